@@ -12,6 +12,7 @@ use crate::files::{Folders, of_folder};
 use crate::script::{StepKind, Text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Most programs of a folder that is looked through.
 const MOST_BESIDE: usize = 10_000;
@@ -63,6 +64,8 @@ fn names_of(path: &Path) -> BTreeSet<String> {
 struct Does {
     name: String,
     moves: bool,
+    /// It holds an increment.
+    counts: bool,
     waits: bool,
     calls: BTreeSet<String>,
 }
@@ -85,9 +88,9 @@ impl Does {
                 continue;
             }
             let words = words(text, statement);
-            does.moves |= motion::read(text, statement, &words).is_some()
-                || instruction::leads(text, &words).is_some()
-                || statement.nested;
+            let said = motion::read(text, statement, &words);
+            does.counts |= said.as_ref().is_some_and(|said| said.relative);
+            does.moves |= said.is_some() || instruction::leads(text, &words).is_some() || statement.nested;
             match flow::read(text, &words) {
                 Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Middle | Flow::Close(_) => {}
                 Flow::Call(name) => drop(does.calls.insert(name)),
@@ -99,9 +102,22 @@ impl Does {
     }
 }
 
-/// Programs that stand beside one and move nothing; whether they wait.
+/// Programs that stand beside one and move nothing, whether they wait; and those that may begin with an increment.
 #[derive(Debug, Default)]
-pub(super) struct Still(BTreeMap<String, bool>);
+pub(super) struct Still {
+    waits: BTreeMap<String, bool>,
+    counts: BTreeSet<String>,
+}
+
+/// Programs that hold an increment, or call one that does.
+fn counting(all: &[Arc<Does>]) -> BTreeSet<String> {
+    let mut found: BTreeSet<String> = all.iter().filter(|d| d.counts).map(|d| d.name.clone()).collect();
+    loop {
+        let calls = |d: &&Arc<Does>| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
+        let Some(next) = all.iter().find(calls).map(|d| d.name.clone()) else { return found };
+        found.insert(next);
+    }
+}
 
 impl Still {
     pub(super) fn of(texts: &[Text]) -> Self {
@@ -118,13 +134,18 @@ impl Still {
                 let fresh = !still.contains_key(&d.name) && d.calls.iter().all(|c| still.contains_key(c));
                 fresh.then(|| (d.name.clone(), d.waits || d.calls.iter().any(|c| still[c])))
             });
-            let Some((name, waits)) = next else { return Self(still) };
+            let Some((name, waits)) = next else { return Self { waits: still, counts: counting(&all) } };
             still.insert(name, waits);
         }
     }
 
     /// Whether the program of this name moves nothing, and then whether it waits.
     pub(super) fn waits(&self, name: &str) -> Option<bool> {
-        self.0.get(name).copied()
+        self.waits.get(name).copied()
+    }
+
+    /// Whether the program of this name may begin with an increment.
+    pub(super) fn counts(&self, name: &str) -> bool {
+        self.counts.contains(name)
     }
 }

@@ -8,6 +8,7 @@
 use super::calls::Still;
 use super::statement::{Statement, is_comment};
 use super::{instruction, motion};
+use crate::script::held::{self, Event};
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -131,6 +132,36 @@ fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
         }
     }
     out
+}
+
+/// What leads the robot away from its positions before each statement, as bits, whichever way the program came there.
+pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> Vec<u32> {
+    let comment = |s: &Statement| s.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
+    let leads = |s: &Statement, words: &[Range<usize>]| instruction::leads(text, words).filter(|_| !comment(s));
+    if all.iter().all(|(s, words)| leads(s, words).is_none()) {
+        return Vec::new();
+    }
+    let (mut events, mut first) = (Vec::new(), Vec::with_capacity(all.len()));
+    for (statement, words) in all {
+        first.push(events.len());
+        let comment = comment(statement);
+        let flow = if comment || motion::read(text, statement, words).is_some() { Flow::On } else { read(text, words) };
+        let name = |label: Label| label.map(|n| n.to_string());
+        events.push(match (leads(statement, words), flow) {
+            (Some(event), _) => event,
+            (_, Flow::Label(label)) => name(label).map_or(Event::Other, Event::Label),
+            (_, Flow::Open(kind)) => Event::Open(kind == Break::Loop),
+            (_, Flow::Middle) => Event::Middle,
+            (_, Flow::Close(_)) => Event::Close,
+            _ => Event::Other,
+        });
+        let label = matches!(events.last(), Some(Event::Label(_)));
+        if !comment && !label {
+            events.extend(named(text, words).into_iter().map(|label| Event::Jump(name(label))));
+        }
+    }
+    let states = held::before_each(&events, held::from_before(&events));
+    first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 
 /// Labels to which nothing jumps but from statements between which and the label nothing moves: a program that waits there comes

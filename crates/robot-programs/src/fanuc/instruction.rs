@@ -2,6 +2,7 @@
 
 use super::motion;
 use super::statement::has;
+use crate::script::held::Event;
 use crate::script::{Break, StepKind, Text, number};
 use std::ops::Range;
 
@@ -84,26 +85,33 @@ fn waits_for(second: &[u8]) -> bool {
     second.contains(&b'[') || second.first().is_some_and(|b| b.is_ascii_digit() || b".($!".contains(b))
 }
 
-/// Whether an instruction begins to lead the robot away from its positions (what it is), or ends that.
+/// What leads the robot away from its positions, by the word that begins it.
+const LEADS: [(&str, &str); 5] = [
+    ("TOUCH", "the offset of a touched part"),
+    ("WEAVE", "a weaving pattern"),
+    ("TRACK", "a seam that is tracked"),
+    ("SOFTFLOAT", "a soft servo"),
+    ("MP", "the offset of a pass"),
+];
+
+/// The first of the things, as bits, that lead the robot.
+pub(super) fn led_by(bits: u32) -> Option<&'static str> {
+    LEADS.iter().enumerate().find(|(k, _)| bits & 1 << k != 0).map(|(_, lead)| lead.1)
+}
+
+/// Whether an instruction begins (`On`) or ends (`Off`) to lead the robot away from its positions, and by what.
 ///
 /// `lead = ("WEAVE" | "TRACK" | "SOFTFLOAT" | "MP") ("[" ... | {word} "END" ["[" ...] | {word} "{" ...)`
-pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Option<&'static str>> {
-    const ON: [(&str, &str); 5] = [
-        ("TOUCH", "the offset of a touched part"),
-        ("WEAVE", "a weaving pattern"),
-        ("TRACK", "a seam that is tracked"),
-        ("SOFTFLOAT", "a soft servo"),
-        ("MP", "the offset of a pass"),
-    ];
+pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Event> {
     let mut all = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase());
     let first = all.next()?;
     let name = &first[..memchr::memchr(b'[', &first).unwrap_or(first.len())];
-    let what = ON.iter().find(|o| o.0.as_bytes() == name)?.1;
+    let bit = 1 << LEADS.iter().position(|lead| lead.0.as_bytes() == name)?;
     let rest: Vec<Vec<u8>> = all.collect();
     // a macro may be called `Track part`
     let named = first.len() > name.len() || rest.iter().any(|w| w.contains(&b'[') || w.starts_with(b"{"));
     let ends = rest.last().is_some_and(|w| w == b"END" || w.starts_with(b"END["));
-    (named || ends).then_some((!ends).then_some(what))
+    (named || ends).then_some(if ends { Event::Off(bit) } else { Event::On(bit) })
 }
 
 /// An action at the end of a quiet instruction may jump or call: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.

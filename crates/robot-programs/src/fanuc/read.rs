@@ -36,7 +36,9 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.still = Still::of(&texts);
     reader.quiet = flow::quiet_labels(text, &all, &reader.still);
     reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
-    for (statement, parsed) in &all {
+    reader.led = flow::led(text, &all);
+    for (k, (statement, parsed)) in all.iter().enumerate() {
+        reader.led_now = reader.led.get(k).copied().unwrap_or_default();
         reader.statement(statement, parsed);
     }
     reader.note_calls();
@@ -48,7 +50,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             format!("the number of lines is given as {}, the last line is {}", found.1, last.number),
         );
     }
-    let Reader { steps, taught, uses, notes, .. } = reader;
+    let Reader { steps, taught, uses, notes, counted_calls, .. } = reader;
     let Taught { positions, targets, of_target, .. } = taught;
     let bare = bare(&positions);
     let mentioned = mentioned(text, sections.program.clone());
@@ -58,6 +60,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let end = sections.end;
     let mut script = Script { targets, notes, ..Script::default() };
     let motions = steps.finish(&mut script);
+    script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
     script.texts = texts;
     Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }
@@ -83,8 +86,11 @@ struct Reader<'a> {
     blocks: Vec<Option<usize>>,
     /// The program is one of line tracking: its positions move with a conveyor.
     tracks: bool,
-    /// What leads the robot away from its positions.
-    led: Option<&'static str>,
+    /// What leads the robot away from its positions: before each statement, and at this one.
+    led: Vec<u32>,
+    led_now: u32,
+    /// Lines of calls of programs that may begin with an increment.
+    counted_calls: BTreeSet<u64>,
     /// No attribute gives the number of lines, which must grow with new ones.
     uncounted: bool,
 }
@@ -107,7 +113,9 @@ impl<'a> Reader<'a> {
             quiet: BTreeSet::new(),
             blocks: Vec::new(),
             tracks: false,
-            led: None,
+            led: Vec::new(),
+            led_now: 0,
+            counted_calls: BTreeSet::new(),
             uncounted: false,
         }
     }
@@ -141,7 +149,6 @@ impl<'a> Reader<'a> {
         } else if let (false, Some(said)) = (statement.nested, motion::read(self.text, statement, words)) {
             self.motion(at, said);
         } else {
-            self.led = instruction::leads(self.text, words).unwrap_or(self.led);
             if statement.nested {
                 if let Some(kind @ StepKind::Break(_)) = instruction::read(self.text, words) {
                     self.push(at, kind);
@@ -179,7 +186,12 @@ impl<'a> Reader<'a> {
                         self.push(at, StepKind::Dwell(None));
                     }
                 }
-                None => self.push(at, StepKind::Break(Break::Call)),
+                None => {
+                    if self.still.counts(&name) {
+                        self.counted_calls.insert(at.line);
+                    }
+                    self.push(at, StepKind::Break(Break::Call));
+                }
             },
             Flow::Step(kind) => self.push(at, kind),
         }
@@ -239,8 +251,8 @@ impl<'a> Reader<'a> {
         let position = said.goal.as_ref().ok().and_then(|n| self.taught.by_index.get(n).copied());
         let goal = match said.goal {
             Err(why) => Goal::Opaque(why),
-            Ok(_) if self.tracks || self.led.is_some() => {
-                let by = self.led.unwrap_or("a conveyor that the program tracks");
+            Ok(_) if self.tracks || self.led_now != 0 => {
+                let by = instruction::led_by(self.led_now).unwrap_or("a conveyor that the program tracks");
                 Goal::Opaque(format!("{by} leads the robot away from its positions"))
             }
             Ok(_) if said.coordinated && !self.taught.leader_stands() => {
@@ -272,11 +284,6 @@ impl<'a> Reader<'a> {
             closed.get_or_insert_with(|| "no attribute gives the number of lines, which must grow (LINE_COUNT)".into());
         }
         self.before = position;
-        if said.relative
-            && let Some(before) = self.steps.last_move_mut()
-        {
-            before.fixed.get_or_insert_with(|| "a motion after it counts from where it ends (INC)".into());
-        }
         if let Some(motion) = said.motion {
             self.steps.place(self.steps.next(), motion);
         }
@@ -290,6 +297,7 @@ impl<'a> Reader<'a> {
             blend_m: said.blend_m,
             tool,
             turns_known: false,
+            relative: said.relative,
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
         if let Some(on) = said.process {

@@ -287,8 +287,16 @@ impl Reader<'_> {
         };
         let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
         let path = if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint };
-        let how =
-            How { path, fixed: None, closed, speed, blend_m: exact.then_some(0.0), tool: None, turns_known: true };
+        let how = How {
+            path,
+            fixed: None,
+            closed,
+            speed,
+            blend_m: exact.then_some(0.0),
+            tool: None,
+            turns_known: true,
+            relative: false,
+        };
         Move::new(how, Goal::Joints(self.script.targets.len()), way)
     }
 

@@ -271,6 +271,9 @@ impl Reader<'_> {
         if let (None, Some(c)) = (&self.strange, self.survey.unfollowed) {
             self.strange = Some(format!("{} may be on", code_text(c)));
         }
+        if self.strange.is_none() && self.survey.mirrors {
+            self.strange = Some("M21 or M22 may be on, which mirror an axis on older controls".into());
+        }
         // centres of arcs, and feeds, that another way there may take otherwise
         for (set, words) in [(&[901, 911][..], "the centres of arcs"), (&[930, 940, 950], "the feed")] {
             let other = set[0];

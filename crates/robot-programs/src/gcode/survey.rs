@@ -35,6 +35,8 @@ pub(super) struct Survey {
     pub(super) unfollowed: Option<u32>,
     /// Modal macros (G66) that are called.
     pub(super) macros: usize,
+    /// M21 or M22 stands in a text that may be no lathe's: older controls mirror X or Y from there on.
+    pub(super) mirrors: bool,
     /// Tools are changed by M6: T alone chooses the next one.
     pub(super) changes_tools: bool,
     /// It may be a program of a lathe, on which G90 and G94 may be turning cycles: no Y, and a word of lathes.
@@ -156,6 +158,7 @@ impl Look {
     fn m_word(&mut self, block: &Block, m: f64) {
         self.survey.jumps |= m == 99.0 && names(block, b"P");
         self.survey.changes_tools |= m == 6.0;
+        self.survey.mirrors |= m == 21.0 || m == 22.0;
         self.counts |= m == 82.0 || m == 83.0;
         self.survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && names(block, b"SR");
     }
@@ -182,6 +185,12 @@ impl Look {
         survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
         survey.printer |= self.extrudes && self.counts;
         survey.lathe = self.lathe_words && !self.lathe_across && !survey.printer;
+        // a lathe's tailstock; not read by printers
+        survey.mirrors &= !survey.lathe && !survey.printer;
+        if survey.mirrors {
+            // a frame that is moved
+            survey.codes.insert(920);
+        }
         survey.unfollowed = self.unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
         survey
     }

@@ -152,7 +152,8 @@ impl Reader<'_> {
                 ending.call = Some(Call::Program);
                 continue;
             };
-            match v as u32 {
+            let m = v as u32;
+            match m {
                 3 | 4 | 62 | 64 => self.step(k, StepKind::Process(true), None),
                 5 | 63 | 65 => ending.steps.push(StepKind::Process(false)),
                 0 | 1 | 60 | 66 => ending.steps.push(StepKind::Dwell(None)),
@@ -164,6 +165,7 @@ impl Reader<'_> {
                     unclear.get_or_insert_with(|| "a tool change in the block".into());
                     ending.call.get_or_insert(Call::MayMove);
                 }
+                21..=23 if self.survey.mirrors => self.mirror(k, m),
                 m if STILL_M.contains(&m) || (self.survey.printer && STILL_PRINTER.contains(&m)) => {}
                 _ => {
                     // a macro of the machine's maker may assign any
@@ -173,6 +175,16 @@ impl Reader<'_> {
             }
         }
         ending
+    }
+
+    /// M21 and M22 mirror X and Y on older controls, M23 ends both; elsewhere they are the maker's own.
+    fn mirror(&mut self, k: usize, m: u32) {
+        self.end(k, Break::Call, "an M word that may mirror an axis");
+        self.motion = None;
+        match m {
+            23 => drop(self.strange.take_if(|why| why.contains("mirror"))),
+            _ => drop(self.strange.get_or_insert_with(|| format!("M{m} may mirror an axis"))),
+        }
     }
 
     /// One G word (times ten): a mode, an action with the block's numbers, or the motion.

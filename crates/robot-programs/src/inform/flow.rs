@@ -7,8 +7,10 @@
 
 use super::read::{begin_of, is_plain_move, stands, still, upper, words};
 use super::shared::job_name;
+use crate::script::held::{self, Event};
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Flow {
@@ -68,6 +70,8 @@ pub(super) fn upper_words(text: &Text, k: usize) -> Vec<String> {
 struct Does {
     name: String,
     moves: bool,
+    /// It holds a relative move.
+    counts: bool,
     waits: bool,
     calls: BTreeSet<String>,
 }
@@ -88,7 +92,10 @@ impl Does {
                     does.calls.extend(words.get(1).and_then(|w| job_of(w)));
                 }
                 Flow::Other if stands(&words[0]) => does.waits = true,
-                Flow::Other => does.moves |= !still(text, k, &words),
+                Flow::Other => {
+                    does.moves |= !still(text, k, &words);
+                    does.counts |= words[0].contains("IMOV");
+                }
                 _ => {}
             }
         }
@@ -96,9 +103,64 @@ impl Does {
     }
 }
 
-/// Jobs beside one that move nothing; whether they wait.
+/// Jobs beside one that move nothing, whether they wait; and those that may begin with a relative move.
 #[derive(Debug, Default)]
-pub(super) struct StillJobs(BTreeMap<String, bool>);
+pub(super) struct StillJobs {
+    waits: BTreeMap<String, bool>,
+    counts: BTreeSet<String>,
+}
+
+/// Jobs that hold a relative move, or run one that does.
+fn counting(all: &[Arc<Does>]) -> BTreeSet<String> {
+    let mut found: BTreeSet<String> = all.iter().filter(|d| d.counts).map(|d| d.name.clone()).collect();
+    loop {
+        let calls = |d: &&Arc<Does>| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
+        let Some(next) = all.iter().find(calls).map(|d| d.name.clone()) else { return found };
+        found.insert(next);
+    }
+}
+
+/// Overlaid motions (bits, in the order of `overlaid`) that may be on before each line, whichever way the job came there; empty: never.
+pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str)]) -> Vec<u32> {
+    let named = |word: &str| memchr::memmem::find(&text.bytes, word.as_bytes()).is_some();
+    if !overlaid.iter().any(|(on, off)| named(on) || named(off)) {
+        return Vec::new();
+    }
+    let (mut events, mut first) = (Vec::new(), vec![0; begin]);
+    for k in begin..text.line_count() {
+        first.push(events.len());
+        if is_plain_move(text.line(k)) {
+            events.push(Event::Other);
+            continue;
+        }
+        let words = upper_words(text, k);
+        let word = words.first().map(String::as_str).unwrap_or_default();
+        let bit = |k: usize| 1 << k;
+        let turned = overlaid.iter().enumerate().find_map(|(k, (on, off))| {
+            (word == *on).then(|| Event::On(bit(k))).or_else(|| (word == *off).then(|| Event::Off(bit(k))))
+        });
+        let to = |word: &String| Event::Jump(Some(word.clone()));
+        let event = match read(&words) {
+            _ if turned.is_some() => turned.unwrap_or_default(),
+            Flow::Label(name) => Event::Label(name),
+            Flow::Jump { label, .. } => label.as_ref().map_or(Event::Other, to),
+            Flow::Open(kind) => Event::Open(kind == Break::Loop),
+            Flow::Middle => Event::Middle,
+            Flow::Close(_) => Event::Close,
+            // a label that is computed may be any
+            Flow::Other if word == "JUMP" => Event::Jump(None),
+            Flow::Other => {
+                let labels = words.iter().filter(|w| w.starts_with('*'));
+                events.extend(labels.flat_map(|name| [to(name), Event::Label(name.clone())]));
+                Event::Other
+            }
+            _ => Event::Other,
+        };
+        events.push(event);
+    }
+    let states = held::before_each(&events, held::from_before(&events));
+    first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
+}
 
 impl StillJobs {
     pub(super) fn of(beside: &[Text]) -> Self {
@@ -115,14 +177,19 @@ impl StillJobs {
                 let fresh = !found.contains_key(&d.name) && d.calls.iter().all(|c| found.contains_key(c));
                 fresh.then(|| (d.name.clone(), d.waits || d.calls.iter().any(|c| found[c])))
             });
-            let Some((name, waits)) = next else { return Self(found) };
+            let Some((name, waits)) = next else { return Self { waits: found, counts: counting(&all) } };
             found.insert(name, waits);
         }
     }
 
     /// Whether the job of this name moves nothing, and then whether it waits.
     pub(super) fn waits(&self, name: &str) -> Option<bool> {
-        self.0.get(name).copied()
+        self.waits.get(name).copied()
+    }
+
+    /// Whether the job of this name may begin with a relative move.
+    pub(super) fn counts(&self, name: &str) -> bool {
+        self.counts.contains(name)
     }
 }
 

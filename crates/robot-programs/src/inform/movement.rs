@@ -46,7 +46,8 @@ impl MoveLine {
             _ => PathKind::Curve,
         };
         let closed = second_group.then(|| "a second motion group moves along".into());
-        let m = Move::new(How { path, closed, ..How::default() }, Goal::Opaque(String::new()), Few::new());
+        let relative = word.contains("IMOV");
+        let m = Move::new(How { path, closed, relative, ..How::default() }, Goal::Opaque(String::new()), Few::new());
         let unclear = match word {
             "MOVJ" | "MOVL" | "MOVC" | "MOVS" | "SMOVJ" | "SMOVL" | "SMOVC" | "SMOVS" => None,
             word if word.contains("IMOV") => Some("a relative move".to_string()),
@@ -107,14 +108,6 @@ impl Reader<'_> {
         for w in others {
             self.pin(w);
         }
-        if word.contains("IMOV")
-            && let Some(before) = self.steps.last_move_mut()
-        {
-            before.fixed.get_or_insert_with(|| format!("{word} after it counts from where it ends"));
-            // what it leads to stays, whoever else leads there
-            let positions = self.steps.last_place().map(|s| &s.references[..]).unwrap_or_default();
-            positions.iter().for_each(|r| self.pinned[r.position()] = true);
-        }
         let mut line = MoveLine::new(word, second.is_some());
         let indent = (text.line_span(k).start..words[0].start).into();
         let word = words[0].clone().into();
@@ -131,8 +124,8 @@ impl Reader<'_> {
         if line.may_stop {
             line.close("an input may stop it");
         }
-        if !self.overlaid.is_empty() {
-            let what: Vec<&str> = self.overlaid.iter().copied().collect();
+        let what = self.overlaid(k);
+        if !what.is_empty() {
             line.unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
         }
         self.place(k, indent, word, line)

@@ -99,7 +99,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         targets: super::Known::default(),
         numbers: Vec::new(),
         pinned: vec![false; list.positions.len()],
-        overlaid: BTreeSet::new(),
+        overlaid: flow::overlaid_before(text, begin, OVERLAID),
+        counted_calls: BTreeSet::new(),
         base_axes: list.base_axes,
         still: None,
     };
@@ -107,8 +108,13 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     reader.instructions(begin)?;
     reader.note_calls();
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
-    let Reader { mut script, steps, numbers, pinned, .. } = reader;
+    let Reader { mut script, steps, numbers, mut pinned, counted_calls, .. } = reader;
     let statements = steps.finish(&mut script);
+    // what a move before a relative one leads to stays, whoever else leads there
+    for step in script.keep_before_relative("IMOV after it counts from where it ends", &counted_calls, true) {
+        let positions = statements.get(step).map(|s| &s.references[..]).unwrap_or_default();
+        positions.iter().for_each(|r| pinned[r.position()] = true);
+    }
     script.texts = texts;
     Ok(Job {
         script,
@@ -329,7 +335,10 @@ pub(super) struct Reader<'a> {
     pub(super) targets: super::Known,
     pub(super) numbers: Vec<super::Numbers>,
     pub(super) pinned: Vec<bool>,
-    pub(super) overlaid: BTreeSet<&'static str>,
+    /// Motions laid over the path, as bits, before each line.
+    overlaid: Vec<u32>,
+    /// Lines of calls of jobs that may begin with a relative move.
+    counted_calls: BTreeSet<u64>,
     pub(super) base_axes: bool,
     /// Numbers beyond the robot's axes where the move before left them.
     pub(super) still: Option<Vec<f64>>,
@@ -381,7 +390,12 @@ impl Reader<'_> {
                         self.step(k, StepKind::Dwell(None), None);
                     }
                 }
-                None => self.step(k, StepKind::Break(Break::Call), None),
+                None => {
+                    if self.jobs.counts(&name) {
+                        self.counted_calls.insert(at.line);
+                    }
+                    self.step(k, StepKind::Break(Break::Call), None);
+                }
             },
             Flow::Condition | Flow::Other => return false,
         }
@@ -450,13 +464,7 @@ impl Reader<'_> {
             None
         } else if let Some(&(_, on)) = PROCESS.iter().find(|p| p.0 == word) {
             Some(StepKind::Process(on))
-        } else if let Some(&(on, off)) = OVERLAID.iter().find(|p| p.0 == word || p.1 == word) {
-            if word == on {
-                self.overlaid.insert(on);
-            } else {
-                debug_assert_eq!(word, off);
-                self.overlaid.remove(on);
-            }
+        } else if OVERLAID.iter().any(|p| p.0 == word || p.1 == word) {
             Some(StepKind::Break(Break::Frame))
         } else if word == "TIMER" {
             Some(StepKind::Dwell(self.seconds(&words)))
@@ -478,6 +486,12 @@ impl Reader<'_> {
             self.step(k, kind, None);
         }
         Ok(word == "END")
+    }
+
+    /// What is laid over the path on line `k`.
+    pub(super) fn overlaid(&self, k: usize) -> Vec<&'static str> {
+        let bits = self.overlaid.get(k).copied().unwrap_or_default();
+        OVERLAID.iter().enumerate().filter(|(n, _)| bits & 1 << n != 0).map(|(_, p)| p.0).collect()
     }
 
     pub(super) fn pin(&mut self, word: &Range<usize>) {

@@ -1,8 +1,10 @@
 //! How the robot goes to a Cartesian point beyond what the motion says: how the tool turns on the way (`$ORI_TYPE`), whether the
-//! robot holds the part (`IPO_FRAME #TCP`), whether a sensor or a conveyor leads it away.
+//! robot holds the part (`IPO_FRAME #TCP`).
 //!
 //! A motion of `#CONSTANT` keeps its orientation whatever its point says; of `#JOINT` the wrist's axes go as in a PTP. Both are
-//! said by `$ORI_TYPE`, by the motion data of inline forms (`LDAT_ACT=LCPDAT1`), or by `WITH` for one motion.
+//! said by `$ORI_TYPE`, by the motion data of inline forms (`LDAT_ACT=LCPDAT1`), or by `WITH` for one motion. Motion data come into force with
+//! `BAS(#CP_PARAMS,...)` or `BAS(#CP_DAT)`, which set `$ORI_TYPE` to what `LDAT_ACT` says, whatever was set since; up to there the motion may
+//! turn either way.
 
 use super::lex::{Kind, Token, tokens, upper};
 use crate::script::Text;
@@ -52,8 +54,6 @@ pub(super) struct Going {
     data: HashMap<String, Turning>,
     /// Frame data with which the robot holds the part.
     held: HashSet<String>,
-    /// What leads the robot away from its points.
-    pub led: Option<&'static str>,
 }
 
 impl Going {
@@ -95,26 +95,6 @@ impl Going {
                 own.or_else(|| (!part).then(|| self.data.get(&name).copied().unwrap_or_default()))
             }
             _ => None,
-        }
-    }
-
-    /// After a statement that is no motion; `word`: its first word, `line_text`: its bytes.
-    pub fn follow(&mut self, text: &Text, line: &[Token], word: &str, line_text: &[u8]) {
-        match word {
-            "CONVEYOR" => match line.get(2).map(|t| upper(text, t)).as_deref() {
-                Some("FOLLOW" | "SKIP") => self.led = Some("a conveyor"),
-                Some("QUIT" | "OFF") => self.led = None,
-                _ => {}
-            },
-            _ if memchr::memmem::find(line_text, b"RSI_O").is_some() => {
-                let calls = |name: &str| line.iter().any(|t| t.kind == Kind::Word && upper(text, t) == name);
-                if calls("RSI_ON") {
-                    self.led = Some("a sensor (RSI_ON)");
-                } else if calls("RSI_OFF") {
-                    self.led = None;
-                }
-            }
-            _ => {}
         }
     }
 

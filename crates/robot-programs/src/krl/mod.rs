@@ -23,6 +23,7 @@ mod data;
 mod elsewhere;
 mod form;
 mod going;
+mod led;
 mod lex;
 mod motion;
 mod name;

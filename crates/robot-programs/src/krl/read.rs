@@ -3,14 +3,15 @@
 mod flow;
 mod moves;
 
-use super::calls::arc;
+use super::calls::{arc, calls};
 use super::data::Data;
 use super::form;
 use super::going::{Going, Turning};
+use super::led::Led;
 use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion::{self};
-use super::relative::Stands;
-use super::settings::{self, Settings};
+use super::relative::{self, Stands};
+use super::settings::{self, Lists, Settings};
 use super::statement::{assignment, is_routine};
 use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
@@ -22,7 +23,7 @@ use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{At, Break, Goal, Note, Script, StepKind, Targets, Text, pragma};
 use flow::Block;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
@@ -39,15 +40,15 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
     let mut reader = Reader::new(&texts, &data, &axes);
     let mut line = Vec::new();
-    (reader.later, reader.turning_later) = later(text, &data, &reader.going);
+    reader.lists = lists(text, &data);
+    (reader.later, reader.turning_later) = later(text, &data, &reader.going, &reader.lists);
     (reader.carried_later, reader.moved_later) = carried(text, &data);
-    reader.led_first = led_first(text);
     for k in 0..text.line_count() {
         tokens(text, k, &mut line);
         reader.line(k, &line)?;
     }
     reader.note_calls();
-    let Reader { steps, targets, sources, mut notes, .. } = reader;
+    let Reader { steps, targets, sources, mut notes, counted_calls, jumps, .. } = reader;
     let mut script = Script::default();
     let (mut motions, mut others) = (BySteps::of_text(text), BySteps::default());
     for (k, site) in steps.finish(&mut script).into_values() {
@@ -56,6 +57,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         }
         others.push(k, site.others);
     }
+    script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
     let mut steps = script.steps;
     if texts.iter().filter(|t| !t.context).count() == 1
         && data.names.is_empty()
@@ -123,8 +125,37 @@ fn changed_frame_data(text: &Text, data: &mut Data) {
     }
 }
 
+/// What the text sets in BASE_DATA and TOOL_DATA, wherever it stands.
+fn lists(text: &Text, data: &Data) -> Lists {
+    let mut all = Lists::default();
+    let (mut line, mut routine) = (Vec::new(), 0);
+    for k in 0..text.line_count() {
+        if !matches!(first_word(text, k), [b'B' | b'b' | b'T' | b't' | b'D' | b'd' | b'G' | b'g', ..]) {
+            continue;
+        }
+        tokens(text, k, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        let word = line.first().map(|t| in_upper(text, t)).unwrap_or_default();
+        routine += usize::from(is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default()));
+        if let Some(sign) = assignment(&line).filter(|_| matches!(&*word, "BASE_DATA" | "TOOL_DATA")) {
+            let mut set = Settings::default();
+            set.assign(text, &line, sign, &word, data, routine);
+            all.add(&set);
+        }
+    }
+    all
+}
+
+/// Whether control may come to a line from elsewhere than from the line before: by a label or the start of a routine (`true`: nothing
+/// above it may have run), after a call or at a loop.
+fn joins(text: &Text, line: &[Token], word: &str, second: &str) -> Option<bool> {
+    let label = line.len() == 2 && line[0].kind == Kind::Word && line[1].is(b':');
+    let more = || matches!(word, "LOOP" | "FOR" | "WHILE" | "REPEAT") || !calls(text, line).is_empty();
+    (label || is_routine(word, second)).then_some(true).or_else(|| more().then_some(false))
+}
+
 /// $BASE and $TOOL after a branch, a label or a call: known where the file sets none, or always the same.
-fn later(text: &Text, data: &Data, going: &Going) -> ([Option<Frame>; 2], Turning) {
+fn later(text: &Text, data: &Data, going: &Going, lists: &Lists) -> ([Option<Frame>; 2], Turning) {
     let mut set = Settings::default();
     let mut turning = Turning::Evenly;
     let mut found: [Vec<Frame>; 2] = Default::default();
@@ -132,7 +163,8 @@ fn later(text: &Text, data: &Data, going: &Going) -> ([Option<Frame>; 2], Turnin
     let mut routine = 0;
     for k in 0..text.line_count() {
         // a routine, BAS or an assignment
-        if !matches!(first_word(text, k), [b'B' | b'b' | b'D' | b'd' | b'G' | b'g', ..])
+        if lists.is_empty()
+            && !matches!(first_word(text, k), [b'B' | b'b' | b'D' | b'd' | b'G' | b'g', ..])
             && memchr::memchr(b'=', text.line(k)).is_none()
         {
             continue;
@@ -140,8 +172,11 @@ fn later(text: &Text, data: &Data, going: &Going) -> ([Option<Frame>; 2], Turnin
         tokens(text, k, &mut line);
         line.retain(|t| t.kind != Kind::Comment);
         let Some(first) = line.first() else { continue };
-        let word = upper(text, first);
-        routine += usize::from(is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default()));
+        let (word, second) = (upper(text, first), line.get(1).map(|t| upper(text, t)).unwrap_or_default());
+        routine += usize::from(is_routine(&word, &second));
+        if let Some(unset) = joins(text, &line, &word, &second).filter(|_| !lists.is_empty()) {
+            set.merge_all(lists, unset);
+        }
         turning = turning.max(going.turning(text, &line, &word).unwrap_or_default());
         if word == "BAS" {
             set.bas(text, &line);
@@ -181,27 +216,6 @@ fn carried(text: &Text, data: &Data) -> (Option<String>, Option<String>) {
         (carried, moved) = (carried.or(set.carried), moved.or(set.moved));
     }
     (carried, moved)
-}
-
-/// What a routine of the text leaves behind that leads the robot away from its points: it may hold in all of them.
-fn led_first(text: &Text) -> Option<&'static str> {
-    let (mut now, mut first) = (Going::default(), None);
-    let mut line = Vec::new();
-    for k in 0..text.line_count() {
-        let bytes = text.line(k);
-        let word = first_word(text, k);
-        let begins = ["DEF", "DEFFCT", "GLOBAL"].iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()));
-        if begins {
-            first = first.or(now.led.take());
-        }
-        if word.eq_ignore_ascii_case(b"CONVEYOR") || memchr::memmem::find(bytes, b"RSI_O").is_some() {
-            tokens(text, k, &mut line);
-            line.retain(|t| t.kind != Kind::Comment);
-            let word = line.first().map(|t| upper(text, t)).unwrap_or_default();
-            now.follow(text, &line, &word, bytes);
-        }
-    }
-    first.or(now.led)
 }
 
 struct Fold {
@@ -255,8 +269,15 @@ struct Reader<'a> {
     steers_arcs: bool,
     set: Settings,
     going: Going,
-    /// What routines leave behind that leads the robot away from its points.
-    led_first: Option<&'static str>,
+    /// What leads the robot away from its points.
+    led: Led,
+    /// Routines that may begin with a relative motion, and the lines that call them.
+    counting: BTreeSet<String>,
+    counted_calls: BTreeSet<u64>,
+    /// Something jumps, which leaves no step where the block around it moves nothing.
+    jumps: bool,
+    /// What the text sets in the lists of the controller.
+    lists: Lists,
     /// What may make any base mean something else there.
     carried_later: Option<String>,
     moved_later: Option<String>,
@@ -295,7 +316,11 @@ impl<'a> Reader<'a> {
             spline: false,
             set: Settings::default(),
             going: Going::of(texts),
-            led_first: None,
+            led: Led::of(&texts[0]),
+            counting: relative::routines(texts),
+            counted_calls: BTreeSet::new(),
+            jumps: false,
+            lists: Lists::default(),
             carried_later: None,
             moved_later: None,
             turning_later: Turning::Evenly,
@@ -354,9 +379,8 @@ impl<'a> Reader<'a> {
             fold.more = fold.more || !form::setting(self.text, line);
         }
         self.other_statement(k, line, &word, &second);
-        self.going.follow(self.text, line, &word, self.text.line(k));
         if let Some(turning) = self.going.turning(self.text, line, &word) {
-            self.set.turning = turning;
+            self.set.turns(turning, &*word == "LDAT_ACT");
         }
         Ok(())
     }
@@ -370,7 +394,6 @@ impl<'a> Reader<'a> {
             self.routine += 1;
             (self.spline, self.trigger) = (false, false);
             (self.of_block, self.frames_set) = ([None, None], false);
-            self.going.led = self.led_first;
             self.folds.clear();
             self.blocks.clear();
             self.steps.start();
@@ -385,8 +408,12 @@ impl<'a> Reader<'a> {
             "IF" | "SWITCH" => self.open(k, line, Break::Jump),
             "ELSE" | "CASE" | "DEFAULT" => self.middle(k, line),
             "ENDIF" | "ENDSWITCH" => self.close(k, line, Break::Jump),
-            "GOTO" | "EXIT" => self.leave(k),
+            "GOTO" | "EXIT" => {
+                self.jumps = true;
+                self.leave(k);
+            }
             "RETURN" => {
+                self.jumps = true;
                 self.called(k, line);
                 self.leave(k);
             }

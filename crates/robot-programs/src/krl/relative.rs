@@ -8,14 +8,17 @@
 //!
 //! Such a goal is known and not written, and neither is the point before it: with an offset that would be another place from which the
 //! motion counts. X, Y and Z cannot take that back, as the offsets of the joints turn the tool, too. The point before a relative motion that is not known
-//! (`PTP_REL`) stays for the same reason.
+//! (`PTP_REL`) stays for the same reason, and so does the last one before a call of a routine that may begin with one.
 
 use super::aggregate::Aggregate;
-use super::lex::{Token, upper};
-use super::motion::Word;
+use super::calls::calls;
+use super::lex::{Kind, Token, tokens, upper};
+use super::motion::{self, Word};
+use super::statement::is_routine;
 use crate::script::pose::{Frame, PoseGoal};
 use crate::script::{PathKind, Solution, Text};
 use nalgebra::{UnitQuaternion, Vector3};
+use std::collections::BTreeSet;
 
 /// Why such a goal is not written, and why the one before it is not.
 pub(super) const ITSELF: &str = "a relative motion: it counts from where the motion before ends";
@@ -23,6 +26,73 @@ pub(super) const BEFORE: &str = "a relative motion after it would carry its offs
 
 /// Why the goal is not known.
 pub(super) const UNKNOWN: &str = "a relative motion: the goal depends on where the robot stands";
+
+/// Names of the routines of a program and its project in which a relative motion stands, themselves or in what they call: it may be the first
+/// that they make, and count from where their caller has led the robot.
+pub(super) fn routines(texts: &[Text]) -> BTreeSet<String> {
+    let counting: Vec<_> = texts.iter().map(|t| t.known(Counting::of)).collect();
+    let mut found: BTreeSet<String> = counting.iter().flat_map(|c| c.moves.iter().cloned()).collect();
+    // few projects have any
+    while !found.is_empty() {
+        let known = found.len();
+        for text in texts {
+            callers(text, &mut found);
+        }
+        if found.len() == known {
+            break;
+        }
+    }
+    found
+}
+
+/// Routines of a text that hold a relative motion.
+#[derive(Default)]
+struct Counting {
+    moves: BTreeSet<String>,
+}
+
+impl Counting {
+    fn of(text: &Text) -> Self {
+        let mut moves = BTreeSet::new();
+        let holds = |word: &[u8]| memchr::memmem::find(&text.bytes, word).is_some();
+        if !["_REL", "_rel", "_Rel"].iter().any(|w| holds(w.as_bytes())) {
+            return Self::default();
+        }
+        each_line(text, |routine, line| {
+            let relative = line.first().is_some_and(|t| motion::word(&upper(text, t)).is_some_and(|w| w.relative));
+            if relative && !moves.contains(routine) {
+                moves.insert(routine.to_string());
+            }
+        });
+        Self { moves }
+    }
+}
+
+/// Adds the routines of a text that call one of those that are found.
+fn callers(text: &Text, found: &mut BTreeSet<String>) {
+    each_line(text, |routine, line| {
+        if !found.contains(routine) && calls(text, line).iter().any(|name| found.contains(name)) {
+            found.insert(routine.to_string());
+        }
+    });
+}
+
+/// Calls `look` with the name of the routine and the tokens of each of its lines.
+fn each_line(text: &Text, mut look: impl FnMut(&str, &[Token])) {
+    let (mut name, mut line) = (String::new(), Vec::new());
+    for k in 0..text.line_count() {
+        tokens(text, k, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        let Some(first) = line.first() else { continue };
+        let second = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
+        if is_routine(&upper(text, first), &second) {
+            let open = line.iter().position(|t| t.is(b'('));
+            name = open.and_then(|o| o.checked_sub(1)).map(|n| upper(text, &line[n])).unwrap_or_default();
+        } else {
+            look(&name, &line);
+        }
+    }
+}
 
 /// The place where the robot stands after a motion.
 #[derive(Debug, Clone)]

@@ -31,8 +31,36 @@ pub(super) struct Settings {
     /// What makes any base mean something else: `$IPO_MODE`, `$WORLD`.
     pub carried: Option<String>,
     pub moved: Option<String>,
-    /// How the tool turns on the way.
+    /// How the tool turns on the way, by `$ORI_TYPE`; by `LDAT_ACT`, which `BAS` puts into force; the latter is set and not in force yet.
     pub turning: Turning,
+    pub motion_data: Option<Turning>,
+    pub pending: bool,
+}
+
+/// What the text sets in the lists of the controller, wherever it stands: by number, any of these.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Lists {
+    bases: BTreeMap<u32, Frame>,
+    tools: BTreeMap<u32, Frame>,
+    any: [bool; 2],
+}
+
+impl Lists {
+    /// Takes what an assignment has set.
+    pub fn add(&mut self, set: &Settings) {
+        for (all, own) in [(&mut self.bases, &set.bases), (&mut self.tools, &set.tools)] {
+            for (n, frame) in own {
+                let both = all.remove(n).map_or_else(|| frame.clone(), |there| either(there, frame.clone()));
+                all.insert(*n, both);
+            }
+        }
+        self.any = [self.any[0] || set.any[0], self.any[1] || set.any[1]];
+    }
+
+    /// Whether the text sets none.
+    pub fn is_empty(&self) -> bool {
+        self.bases.is_empty() && self.tools.is_empty() && self.any == [false; 2]
+    }
 }
 
 /// One of two frames, and which is not certain.
@@ -54,6 +82,43 @@ fn either(a: Frame, b: Frame) -> Frame {
 }
 
 impl Settings {
+    /// Settings of which nothing is known but how the tool may turn.
+    pub fn turning(turning: Turning) -> Self {
+        let motion_data = (turning != Turning::Evenly).then_some(turning);
+        Self { turning, motion_data, ..Self::default() }
+    }
+
+    /// `$ORI_TYPE` is set, or (`of_data`) `LDAT_ACT`.
+    pub fn turns(&mut self, turning: Turning, of_data: bool) {
+        if of_data {
+            (self.motion_data, self.pending) = (Some(turning), true);
+        } else {
+            (self.turning, self.pending) = (turning, false);
+        }
+    }
+
+    /// How the tool turns on the way of a motion.
+    pub fn turning_now(&self) -> Turning {
+        self.turning.max(self.motion_data.filter(|_| self.pending).unwrap_or_default())
+    }
+
+    /// Where control may come from elsewhere: a list of the controller holds what it held here, or what the text sets anywhere;
+    /// `unset`: or what the controller has.
+    pub fn merge_all(&mut self, all: &Lists, unset: bool) {
+        let lists = [(&mut self.bases, &all.bases, all.any[0]), (&mut self.tools, &all.tools, all.any[1])];
+        for (list, other, any) in lists {
+            for (n, frame) in other {
+                let computed = any.then(|| Frame::Named(format!("{n} as the program sets it")));
+                let frame = computed.map_or_else(|| frame.clone(), |computed| either(frame.clone(), computed));
+                let own = Frame::Named(n.to_string());
+                let here = list.remove(n).unwrap_or_else(|| own.clone());
+                let here = if unset { either(own, here) } else { here };
+                list.insert(*n, either(here, frame));
+            }
+        }
+        self.any = [self.any[0] || all.any[0], self.any[1] || all.any[1]];
+    }
+
     /// After a block that may have been passed by: what it has put into a list of the controller, or what was there before.
     pub fn merge_lists(&mut self, before: &Self) {
         for (list, was) in [(&mut self.bases, &before.bases), (&mut self.tools, &before.tools)] {
@@ -231,9 +296,12 @@ impl Settings {
             // back to the frames with which programs begin: the world, and a tool that differs by the version of BAS
             "INITMOV" => {
                 (self.base, self.tool, self.carried) = (None, None, None);
-                self.turning = Turning::Evenly;
+                (self.turning, self.pending) = (Turning::Evenly, false);
             }
             _ => {}
+        }
+        if matches!(command.as_str(), "CP_PARAMS" | "CP_DAT") {
+            (self.turning, self.pending) = (self.motion_data.unwrap_or(self.turning), false);
         }
         if matches!(command.as_str(), "CP_PARAMS" | "PTP_PARAMS" | "FRAMES") {
             // they put base and tool of FDAT_ACT into force again, whatever was set since

@@ -1,6 +1,6 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
-use super::{At, Break, Move, Script, Step, StepKind, Text, pragma};
+use super::{At, Break, Script, Step, StepKind, Text, pragma};
 
 /// Values that are looked at before the place of a step is searched for.
 const NEAR: usize = 4;
@@ -143,15 +143,6 @@ impl<S> Steps<S> {
     /// The last step.
     pub fn last_mut(&mut self) -> Option<&mut Step> {
         self.steps.last_mut()
-    }
-
-    /// The last move, unless a routine starts after it.
-    pub fn last_move_mut(&mut self) -> Option<&mut Move> {
-        let routine = |s: &&mut Step| !matches!(s.kind, StepKind::Break(Break::Start));
-        self.steps.iter_mut().rev().take_while(routine).find_map(|s| match &mut s.kind {
-            StepKind::Move(m) => Some(m),
-            _ => None,
-        })
     }
 
     /// The place that was given last.

@@ -7,7 +7,7 @@
 //!
 //! Modules: [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
 //! have; [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of
-//! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
+//! languages with statements share; [`held`] what may be on where control comes from several places; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
 //! expressions of plain numbers.
 
 pub mod blocks;
@@ -15,6 +15,7 @@ pub mod edits;
 pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;
+pub mod held;
 pub mod lex;
 pub mod number;
 pub mod patches;
@@ -30,6 +31,7 @@ use crate::error::Result;
 pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, PoseForm, PoseGoal, Quantity, Shift, Solution};
+use std::collections::BTreeSet;
 use std::ops::{Deref, DerefMut, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -257,6 +259,8 @@ pub struct How {
     pub tool: Option<Frame>,
     /// Of a curve to joint values: its turning points on the way are all that there are. Else where its joints turn is not known.
     pub turns_known: bool,
+    /// Its goal counts from where the motion before ends: an offset there would be carried along.
+    pub relative: bool,
 }
 
 impl Default for How {
@@ -270,6 +274,7 @@ impl Default for How {
             blend_m: None,
             tool: None,
             turns_known: false,
+            relative: false,
         }
     }
 }
@@ -418,6 +423,58 @@ impl Script {
             StepKind::Move(m) => Some((k, m)),
             _ => None,
         })
+    }
+
+    /// Keeps the ends of moves where they are from which a relative motion counts: an offset there would be carried along. Where a label, a
+    /// branch, a loop or the start of a routine (or a call, in a text of several routines) stands before the relative motion, the motion may follow
+    /// any move that ends before such a place; `jumps`: jumps of the language are no steps, so that it may follow any. `calls`: lines of calls of routines in
+    /// which one may come first. Gives the steps that it kept.
+    pub fn keep_before_relative(&mut self, why: &str, calls: &BTreeSet<u64>, jumps: bool) -> Vec<usize> {
+        let ends = |s: &Step| matches!(s.kind, StepKind::Break(kind) if kind != Break::Frame);
+        let counts = |s: &Step| match &s.kind {
+            StepKind::Move(m) => m.relative,
+            StepKind::Break(Break::Call) => calls.contains(&s.at.line),
+            _ => false,
+        };
+        let starts = self.steps.iter().filter(|s| matches!(s.kind, StepKind::Break(Break::Start))).count();
+        let (mut kept, mut anywhere) = (BTreeSet::new(), false);
+        // the move before, and whether others may have come before
+        let (mut last, mut others) = (None, false);
+        for (k, step) in self.steps.iter().enumerate() {
+            if counts(step) {
+                kept.extend(last);
+                anywhere |= others;
+            }
+            match &step.kind {
+                StepKind::Move(_) => (last, others) = (Some(k), false),
+                // what is called stands elsewhere
+                StepKind::Break(Break::Call) => others |= starts > 1,
+                _ if ends(step) => (last, others) = (None, true),
+                _ => {}
+            }
+        }
+        if anywhere {
+            let (mut before, all) = (None, jumps);
+            for (k, step) in self.steps.iter().enumerate() {
+                if let StepKind::Move(_) = step.kind {
+                    before = Some(k);
+                    kept.extend(before.filter(|_| all));
+                } else if ends(step) {
+                    kept.extend(before.take());
+                }
+            }
+            kept.extend(before);
+        }
+        let mut fixed = Vec::new();
+        for k in kept {
+            if let Some(StepKind::Move(m)) = self.steps.get_mut(k).map(|s| &mut s.kind)
+                && m.fixed.is_none()
+            {
+                m.fixed = Some(why.into());
+                fixed.push(k);
+            }
+        }
+        fixed
     }
 
     /// How many moves lead to each target.

@@ -294,7 +294,16 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
         () => Speed::Unknown,
     };
     Move::new(
-        How { path: PathKind::Joint, fixed: None, closed, speed, blend_m: Some(0.0), tool: None, turns_known: false },
+        How {
+            path: PathKind::Joint,
+            fixed: None,
+            closed,
+            speed,
+            blend_m: Some(0.0),
+            tool: None,
+            turns_known: false,
+            relative: false,
+        },
         goal,
         way,
     )

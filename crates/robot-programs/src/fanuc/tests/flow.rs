@@ -45,6 +45,26 @@ fn a_jump_that_may_be_taken_and_a_block_in_which_nothing_moves_end_nothing() {
 }
 
 #[test]
+fn moves_from_which_an_increment_may_count_stay() {
+    let fixed = |lines: &str, beside: &[(&str, &str)]| {
+        let lines: String = lines.lines().enumerate().map(|(k, l)| format!("{:4}:  {l} ;\n", k + 1)).collect();
+        let mut texts = vec![Text::new("p.ls", of_lines(lines.trim_end_matches('\n')).into_bytes())];
+        texts.extend(beside.iter().map(|(name, lines)| Text::of_context(format!("{name}.LS"), called(name, lines))));
+        let d = Fanuc.parse(texts, &m10ia()).unwrap();
+        moves(d.as_ref()).iter().map(|m| m.1.fixed.is_some()).collect::<Vec<bool>>()
+    };
+    let (a, b, inc) = ("J P[1] 100% FINE", "J P[2] 100% FINE", "L P[3] 50mm/sec FINE INC");
+    assert_eq!(fixed(&format!("{a}\n{b}\n{inc}\n{a}"), &[]), [false, true, false, false]);
+    // of both ways to the label
+    let ways = format!("{a}\nIF R[1]=1,JMP LBL[1]\n{b}\nLBL[1]\n{inc}");
+    assert_eq!(fixed(&ways, &[]), [true, true, true]);
+    assert_eq!(fixed(&format!("{a}\n{b}\nCALL SHIFT\n{a}"), &[("SHIFT", inc)]), [false, true, false]);
+    let through = [("OTHER", "CALL SHIFT"), ("SHIFT", inc)];
+    assert_eq!(fixed(&format!("{a}\n{b}\nCALL OTHER\n{a}"), &through), [false, true, false]);
+    assert_eq!(fixed(&format!("{a}\n{b}\nCALL OTHER\n{a}"), &[("OTHER", a)]), [false, false, false]);
+}
+
+#[test]
 fn a_branch_that_moves_or_does_what_is_not_known_ends_the_known_direction() {
     for busy in [
         "IF (R[1]=1) THEN\nJ P[3] 100% FINE\nENDIF",

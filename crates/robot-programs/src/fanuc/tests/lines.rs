@@ -242,6 +242,34 @@ fn motions_while_weaving_or_tracking_or_soft_stay() {
 }
 
 #[test]
+fn what_a_branch_ends_that_may_be_passed_by_goes_on() {
+    let left = |lines: &str| {
+        let lines: Vec<String> = lines.lines().enumerate().map(|(k, l)| format!("{:4}:{l} ;", k + 1)).collect();
+        left(&of_lines(&lines.join("\n"))).iter().map(|w| w.contains("leads the robot away")).collect::<Vec<bool>>()
+    };
+    let (j, l) = ("J P[1] 100% FINE", "L P[2] 50mm/sec FINE");
+    for (lines, expected) in [
+        // past the end
+        (format!("  Weave Sine[1]\n{j}\n  IF R[1]=1,JMP LBL[1]\n  Weave End\n  LBL[1]\n{l}"), vec![true, true]),
+        (format!("  Weave Sine[1]\n  IF (R[1]=1) THEN\n  Weave End\n{j}\n  ENDIF\n{l}"), vec![false, true]),
+        (
+            format!("  SELECT R[1]=1,JMP LBL[1]\n  Track TAST[1]\n{j}\n  LBL[1]\n{l}\n  Track End\n{j}"),
+            vec![true, true, false],
+        ),
+        // back to before the begin
+        (format!("  LBL[1]\n{j}\n  Weave Sine[1]\n{l}\n  JMP LBL[1]"), vec![true, true]),
+        (format!("  FOR R[1]=1 TO 3\n{j}\n  SOFTFLOAT[1]\n{l}\n  ENDFOR\n{j}"), vec![true, true, true]),
+        (format!("  LBL[1]\n{j}\n  Weave Sine[1]\n{l}\n  Weave End\n  JMP LBL[1]"), vec![false, true]),
+        // each ends its own
+        (format!("  Weave Sine[1]\n  Track TAST[1]\n  Weave End\n{l}\n  Track End\n{l}"), vec![true, false]),
+        // begun by whoever called
+        (format!("{l}\n  Weave End\n{l}"), vec![true, false]),
+    ] {
+        assert_eq!(left(&lines), expected, "{lines}");
+    }
+}
+
+#[test]
 fn a_program_of_line_tracking_stays_and_schedule_0_is_none() {
     let of = |n: &str| {
         of_lines("   1:J P[1] 100% FINE    ;\n   2:L P[2] 50mm/sec FINE    ;")

@@ -45,6 +45,24 @@ fn mirrors_and_scalings_end_what_is_known_and_lead_nowhere() {
 }
 
 #[test]
+fn an_m_word_that_mirrors_on_older_controls_leads_nowhere_until_it_ends() {
+    for on in ["M21", "M22"] {
+        let text = format!("{HEAD}G1 X60.0 F100\n{on}\nG1 X20.0\nX30.0\nM23\nG1 X10.0\n");
+        assert_eq!(opaque(&text), [format!("{on} may mirror an axis"), format!("{on} may mirror an axis")], "{on}");
+        assert_eq!(known_x(&text), [0.0, 60.0, 10.0], "{on}");
+    }
+    // what else is on stays on
+    let text = format!("{HEAD}G68 X0 Y0 R30\nM21\nM23\nG1 X10.0 F100\n");
+    assert_eq!(opaque(&text), ["G68 is on", "G68 is on"]);
+    // a part that is cut again, mirrored
+    let text = format!("{HEAD}M98 P7\nM21\nM98 P7\nM23\nM30\nO7\nG90 G21 G1 X10.0 Y0.0 Z0.0 F100\nM99\n");
+    assert!(opaque(&text).iter().all(|w| w.contains("M21 or M22 may be on")) && opaque(&text).len() == 1);
+    // the tailstock of a lathe
+    let text = "G21 G90 G50 S2000\nG0 X10.0 Z5.0\nM21\nG1 X8.0 Z5.0 F0.1\n";
+    assert!(opaque(text).iter().all(|w| w.contains("turning cycle")), "{:?}", opaque(text));
+}
+
+#[test]
 fn splines_are_no_straight_moves() {
     for code in ["G5.1", "G5", "G5.2", "G5.3", "G6.2", "G06"] {
         let text = format!("{HEAD}G1 X60.0 F100\n{code} X40.0 Y1.0 I10 J10\nX30.0\nG1 X10.0 Y0.0 Z0.0\n");

@@ -111,3 +111,44 @@ fn a_move_before_imov_stays_and_its_position_too() {
     assert!(text.contains("C00001=1000,0,0,0,0,0") && text.contains("C00002=990,0,0,0,0,0"), "{text}");
     assert!(text.contains("MOVJ C00002 VJ=5.00") && text.contains("MOVJ C00001 VJ=5.00\r\nTIMER"), "{text}");
 }
+
+#[test]
+fn moves_from_which_a_relative_move_may_count_stay() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,0,0,0,0,0";
+    let fixed = |lines: &str, beside: &[(&str, &str)]| {
+        let mut texts = vec![Text::new("TEST.JBI", job("2,0,0,0,0,0", list, lines).into_bytes())];
+        texts.extend(beside.iter().map(|(name, lines)| {
+            let job = format!("/JOB\n//NAME {name}\n//POS\n///NPOS 0,0,0,0,0,0\n//INST\nNOP\n{lines}\nEND\n");
+            Text::of_context(format!("{name}.JBI"), job.into_bytes())
+        }));
+        let d = Inform.parse(texts, &robot()).unwrap();
+        d.script().moves().map(|m| m.1.fixed.is_some()).collect::<Vec<bool>>()
+    };
+    let (a, b, relative) = ("MOVJ C00000 VJ=5.00", "MOVJ C00001 VJ=5.00", "IMOV P001 V=10.0 BF");
+    let branches = format!("{a}\nIFTHEN B000=1\n{b}\nELSE\n{a}\nENDIF\n{relative}");
+    assert_eq!(fixed(&branches, &[]), [true, true, true, true]);
+    for (called, stays) in [(relative, true), (a, false), ("CALL JOB:SHIFT2", true)] {
+        let beside = [("SHIFT", called), ("SHIFT2", relative)];
+        assert_eq!(fixed(&format!("{a}\n{b}\nCALL JOB:SHIFT\n{a}"), &beside), [false, stays, false], "{called}");
+    }
+}
+
+#[test]
+fn a_motion_that_is_laid_over_the_path_goes_on_where_its_end_may_be_passed_by() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,0,0,0,0,0";
+    let left = |lines: &str| {
+        let script = script_of(&Inform, &job("2,0,0,0,0,0", list, lines), &robot());
+        script.moves().map(|m| matches!(&m.1.goal, Goal::Opaque(why) if why.ends_with("is on"))).collect::<Vec<bool>>()
+    };
+    let m = "MOVJ C00000 VJ=5.00";
+    for (lines, expected) in [
+        (format!("WVON WEV#(1)\n{m}\nWVOF\n{m}"), vec![true, false]),
+        (format!("WVON WEV#(1)\nJUMP *L1 IF B000=1\nWVOF\n*L1\n{m}"), vec![true]),
+        (format!("WVON WEV#(1)\nIFTHEN B000=1\nWVOF\n{m}\nENDIF\n{m}"), vec![false, true]),
+        (format!("*L1\n{m}\nSFTON P001\n{m}\nJUMP *L1"), vec![true, true]),
+        (format!("*L1\n{m}\nSFTON P001\n{m}\nSFTOF\nJUMP *L1"), vec![false, true]),
+        (format!("{m}\nCOMARCOF\n{m}"), vec![true, false]),
+    ] {
+        assert_eq!(left(&lines), expected, "{lines}");
+    }
+}

@@ -12,8 +12,6 @@ pub(super) struct Block {
     begins: Settings,
     /// It sets others.
     sets: bool,
-    /// What leads the robot away before it, or at the end of one of its branches.
-    led: Option<&'static str>,
 }
 
 impl Reader<'_> {
@@ -22,6 +20,7 @@ impl Reader<'_> {
             && b != Break::Frame
         {
             self.set = self.later_settings(b);
+            self.set.merge_all(&self.lists, b != Break::Call);
         }
         if matches!(kind, StepKind::Break(_)) {
             self.stands = None;
@@ -47,7 +46,7 @@ impl Reader<'_> {
         let (carried, moved) = (self.carried_later.clone(), self.moved_later.clone());
         let turning = self.turning_later;
         let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
-        Settings { base, tool, bases, tools, any, carried, moved, turning, ..Settings::default() }
+        Settings { base, tool, bases, tools, any, carried, moved, ..Settings::turning(turning) }
     }
 
     /// A block opens; what its line calls belongs to it.
@@ -56,8 +55,11 @@ impl Reader<'_> {
         let before = self.set.clone();
         self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
         self.set = self.later_settings(kind);
-        let (begins, led) = (self.set.clone(), self.going.led);
-        self.blocks.push(Block { before, begins, sets: false, led });
+        if kind == Break::Loop {
+            self.set.merge_all(&self.lists, false);
+        }
+        let begins = self.set.clone();
+        self.blocks.push(Block { before, begins, sets: false });
         self.called(k, line);
     }
 
@@ -67,7 +69,6 @@ impl Reader<'_> {
         self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
-            block.led = block.led.or(self.going.led);
             // the other branch begins with what was there before, or with both
             self.set.merge_lists(&block.begins);
         }
@@ -82,7 +83,6 @@ impl Reader<'_> {
         let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
         let block = self.blocks.pop();
         let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
-        self.going.led = self.going.led.or(block.as_ref().and_then(|b| b.led));
         match block {
             Some(block) if !busy && !sets => self.set = block.before,
             block => {
@@ -129,6 +129,9 @@ impl Reader<'_> {
         }
         let mut waits = false;
         for name in calls(self.text, line) {
+            if self.counting.contains(&name) {
+                self.counted_calls.insert(k as u64 + 1);
+            }
             match self.still.waits(&name) {
                 Some(waiting) => {
                     waits |= waiting;

@@ -52,8 +52,8 @@ impl Reader<'_> {
             goal => goal,
         };
         let tail = &line[end.unwrap_or(at).min(line.len())..];
-        let turning = self.going.of_motion(self.set.turning, self.text, tail);
-        let goal = self.as_the_robot_goes(goal, word, tail, turning);
+        let turning = self.going.of_motion(self.set.turning_now(), self.text, tail);
+        let goal = self.as_the_robot_goes(k, goal, word, tail, turning);
         let via = self.via_of_splittable(line, at, word, &goal);
         let copied = word.arc || whole || !has_more_after(line, at);
         let closed = self.closed(word, turning, via.is_some(), copied);
@@ -65,37 +65,29 @@ impl Reader<'_> {
             _ => others,
         };
         self.steps.place(self.steps.next(), Site { motion, others });
-        if word.relative
-            && let Some(before) = self.steps.last_move_mut()
-        {
-            before.fixed.get_or_insert_with(|| relative::BEFORE.into());
-        }
         self.stands = match &goal {
             Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),
             _ => None,
         };
         let path = if self.spline { PathKind::Curve } else { word.path };
         let fixed = relative.then(|| relative::ITSELF.to_string());
-        let how = How { path, fixed, closed, speed, blend_m, tool: None, turns_known: false };
+        let how = How { path, fixed, closed, speed, blend_m, tool: None, turns_known: false, relative: word.relative };
         self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
         Ok(())
     }
 
     /// The goal, or why nobody knows where it is as the robot goes: led by a sensor, turned otherwise, holding the part.
-    fn as_the_robot_goes(&mut self, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
-        match goal {
-            goal @ Goal::Opaque(_) => goal,
-            _ if self.going.led.is_some() => {
-                let by = self.going.led.unwrap_or_default();
-                Goal::Opaque(format!("{by} leads the robot away from its points"))
-            }
+    fn as_the_robot_goes(&self, k: usize, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
+        match (goal, self.led.by(k)) {
+            (goal @ Goal::Opaque(_), _) => goal,
+            (_, Some(by)) => Goal::Opaque(format!("{by} leads the robot away from its points")),
             _ if word.path != PathKind::Joint && turning == Turning::Otherwise => {
                 Goal::Opaque("$ORI_TYPE: the tool does not turn to the orientation of the point".into())
             }
             _ if word.path != PathKind::Joint && self.going.holds_part(self.text, tail) => {
                 Goal::Opaque("the robot holds the part (IPO_FRAME #TCP)".into())
             }
-            goal => goal,
+            (goal, None) => goal,
         }
     }
 

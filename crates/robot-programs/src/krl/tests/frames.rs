@@ -90,6 +90,18 @@ fn a_list_of_the_controller_that_is_set_in_a_branch_in_part_or_by_an_index_is_no
     for set in ["BASE_DATA[1].A=90\n", "BASE_DATA[n]={X 0,Y 0,Z 0,A 90,B 0,C 0}\n"] {
         assert_eq!(at(set), "1 as the program sets it", "{set}");
     }
+    // past it, before it in the next round, in a routine that is called
+    for lines in [
+        format!("IF $IN[1] THEN\nGOTO L1\nENDIF\nBASE_DATA[1]={frame}\nL1:\nBAS(#BASE,1)\n{AT}"),
+        format!("LOOP\nBAS(#BASE,1)\n{AT}BASE_DATA[1]={frame}\nENDLOOP\n"),
+        format!("init()\nBAS(#BASE,1)\n{AT}END\nDEF init()\nBASE_DATA[1]={frame}\n"),
+        format!("init()\nBAS(#BASE,1)\nIF $IN[1] THEN\n{AT}ENDIF\nEND\nDEF init()\nBASE_DATA[1]={frame}\n"),
+    ] {
+        let base = &said(&lines)[0][0];
+        assert!(base.starts_with("Any") && base.contains("Named(\"1\")") && base.contains("Given"), "{lines}: {base}");
+    }
+    // whichever way it came, it has been set
+    assert!(at(&format!("BASE_DATA[1]={frame}\nmay_move()\n")).starts_with("Given"));
     assert_eq!(last(&format!("BASE_DATA[1].A=90\nFDAT_ACT=FP1\n{AT}"))[0], "1 as the program sets it");
     assert_eq!(last(&format!("FP1.BASE_NO=3\nFDAT_ACT=FP1\n{AT}"))[0], "base of FP1");
 }

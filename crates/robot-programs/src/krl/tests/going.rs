@@ -35,13 +35,31 @@ fn a_motion_of_constant_orientation_stays_and_one_of_the_wrist_takes_no_point() 
         let said = of(&src, data).remove(0);
         assert!(said.0.contains("ORI_TYPE"), "{src}: {said:?}");
     }
+    // motion data come into force with BAS, and again whatever was set since
+    for src in [
+        format!("$ORI_TYPE=#CONSTANT\nLDAT_ACT=LCPDAT3\n{AT}"),
+        format!("LDAT_ACT=LCPDAT1\n$ORI_TYPE=#VAR\nBAS(#CP_PARAMS,2)\n{AT}"),
+        format!("LDAT_ACT=LCPDAT1\n$ORI_TYPE=#VAR\nBAS(#CP_DAT)\n{AT}"),
+        format!(
+            "setup()\n$ORI_TYPE=#VAR\nBAS(#CP_PARAMS,2)\n{AT}END\nDEF setup()\nLDAT_ACT=LCPDAT1\nEND\nDEF last()\n{AT}"
+        ),
+    ] {
+        let said = of(&src, data).remove(0);
+        assert!(said.0.contains("ORI_TYPE"), "{src}: {said:?}");
+    }
+    for src in [
+        format!("LDAT_ACT=LCPDAT1\n$ORI_TYPE=#VAR\nBAS(#PTP_PARAMS,50)\n{AT}"),
+        format!("$ORI_TYPE=#CONSTANT\nLDAT_ACT=LCPDAT3\nBAS(#CP_PARAMS,2)\n{AT}"),
+    ] {
+        assert_eq!(of(&src, data).remove(0), evenly, "{src}");
+    }
     for src in [format!("$ORI_TYPE=#JOINT\n{AT}"), format!("LDAT_ACT=LCPDAT2\n{AT}")] {
         let said = of(&src, data).remove(0);
         assert!(said.0.is_empty() && said.1.contains("#JOINT"), "{src}: {said:?}");
     }
     for src in [
         format!("$ORI_TYPE=#CONSTANT\nBAS(#INITMOV,0)\n{AT}"),
-        format!("LDAT_ACT=LCPDAT1\nLDAT_ACT=LCPDAT3\n{AT}"),
+        format!("LDAT_ACT=LCPDAT1\nBAS(#CP_PARAMS,2)\nLDAT_ACT=LCPDAT3\nBAS(#CP_PARAMS,2)\n{AT}"),
         format!("$ORI_TYPE=#CONSTANT\n{slin} WITH $ORI_TYPE=SORI_TYP(LCPDAT3)\n"),
     ] {
         assert_eq!(of(&src, data).remove(0), evenly, "{src}");
@@ -79,6 +97,16 @@ fn motions_under_a_sensor_or_on_a_conveyor_stay() {
     assert_eq!(left(&format!("{j}ret=RSI_ON(#RELATIVE)\n{j}{AT}ret=RSI_OFF()\n{j}")), [false, true, true, false]);
     assert_eq!(left(&format!("{j}IF (RSI_ON() <> RSIOK) THEN\nHALT\nENDIF\n{j}RSI_OFF()\n{j}")), [false, true, false]);
     assert_eq!(left(&format!("{j}CONVEYOR.FOLLOW(#C1,1,1)\n{j}CONVEYOR.QUIT()\n{j}")), [false, true, false]);
+    // of the next round, of another way to the label, of whoever called
+    assert_eq!(left(&format!("LOOP\n{j}ret=RSI_ON(#RELATIVE)\n{j}ENDLOOP\nret=RSI_OFF()\n{j}")), [true, true, false]);
+    let past =
+        format!("ret=RSI_ON(#RELATIVE)\nIF $IN[1] THEN\nGOTO L1\nENDIF\nret=RSI_OFF()\n{j}L1:\n{j}ret=RSI_OFF()\n");
+    assert_eq!(left(&past), [false, true]);
+    assert_eq!(left(&format!("{j}ret=RSI_OFF()\n{j}")), [true, false]);
+    // offsets of the joints, in all routines
+    for set in ["$JOINT_OFFSET[1]=0.2\n", "$joint_offset[1] = x\n"] {
+        assert_eq!(left(&format!("{j}{set}{j}")), [true, true], "{set}");
+    }
 }
 
 #[test]

@@ -61,3 +61,39 @@ fn a_relative_motion_is_not_known_where_it_turns_or_the_place_before_is_not_cert
         assert!(before.fixed.is_some() || matches!(before.goal, Goal::Opaque(_)), "{line}");
     }
 }
+
+/// Which moves of a text stay, with the modules beside it.
+fn fixed(src: &str, beside: &str) -> Vec<bool> {
+    let mut texts = vec![Text::new("a.src", src.as_bytes().to_vec())];
+    texts.push(Text::of_context("b.src", beside.as_bytes().to_vec()));
+    let d = Krl.parse(texts, &kr120()).unwrap();
+    moves(d.as_ref()).iter().map(|m| m.1.fixed.is_some()).collect()
+}
+
+#[test]
+fn moves_from_which_a_relative_motion_may_count_stay() {
+    let (a, b, relative) = ("PTP {A1 5}\n", "PTP {A1 9}\n", "PTP_REL {A1 2}\n");
+    for (lines, expected) in [
+        // both branches end before it
+        (format!("IF $IN[1] THEN\n{b}{a}ELSE\n{b}ENDIF\n{relative}{a}"), vec![false, true, true, false, true]),
+        // so does the loop itself
+        (format!("{a}LOOP\n{relative}{b}{a}ENDLOOP\n"), vec![true, false, false, true]),
+        (format!("{a}IF $IN[1] THEN\nGOTO L1\nENDIF\n{b}L1:\n{relative}"), vec![true, true, true]),
+        // a routine that is called from two places
+        (
+            format!("{a}sub()\n{b}{a}sub()\n{b}{a}END\nDEF sub()\n{relative}{a}{b}"),
+            vec![true, false, true, false, true, false, false, true],
+        ),
+    ] {
+        let src = format!("DEF a()\n{lines}END\n");
+        assert_eq!(fixed(&src, ""), expected, "{src}");
+    }
+    // one of another module, and one that calls it
+    for (beside, stays) in [
+        (format!("DEF sub()\n{relative}END\n"), true),
+        (format!("DEF sub()\n{a}END\n"), false),
+        (format!("DEF sub()\nother()\nEND\nDEF other()\n{relative}END\n"), true),
+    ] {
+        assert_eq!(fixed(&format!("DEF a()\n{a}{b}sub()\n{a}END\n"), &beside), [false, stays, false], "{beside}");
+    }
+}

@@ -1,0 +1,94 @@
+//! What leads the robot away from its points, line by line: a conveyor (`CONVEYOR.FOLLOW`), a sensor (`RSI_ON`), offsets of the joints
+//! (`$JOINT_OFFSET[1]=0.2`).
+//!
+//! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What a routine leaves behind may hold in
+//! all of them, from their start; what it ends without having begun it, too.
+
+use super::lex::{Kind, Token, first_word, tokens, upper};
+use super::statement::is_routine;
+use crate::script::Text;
+use crate::script::held::{self, Event};
+
+const CONVEYOR: u32 = 1;
+const SENSOR: u32 = 2;
+const OFFSET: u32 = 4;
+
+/// What leads the robot before each line; empty: nothing in the text does.
+#[derive(Default)]
+pub(super) struct Led(Vec<u32>);
+
+impl Led {
+    pub fn of(text: &Text) -> Self {
+        if !mentions(text) {
+            return Self::default();
+        }
+        let mut routines: Vec<Vec<Event>> = vec![Vec::new()];
+        let mut line = Vec::new();
+        for k in 0..text.line_count() {
+            tokens(text, k, &mut line);
+            line.retain(|t| t.kind != Kind::Comment);
+            let word = line.first().map(|t| upper(text, t)).unwrap_or_default();
+            if is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default()) {
+                routines.push(Vec::new());
+            }
+            if let Some(routine) = routines.last_mut() {
+                routine.push(event(text, &line, &word));
+            }
+        }
+        let left = |start: u32| {
+            let of = |r: &Vec<Event>| held::before_each(r, start | held::from_before(r));
+            routines.iter().map(of).collect::<Vec<Vec<u32>>>()
+        };
+        // what is left behind by one may be on in all
+        let behind = left(0).iter().filter_map(|states| states.last()).fold(0, |all, s| all | s);
+        let each = left(behind).into_iter().flat_map(|mut states| {
+            states.pop();
+            states
+        });
+        Self(each.collect())
+    }
+
+    /// What leads the robot at line `k`.
+    pub fn by(&self, k: usize) -> Option<&'static str> {
+        let bits = self.0.get(k).copied().unwrap_or_default();
+        let names = [(CONVEYOR, "a conveyor"), (SENSOR, "a sensor (RSI_ON)"), (OFFSET, "$JOINT_OFFSET")];
+        names.iter().find(|n| bits & n.0 != 0).map(|n| n.1)
+    }
+}
+
+/// Whether any of the words stands in the text.
+fn mentions(text: &Text) -> bool {
+    let is = |at: Option<usize>, word: &[u8]| {
+        at.and_then(|at| text.bytes.get(at..at + word.len())).is_some_and(|b| b.eq_ignore_ascii_case(word))
+    };
+    memchr::memchr_iter(b'_', &text.bytes)
+        .any(|k| is(k.checked_sub(3), b"RSI_O") || is(k.checked_sub(6), b"$JOINT_OFFSET"))
+        || (0..text.line_count()).any(|k| first_word(text, k).eq_ignore_ascii_case(b"CONVEYOR"))
+}
+
+/// A line by its tokens, without comments; `word`: the first, in upper case.
+///
+/// `lead = "CONVEYOR" "." ("FOLLOW" | "SKIP" | "QUIT" | "OFF") ... | ... ("RSI_ON" | "RSI_OFF") "(" ... | "$JOINT_OFFSET" ... "=" ...`
+fn event(text: &Text, line: &[Token], word: &str) -> Event {
+    let says = |name: &str| line.iter().any(|t| t.kind == Kind::Word && upper(text, t) == name);
+    if says("RSI_ON") {
+        return Event::On(SENSOR);
+    }
+    match word {
+        "CONVEYOR" => match line.get(2).map(|t| upper(text, t)).as_deref() {
+            Some("FOLLOW" | "SKIP") => Event::On(CONVEYOR),
+            Some("QUIT" | "OFF") => Event::Off(CONVEYOR),
+            _ => Event::Other,
+        },
+        "$JOINT_OFFSET" => Event::On(OFFSET),
+        _ if says("RSI_OFF") => Event::Off(SENSOR),
+        "IF" | "SWITCH" => Event::Open(false),
+        "LOOP" | "FOR" | "WHILE" | "REPEAT" => Event::Open(true),
+        "ELSE" | "CASE" | "DEFAULT" => Event::Middle,
+        "ENDIF" | "ENDSWITCH" | "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => Event::Close,
+        "EXIT" => Event::Leave,
+        "GOTO" => Event::Jump(line.get(1).map(|t| upper(text, t))),
+        _ if line.len() == 2 && line[0].kind == Kind::Word && line[1].is(b':') => Event::Label(word.to_string()),
+        _ => Event::Other,
+    }
+}
