@@ -4,7 +4,8 @@
 //! declared globally twice. So a module is read together with those that can be its fellows: the files of its folder (of `PROGMOD` and
 //! `SYSMOD` where it stands in one of them), of which a `.pgf` that names the module names the others, too. A file that declares a
 //! global name again, or a second `main`, is of another task and left out. Where nothing tells which of several `main` is the
-//! module's own, or that the files of the folder are of one task at all, none of them is taken. A global variable that a file which is left out
+//! module's own, none of them is taken. In a folder of another name without a `.pgf` the modules are one program where no two of them
+//! declare the same global name and one holds `main`; those that use each other's names are then read together, else none is. A global variable that a file which is left out
 //! assigns, passes on or declares with another value may be another at run time. What is found there is read and never written.
 
 use super::arguments::motion_of;
@@ -185,10 +186,11 @@ impl Project {
         let path = |t: &Text| PathBuf::from(&t.name);
         let lists: Vec<Vec<String>> =
             texts[1..].iter().filter(|t| is_list(&path(t))).map(|t| listed(&t.bytes)).collect();
-        // nothing tells that what stands in one folder is of one task
-        if lists.len() > 1 || lists.is_empty() && !in_task_folder(&path(text)) {
+        if lists.len() > 1 {
             return alone(own);
         }
+        // a list or the name of the folder tells that what stands there is of one task
+        let told = !lists.is_empty() || in_task_folder(&path(text));
         let of_task = |t: &Text| {
             let path = path(t);
             let name = file_name(&path);
@@ -206,8 +208,11 @@ impl Project {
         let all: Vec<(usize, &Text, Parsed)> =
             others().filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?))).collect();
         let taken = globals(&own);
-        let fellows: Vec<&(usize, &Text, Parsed)> =
-            all.iter().filter(|(.., p)| globals(p).is_disjoint(&taken)).collect();
+        let fellows: Vec<&(usize, &Text, Parsed)> = match told {
+            true => all.iter().filter(|(.., p)| globals(p).is_disjoint(&taken)).collect(),
+            false if is_one_program(text, &own, &texts[1..], &all) => connected(&own, &all),
+            false => Vec::new(),
+        };
         let main = |p: &Parsed| p.routines.iter().any(|r| r.name == "main");
         let mains = fellows.iter().filter(|(.., p)| main(p)).count();
         let size: usize = fellows.iter().map(|f| f.1.bytes.len()).sum();
@@ -244,6 +249,41 @@ impl Project {
             Some((start, file)) => At { file: *file, line: line + 1 - self.text.line_of(*start) },
         }
     }
+}
+
+/// Whether the modules of a folder without a list are one program: all of them can be read, can be loaded together, and hold one `main`.
+fn is_one_program(text: &Text, own: &Parsed, beside: &[Text], all: &[(usize, &Text, Parsed)]) -> bool {
+    let modules = || beside.iter().filter(|t| is_module(Path::new(&t.name)));
+    let mains = usize::from(starts(text)) + modules().filter(|t| starts(t)).count();
+    let mut names = globals(own);
+    let apart = |p: &Parsed| {
+        let own = globals(p);
+        let apart = own.is_disjoint(&names);
+        names.extend(own);
+        apart
+    };
+    mains == 1 && modules().count() == all.len() && all.iter().map(|(.., p)| p).all(apart)
+}
+
+/// The modules that use what the module declares or declare what it uses, and so on from these: those that are loaded with it. None where
+/// `main` is not among them.
+fn connected<'a, 't>(own: &Parsed, all: &'a [(usize, &'t Text, Parsed)]) -> Vec<&'a (usize, &'t Text, Parsed)> {
+    let uses = |a: &Parsed, b: &Parsed| {
+        let shared = globals(b);
+        let declares = |word: &str| a.decls.iter().any(|d| d.name == word) || a.routines.iter().any(|r| r.name == word);
+        a.words.different().any(|w| shared.contains(w) && !declares(w))
+    };
+    let (mut found, mut rest): (Vec<_>, Vec<_>) = (Vec::new(), all.iter().collect());
+    let mut open = vec![own];
+    while let Some(from) = open.pop() {
+        let (near, far): (Vec<_>, Vec<_>) = rest.into_iter().partition(|(.., p)| uses(from, p) || uses(p, from));
+        open.extend(near.iter().map(|(.., p)| p));
+        found.extend(near);
+        rest = far;
+    }
+    let main = |p: &Parsed| p.routines.iter().any(|r| r.name == "main");
+    found.sort_by_key(|f| f.0);
+    if main(own) || found.iter().any(|(.., p)| main(p)) { found } else { Vec::new() }
 }
 
 /// Whether a text may hold `PROC main`.

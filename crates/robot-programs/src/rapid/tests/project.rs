@@ -100,6 +100,27 @@ fn files_that_cannot_be_of_one_task_are_not_looked_at() {
 }
 
 #[test]
+fn modules_of_any_folder_are_one_program_where_they_can_be_loaded_together_and_one_holds_main() {
+    let own = "MODULE own\nPROC work()\nMoveAbsJ jHome,v100,fine,tool0;\nENDPROC\nENDMODULE\n";
+    let home = |name: &str| module(name, &format!("CONST jointtarget jHome:=[[1,2,3,4,5,6],{E}];"));
+    let main = module("boss", "PROC main()\nwork;\nENDPROC");
+    let known = |own: &str, others: &[&str]| why(folder("cell/", own, others).as_ref(), 0) == "known";
+    assert!(known(own, &[&home("data"), &main]));
+    assert!(known(own, &[&home("data"), &main, &module("more", "VAR num n;")]));
+    // no main, two of them, one of a module that has nothing to do with it
+    assert!(!known(own, &[&home("data")]));
+    assert!(!known(own, &[&home("data"), &main, &module("b", "PROC main()\nENDPROC")]));
+    assert!(!known(own, &[&home("data"), &module("boss", "PROC main()\nENDPROC")]));
+    // two of a name anywhere in the folder, and a file that cannot be read
+    let twice = [module("c", "VAR num n;"), module("d", "VAR num n;")];
+    assert!(!known(own, &[&home("data"), &main, &twice[0], &twice[1]]));
+    assert!(!known(own, &[&home("data"), &main, "MODULE a CONST"]));
+    // over a third one
+    let through = module("data", &format!("CONST jointtarget jHome:=[[1,2,3,4,5,6],{E}];\nPROC init()\nENDPROC"));
+    assert!(known(own, &[&through, &module("boss", "PROC main()\ninit;\nENDPROC")]));
+}
+
+#[test]
 fn a_tool_of_reltool_is_turned_about_x_then_its_new_y_then_its_new_z() {
     let data = format!("CONST robtarget p1:=[[600,0,700],[0,0,1,0],[0,0,0,0],{E}];");
     let source = program(&data, "MoveL RelTool(Offs(p1,0,0,10),0,0,-50\\Rx:=90\\Rz:=90),v100,fine,tool0;");
@@ -119,7 +140,8 @@ fn a_folder_that_nothing_tells_to_be_of_one_task_gives_no_targets() {
     let found = task(own, &[&data]);
     assert_eq!(why(found.as_ref(), 0), "known");
     assert!(found.script().notes.iter().any(|n| n.text.contains("taken from this file")), "{:?}", found.script().notes);
-    assert!(why(folder("", own, &[&data]).as_ref(), 0).contains("declared in another module"));
+    let routine = own.replace("main", "work");
+    assert!(why(folder("", &routine, &[&data]).as_ref(), 0).contains("declared in another module"));
     // a list of modules tells it
     let with_list = |list: &str| {
         let texts = vec![
