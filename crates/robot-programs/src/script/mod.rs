@@ -447,6 +447,8 @@ impl Script {
             }
             match &step.kind {
                 StepKind::Move(_) => (last, others) = (Some(k), false),
+                // by a word of the move itself, which may end before its goal
+                _ if last.and_then(|k| self.steps.get(k)).is_some_and(|m: &Step| m.at == step.at) => {}
                 // what is called stands elsewhere
                 StepKind::Break(Break::Call) => others |= starts > 1,
                 _ if ends(step) => (last, others) = (None, true),

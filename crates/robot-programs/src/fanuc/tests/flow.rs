@@ -55,6 +55,10 @@ fn moves_from_which_an_increment_may_count_stay() {
     };
     let (a, b, inc) = ("J P[1] 100% FINE", "J P[2] 100% FINE", "L P[3] 50mm/sec FINE INC");
     assert_eq!(fixed(&format!("{a}\n{b}\n{inc}\n{a}"), &[]), [false, true, false, false]);
+    assert_eq!(
+        fixed(&format!("{a}\nL P[2] 50mm/sec FINE Skip,LBL[9]\n{inc}\nLBL[9]\n{a}"), &[]),
+        [false, true, false, false]
+    );
     // of both ways to the label
     let ways = format!("{a}\nIF R[1]=1,JMP LBL[1]\n{b}\nLBL[1]\n{inc}");
     assert_eq!(fixed(&ways, &[]), [true, true, true]);
