@@ -230,13 +230,14 @@ mod tests {
     use super::*;
     use crate::io::input::Input;
     use crate::robot::Robot;
+    use std::f64::consts::PI;
 
     const ROBOT: &str = "schema: lostmotion/robot/1\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n  - {name: A2, kind: revolute, a_mm: 400}\n";
 
     /// Commands in deg at a time: a rest, a stroke there and back, a rest.
     fn commands(t: f64) -> [f64; 2] {
         let x = (t - 2.0).clamp(0.0, 20.0);
-        [10.0 * (0.3 * x).sin(), 5.0 - 5.0 * (0.45 * x).cos()]
+        [5.0 - 5.0 * (0.1 * PI * x).cos(), 3.0 - 3.0 * (0.2 * PI * x).cos()]
     }
 
     /// A log at `rate` Hz of a controller that says something new `controller` times a second, a tracker `tracker` times.

@@ -113,7 +113,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     let refused = |(text, first): (String, Fault)| {
         let mended = first
             .mended(robot)
-            .map_or(String::new(), |entry| format!(" (mend it in the file, or with --columns: `{entry}`)"));
+            .map_or(String::new(), |entry| format!(" (mend it in the file, or by a column map: `{entry}`)"));
         Err(Error::bad(Place::file(&log.name), text, format!("{PATH_OF_FILE}{mended}")))
     };
     let known = kinematics == Kinematics::OfFile;

@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn what_is_no_table_is_refused_with_line_and_column() {
         for (text, says) in [
-            ("", "no joint"),
+            ("", "an empty file"),
             ("a_mm,alfa_deg\n1,2\n", "dh.csv:1:2: found heading `alfa_deg`"),
             ("a_mm,d_mm\n1,x\n", "dh.csv:2:2: found `x`"),
             ("a_mm,min_deg,max_deg\n1,-10,\n", "limits that are no range"),

@@ -122,7 +122,8 @@ impl Readings {
         }
         self.check_sizes(&all, columns)?;
         if self.missing > 0 {
-            self.notes.push(format!("{} missing of {}", counted(self.missing, "reading"), self.rows.len()));
+            let are = if self.missing == 1 { "is" } else { "are" };
+            self.notes.push(format!("{} of {} readings {are} missing", self.missing, self.rows.len()));
         }
         self.refuse_twice()
     }

@@ -10,9 +10,15 @@ fn task(own: &str, others: &[&str]) -> Box<dyn Document> {
 }
 
 /// A module with others of its folder.
+/// In the place of a text: a file that is there and cannot be read.
+const UNREAD: &str = "unread";
+
 fn folder(folder: &str, own: &str, others: &[&str]) -> Box<dyn Document> {
     let own = Text::new(format!("{folder}own.mod"), own.as_bytes().to_vec());
-    let others = (1..).zip(others).map(|(k, t)| Text::of_context(format!("{folder}m{k}.mod"), t.as_bytes().to_vec()));
+    let others = (1..).zip(others).map(|(k, t)| match *t {
+        UNREAD => Text::unread(format!("{folder}m{k}.mod")),
+        t => Text::of_context(format!("{folder}m{k}.mod"), t.as_bytes().to_vec()),
+    });
     Rapid.parse(std::iter::once(own).chain(others).collect(), &robot()).unwrap()
 }
 
@@ -170,8 +176,7 @@ fn a_file_that_is_left_out_may_set_what_it_names() {
         module("two", "VAR num n;\nPROC set()\njG:=CJointT();\nENDPROC"),
         "MODULE broken\nPROC set(\njG := CJointT();\n".to_string(),
         module("three", main),
-        // not read
-        String::new(),
+        UNREAD.to_string(),
     ] {
         for place in ["", "PROGMOD/"] {
             for storage in ["PERS", "VAR"] {
