@@ -176,8 +176,8 @@ fn even(seen: &[f64], every_s: f64, row_s: f64) -> Option<Vec<f64>> {
 /// From one reading to the next it is one, but across a rest, whose length in intervals is rounded: by the starts of the strokes before
 /// and behind it, each the earliest that its readings allow, as a single reading may come late by a row.
 fn ticks(seen: &[f64], every_s: f64) -> Vec<f64> {
-    let mut strokes: Vec<Range<usize>> = vec![0..1];
-    for k in 1..seen.len() {
+    let mut strokes: Vec<Range<usize>> = Vec::new();
+    for k in 0..seen.len() {
         match strokes.last_mut() {
             Some(stroke) if seen[k] - seen[k - 1] < (2.0 - UNEVEN) * every_s => stroke.end = k + 1,
             _ => strokes.push(k..k + 1),

@@ -73,14 +73,14 @@ mod tests {
 
     #[test]
     fn a_pose_of_right_angles_in_radians_is_suspected_and_small_programs_are_not() {
-        let start = [0.0, -1.5708, 1.571, 0.0, 1.0, 0.0];
+        let start = [0.0, -1.5707, 1.571, 0.0, 1.0, 0.0];
         assert!(suspected(&[start, [0.2, -1.4, 1.3, 0.1, 0.9, 0.0]]));
         assert!(suspected(&[[0.2, -1.4, 1.3, 0.1, 0.9, 0.0], start]));
         // a short program in degrees, near zero
         assert!(!suspected(&[[0.0, 1.5, -2.0, 0.0, 3.0, 0.0], [0.5, 1.5, -2.25, 0.0, 3.1, 0.0]]));
         assert!(!suspected(&[[0.0; 6], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]]));
         // one right angle is chance, and an angle beyond a turn is none in radians
-        assert!(!suspected(&[[0.0, -1.5708, 0.3, 0.0, 1.0, 0.0]]));
+        assert!(!suspected(&[[0.0, -1.5707, 0.3, 0.0, 1.0, 0.0]]));
         assert!(!suspected(&[start, [0.2, -1.4, 1.3, 0.1, 30.0, 0.0]]));
     }
 }
