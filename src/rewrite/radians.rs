@@ -71,16 +71,19 @@ mod tests {
         suspicion.is_probable()
     }
 
+    /// As a program of four decimals has it.
+    const RIGHT_ANGLE: f64 = -15708e-4;
+
     #[test]
     fn a_pose_of_right_angles_in_radians_is_suspected_and_small_programs_are_not() {
-        let start = [0.0, -1.5707, 1.571, 0.0, 1.0, 0.0];
+        let start = [0.0, RIGHT_ANGLE, 1.571, 0.0, 1.0, 0.0];
         assert!(suspected(&[start, [0.2, -1.4, 1.3, 0.1, 0.9, 0.0]]));
         assert!(suspected(&[[0.2, -1.4, 1.3, 0.1, 0.9, 0.0], start]));
         // a short program in degrees, near zero
         assert!(!suspected(&[[0.0, 1.5, -2.0, 0.0, 3.0, 0.0], [0.5, 1.5, -2.25, 0.0, 3.1, 0.0]]));
         assert!(!suspected(&[[0.0; 6], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]]));
         // one right angle is chance, and an angle beyond a turn is none in radians
-        assert!(!suspected(&[[0.0, -1.5707, 0.3, 0.0, 1.0, 0.0]]));
+        assert!(!suspected(&[[0.0, RIGHT_ANGLE, 0.3, 0.0, 1.0, 0.0]]));
         assert!(!suspected(&[start, [0.2, -1.4, 1.3, 0.1, 30.0, 0.0]]));
     }
 }

@@ -65,7 +65,7 @@ impl Head {
             Place::line(name, self.line),
             format!("fields separated by `{shown}`"),
             format!(
-                "`{}`, or a column map (--columns) with `separator: \"{shown}\"` and, where numbers have decimal commas, `decimal: \",\"`",
+                "`{}`, or a column map with `separator: \"{shown}\"` and, where numbers have decimal commas, `decimal: \",\"`",
                 separator as char
             ),
         ))
