@@ -73,7 +73,11 @@ fn an_assessment_names_the_tool_that_moves_wait_for() {
     let waits = format!("MoveL {},v50,fine,tGun;\n", there(12.0));
     desk.write("a.mod", &module(&(known + &waits)));
     let run = desk.run("assess program --model model.yaml --before a.mod --after a.mod").success();
-    assert!(words(&run).contains("tool `tGun` (1 move)") && words(&run).contains("--frames"), "{}", words(&run));
+    assert!(
+        words(&run).contains("tool `tGun` (1 move)") && words(&run).contains("a file of frames"),
+        "{}",
+        words(&run)
+    );
 }
 
 /// A module that holds nothing declares nothing; one that may set a tool makes it uncertain.
