@@ -151,9 +151,6 @@ fn leads_to_the_same(format: &dyn Format, robot: &Robot, originals: Vec<Text>, t
     let (Ok(before), Ok(after)) = (read(originals), read(texts)) else { panic!("a result that is not read") };
     let after: Vec<_> = goals(after.script());
     let before = goals(before.script());
-    // offsets are differences along the program: beside a joint value of 1e20 deg, far beyond any limit, a double holds none
-    let largest = before.iter().flat_map(|(_, q)| q).map(|v| v.0.abs()).fold(0.0, f64::max);
-    let arithmetic = 8.0 * f64::EPSILON * largest;
     let mut at = 0;
     for (line, want) in before {
         let near = |is: &[(f64, f64)]| {
@@ -161,7 +158,7 @@ fn leads_to_the_same(format: &dyn Format, robot: &Robot, originals: Vec<Text>, t
             axes.into_iter().all(|(joint, (is, want))| {
                 let gap = HALF_GAP * joint.kind.si_per_user_unit();
                 // coupled axes take a share of each other's gap; numbers are rounded to the coarser digit
-                let most = 2.5 * gap + is.1.max(want.1) + arithmetic;
+                let most = 2.5 * gap + is.1.max(want.1);
                 is.0.is_nan() || want.0.is_nan() || (is.0 - want.0).abs() <= most
             })
         };

@@ -277,3 +277,16 @@ fn friction_that_fades_in_seconds_is_left_out_where_no_speed_can_be_told() {
     desk.run(&format!("{RUN} --speed-mm-s 10")).success().stderr(contains("the gaps alone").not());
     assert_ne!(desk.read("out.src"), gaps_alone);
 }
+
+/// Offsets are differences along a program: beside a number of 1e21 deg a double holds none of them.
+#[test]
+fn a_joint_value_beyond_any_machine_is_refused_with_its_place() {
+    let desk = Desk::new(0.003);
+    let line = |a1: &str| format!("  PTP {{A1 {a1}, A2 -80.0, A3 90.0, A4 0.0, A5 30.0, A6 0.0}}\n");
+    let text = [line("10.0"), line("4000000000000000000000.0"), line("20.0"), line("10.0")].concat();
+    desk.write("far.src", &format!("DEF far()\n{text}END\n"));
+    desk.run("rewrite --model model.yaml far.src --output out.src --max-added 1")
+        .code(2)
+        .stderr(contains("far.src:3").and(contains("a position that the joint can have")));
+    assert!(!desk.path("out.src").exists());
+}
