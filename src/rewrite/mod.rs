@@ -16,11 +16,19 @@
 //! - [`sizes`]: offsets that no lost motion explains.
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
-//! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`manifest`] a list
-//! that many machines share, [`refusal`] why a program is not rewritten, [`stream`] the way of the text
-//! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the report.
-//! Both ways share what stands before and after the engine: `digits` (how offsets are written), `deadband`, [`guard`] and
-//! [`rewritten`] (a program that has been rewritten is not rewritten again), limits and their words ([`job`]), [`sink`].
+//! Around the engine, from file to file, every program passes the same stages. Joint-space CSV passes them block by block in constant
+//! memory; a vendor program is read whole, because its moves refer to points and frames anywhere in it.
+//!
+//! | stage | shared by all formats | CSV | vendor program |
+//! | --- | --- | --- | --- |
+//! | source | [`job`]: format, size, notes beside it, guard | `stream::job` | `script::job`, `script::context` |
+//! | moves | `deadband`, `digits`, [`rewritten`]: was it rewritten before? | rows | [`script`]: runs, ways, clock, poses |
+//! | engine | [`engine`] | | |
+//! | edits | `robot_programs::decimal` | `stream::render` | `script::edits`, `script::writing`, `script::verify` |
+//! | sink | limits and their words ([`job`]), [`sink`], [`guard`] and its note, [`outcome`] | `stream::golden` | `script::change` |
+//!
+//! [`batch`] takes a folder of programs through, [`manifest`] a list that many machines share; [`refusal`] says why a program is not
+//! rewritten, [`summary`] reports.
 //!
 //! Files beside:
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
