@@ -16,6 +16,8 @@ pub(super) const MOST_PURE: usize = 16;
 const CHUNK: usize = 64;
 
 /// The row at `start` if it holds short numbers alone (none padded): its end; their places and mantissas.
+///
+/// `row = number {"," number} newline`
 #[inline(always)]
 fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [Packed]) -> Option<usize> {
     let mut at = start;
@@ -246,6 +248,9 @@ impl Parser {
         end
     }
 
+    /// The cells of a row: plain numbers where they are read, anything without quotes where they are not.
+    ///
+    /// `row = (number | {any}) {"," (number | {any})} newline`
     #[inline(always)]
     fn plain_cells(&self, text: &[u8], start: usize, block: &mut Block, base: usize) -> Option<usize> {
         let mut at = start;

@@ -67,6 +67,8 @@ pub(super) fn assigns(statement: &[u8]) -> bool {
 
 /// Whether an instruction neither moves nor jumps: its first word, what stands after it in that word, the second word, and
 /// how many words there are.
+///
+/// `quiet = ("LOCK" | "UNLOCK") "PREG" | "TC_ONLINE" ("(" ... | "ENABLE" | "DISABLE") | "WEAVE" ("[" ... | "END") | register "[" ... | setting ("[" | "=") ...`
 fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
     let after = rest.first().or(second.first()).copied();
     match name {

@@ -44,6 +44,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
 }
 
 /// Whether a line names variables in which a control keeps places: `#5041`, `#<_x>`, or a computed one.
+///
+/// `place = "#" ("<_" ... | "5" digit ... | "[" ...)`
 fn reads_places(line: &[u8]) -> bool {
     (0..line.len()).filter(|&at| line[at] == b'#').any(|at| {
         let rest = &line[at + 1..];

@@ -14,6 +14,8 @@ use std::collections::HashSet;
 
 impl Data {
     /// What other modules declare for all. A file that cannot be read declares nothing.
+    ///
+    /// `list = "DEFDAT" name ["PUBLIC"] {declaration | assignment}`
     pub(super) fn declared_elsewhere(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
         let lists = texts.iter().enumerate().filter(|(_, t)| t.context && is_list(t));
@@ -177,6 +179,8 @@ fn is_basis(text: &Text) -> bool {
 }
 
 /// `XHOME`, `XHOME1` to `XHOME5`.
+///
+/// `home = "XHOME" ["1" | "2" | "3" | "4" | "5"]`
 fn is_home(name: &str) -> bool {
     matches!(name, "XHOME" | "XHOME1" | "XHOME2" | "XHOME3" | "XHOME4" | "XHOME5")
 }

@@ -37,6 +37,8 @@ pub(super) struct Reference {
 
 /// Where the fold from line `fold` to the motion on line `to` means the point `name` (without its `X`): in the fold's text
 /// and parameters, in the form's settings, in the motion. Tools and bases may have the same name.
+///
+/// `form = ";" fold {setting} motion`
 pub(super) fn references(text: &Text, fold: usize, to: usize, name: &str) -> Vec<Reference> {
     let mut out = Vec::new();
     let mut line = Vec::new();

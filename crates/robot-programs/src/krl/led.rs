@@ -57,6 +57,8 @@ impl Led {
 }
 
 /// Whether any of the words stands in the text.
+///
+/// `lead = "RSI_O" ... | "$JOINT_OFFSET" ... | "CONVEYOR" ...`
 fn mentions(text: &Text) -> bool {
     let is = |at: Option<usize>, word: &[u8]| {
         at.and_then(|at| text.bytes.get(at..at + word.len())).is_some_and(|b| b.eq_ignore_ascii_case(word))

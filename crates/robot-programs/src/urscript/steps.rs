@@ -212,6 +212,9 @@ impl Builder<'_> {
         self.moving.get(name).copied().unwrap_or_else(|| !words::is_quiet(name))
     }
 
+    /// What an item of the script does.
+    ///
+    /// `item = call | ("run" | "kill" | "join") ... | "set_tcp" ... | assignment | other`
     fn item(&mut self, item: &Item) -> Result<()> {
         let token = item.span.start;
         if let Some(t) = self.p.tokens.get(token) {

@@ -36,6 +36,8 @@ fn switch(args: &[Arg], name: &str) -> Option<Switch> {
 impl Builder<'_> {
     /// Adds the steps of a motion instruction; `alone`: it is the one statement of an IF.
     ///
+    /// `motion = word argument {"," argument} ";"`
+    ///
     /// # Errors
     /// Bad input where it has no target, or a target that is none.
     pub(super) fn motion(&mut self, item: &Item, motion: Motion, args: Vec<Arg>, alone: bool) -> Result<()> {
@@ -86,6 +88,9 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Which argument is what.
+    ///
+    /// `arguments = [via ","] target "," speed "," ... zone "," ... tool ...`; each by its name (`ToPoint:=`) or by its place
     fn places(&mut self, item: &Item, motion: &Motion, args: &[Arg]) -> Result<Places> {
         let p = self.f.p;
         let token = item.span.start;
@@ -107,6 +112,9 @@ impl Builder<'_> {
     }
 
     /// Speed and radius of the zone, m; the time of `\T` goes into the site.
+    ///
+    /// `pace = "\" "T" ":=" seconds | "\" "V" ":=" number | speeddata`,
+    /// `corner = "\" "Z" ":=" number | zonedata`
     fn pace(
         &mut self,
         item: &Item,
@@ -137,6 +145,9 @@ impl Builder<'_> {
         (speed, blend_m)
     }
 
+    /// Where the motion leads.
+    ///
+    /// `goal = target ["\" "WObj" ":=" wobjdata] ["\" ("Corr" | "Track" | "Weave") ...]`
     fn goal(
         &mut self,
         item: &Item,
@@ -251,6 +262,9 @@ impl Builder<'_> {
         }
     }
 
+    /// The speed of speed data.
+    ///
+    /// `speeddata = "[" number ... "]" | name`
     fn speed(&mut self, span: &Span, item: &Item) -> Speed {
         if let Some(node) = self.node(span, item) {
             return node.get(0).and_then(Node::number).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3));
@@ -263,6 +277,8 @@ impl Builder<'_> {
     }
 
     /// Radius of a zone, m.
+    ///
+    /// `zonedata = "[" ("TRUE" | "FALSE") "," number ... "]" | name`
     fn zone(&mut self, arg: &Arg, item: &Item) -> Option<f64> {
         if let Some(node) = self.node(&arg.span, item) {
             // [finep, pzone_tcp, ...]
