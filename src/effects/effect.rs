@@ -97,7 +97,7 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         false
     }
 
-    /// It looks at the torque of gravity ([`Track::load`]), which may change while the joint rests.
+    /// It looks at the torque of gravity ([`Track::load`]), which may change while the joint is stationary.
     fn uses_load(&self) -> bool {
         false
     }

@@ -146,7 +146,7 @@ pub enum DhParameter {
     D,
     /// Angle about x.
     Alpha,
-    /// Hayati's twist about y behind alpha, for joints whose axes are nearly parallel.
+    /// Hayati's twist about y after alpha, for joints whose axes are nearly parallel.
     Beta,
 }
 
@@ -162,7 +162,7 @@ impl DhParameter {
     }
 }
 
-/// Where an effect acts. `Joint`, `to` and `from` count axes (joints with a command of their own); `joint` counts
+/// Where an effect acts. `Joint`, `to` and `from` count axes (joints with their own command); `joint` counts
 /// [`crate::robot::Robot::joints`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {

@@ -4,7 +4,7 @@
 //! the command leaves its extreme: the last sample of a pause on the extreme, since the reversal begins when the joint
 //! moves again. A movement of at most `deadband` against the direction is number noise and no reversal.
 //!
-//! What else effects look at goes with it: which samples are rows of a log (others are turning points put between them),
+//! It carries what else effects look at: which samples are rows of a log (others are turning points put between them),
 //! how the command runs between samples, the commanded TCP speed, the length of one turn of the joint.
 
 use crate::numerics::reversal::{Movement, ReversalDetector};
@@ -150,7 +150,7 @@ impl<'a> Track<'a> {
         self.p.is_empty()
     }
 
-    /// Walks the samples after each turn: `(turn, range of samples that lie behind it up to the next turn)`.
+    /// Walks the samples after each turn: `(turn, range of samples after it up to the next turn)`.
     pub fn strokes(&self) -> impl Iterator<Item = (&Turn, std::ops::Range<usize>)> {
         self.turns.iter().enumerate().map(|(k, t)| {
             let end = self.turns.get(k + 1).map_or(self.len(), |n| n.index + 1);

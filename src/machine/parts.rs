@@ -38,7 +38,7 @@ pub fn clock(effects: &[EffectInstance]) -> Clock {
     effects.iter().map(|p| p.effect.clock()).fold(Clock::default(), |a, b| a.plus(&b))
 }
 
-/// Where the points are that effects behind the kinematics move.
+/// Where the points are that effects after the kinematics move.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     /// The commands.

@@ -4,13 +4,13 @@
 //! directions and turning points. A movement of at most [`NO_MOVEMENT`] (deg or mm) is the rounding of arithmetic and no
 //! reversal; a step of the last written digit is a command and may be one. An axis at rest has one sample.
 //!
-//! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
+//! A play after a lagging servo turns where the lagged joint does, between the samples of the command; those points
 //! are worked out and added where both stand on one axis ([`crate::effects::EffectType::turning_points`]). A stiction that a lag
 //! filters gets finer samples until it comes loose.
 //!
 //! Parts:
 //! - [`samples`]: the samples of one axis, and columns of a log without their gaps.
-//! - [`chain`]: the trajectory through the stages of an axis, behind its servo and its gear.
+//! - [`chain`]: the trajectory through the stages of an axis, after its servo and after its gear.
 
 mod chain;
 mod samples;
@@ -302,7 +302,7 @@ impl CommandTrajectory {
         matches!(self.axes[axis].samples, Samples::Rest)
     }
 
-    /// Command of an axis with its directions and turning points; one sample where the axis rests.
+    /// Command of an axis with its directions and turning points; one sample where the axis is stationary.
     pub fn track(&self, axis: usize) -> Track<'_> {
         let a = &self.axes[axis];
         let (t_s, p, rows) = self.samples(axis);

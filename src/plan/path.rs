@@ -1,4 +1,4 @@
-//! Commands from rest to rest: the hand that draws every motion of the library.
+//! Commands from rest to rest: used by every motion of the library.
 //!
 //! Method: all joints share one path parameter that runs through a trapezoid of speed, so that they start and stop
 //! together; the slowest joint sets the time, rounded up to whole intervals. Rows stand one interval apart. Rounded to the

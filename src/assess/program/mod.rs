@@ -267,7 +267,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
 }
 
 impl Source<'_> {
-    /// Direction in which each joint first moves by more than [`CREEP`] of its half gap there; 0: it rests.
+    /// Direction in which each joint first moves by more than [`CREEP`] of its half gap there; 0: it is stationary.
     fn first_directions(&self, model: &Model) -> Vec<i8> {
         let columns = match self {
             Self::Program(p) => &p.q,

@@ -25,7 +25,7 @@ const LONGEST_STEP_M: f64 = 0.5e-3;
 const FASTEST_HZ: f64 = 250.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
-/// Points that do not move by more than this (rad or m) rest.
+/// Points that do not move by more than this (rad or m) are stationary.
 pub(super) const REST: f64 = 1e-9;
 
 /// A reversal of a joint's command.

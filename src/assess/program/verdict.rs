@@ -33,7 +33,7 @@ impl Verdict {
     }
 }
 
-/// The figures that a verdict rests on; pairs are before and after, m or s.
+/// The figures that a verdict is based on; pairs are before and after, m or s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     pub rms_m: [f64; 2],

@@ -34,7 +34,7 @@ pub trait Problem {
         f64::INFINITY
     }
 
-    /// Called at the start and after every step taken: the caller may end the fit by a criterion of its own.
+    /// Called at the start and after every step taken: the caller may end the fit by its own criterion.
     fn judge(&mut self, _point: &Self::Point, _state: &Self::State, _progress: &Progress) -> Flow {
         Flow::Continue
     }

@@ -29,7 +29,7 @@ pub enum Kind {
     Static,
     /// A slow path with reversals.
     Path,
-    /// All joints at once, each with frequencies of its own.
+    /// All joints at once, each with its own frequencies.
     Excitation,
 }
 

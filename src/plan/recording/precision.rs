@@ -41,7 +41,7 @@ pub struct Precision {
     pub sigma: Option<f64>,
     /// The same at one place of a static test.
     pub sigma_at_a_place: Option<f64>,
-    /// Reversals, or places, that it rests on.
+    /// Reversals, or places, that it is based on.
     pub reversals: usize,
     /// Mean sensitivity of the reading, m per rad or m per m.
     pub sensitivity_m: f64,
