@@ -4,7 +4,7 @@
 //!
 //! Modules:
 //! - [`mod@file`]: the YAML document, to and from these types, with every refusal and its line.
-//!   `evidence`: what the offsets rest on.
+//!   `evidence`: what the offsets are based on.
 //! - [`schedule`]: a half gap over position as it stands in a document.
 //! - [`mod@response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
@@ -95,7 +95,7 @@ impl FrictionOffset {
     }
 }
 
-/// What a compensator rests on.
+/// What a compensator is based on.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Logs that the gaps were identified from.

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 /// Bytes between two syncs.
 const STRIDE: u64 = 64 << 20;
 
-/// Syncs of an output that is being written, one at a time, each on a thread of its own.
+/// Syncs of an output that is being written, one at a time, each on its own thread.
 #[derive(Default)]
 pub(super) struct Ahead {
     since: u64,

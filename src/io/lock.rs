@@ -172,7 +172,7 @@ mod tests {
 
     const AT_ONCE: Duration = Duration::ZERO;
 
-    /// As another process holds it: by a handle of its own.
+    /// As another process holds it: by its own handle.
     fn foreign(folder: &Path) -> File {
         let file = File::create(folder.join(LOCK)).unwrap();
         (&file).write_all(b"process 12345\n").unwrap();

@@ -68,7 +68,7 @@ impl Default for Options {
     }
 }
 
-/// A log, and the program whose commands take the place of its own.
+/// A log, and the program whose commands replace the ones in the log.
 pub struct Source<'a> {
     /// The log.
     pub log: &'a Log,

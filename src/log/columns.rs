@@ -22,7 +22,7 @@
 //! no other does), `decimal: any` takes a comma where the first row has one between digits and it separates no fields.
 //!
 //! How it fails: a name that says "command of a joint" for a joint or unit the robot does not have is refused, because
-//! dropping it quietly would move the wrong axes; names that say nothing to us are passed over.
+//! dropping it without a message would move the wrong axes; names that say nothing to us are passed over.
 //!
 //! Parts:
 //! - [`mod@resolve`]: header and map joined, so that each column has a meaning and a unit.

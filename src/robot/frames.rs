@@ -1,4 +1,4 @@
-//! Frames and tools by the controller's own names and numbers: of the robot file (`frames:`, `tools:`) or of a file of their own.
+//! Frames and tools by the controller's own names and numbers: of the robot file (`frames:`, `tools:`) or of a separate file.
 //!
 //! ```yaml
 //! schema: lostmotion/frames/1

@@ -55,7 +55,7 @@ impl Robot {
         Some(robot)
     }
 
-    /// No axis of a sum has a sum of its own, so that the order does not matter.
+    /// No axis of a sum has its own sum, so that the order does not matter.
     fn sums(&self, q: &mut [f64], sign: f64) {
         for gear in &self.gap_of {
             let sum: f64 = gear.others.iter().filter_map(|&(k, c)| Some(c * q.get(k)?)).sum();

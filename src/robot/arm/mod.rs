@@ -65,7 +65,7 @@ pub enum Form {
 }
 
 impl Arm {
-    /// The arm of a robot; `None`: it does not have six revolute axes of their own.
+    /// The arm of a robot; `None`: it does not have six revolute axes, each with its own command.
     pub fn of(robot: &Robot) -> Option<Self> {
         if robot.dof() != 6 || robot.joints.iter().any(|j| j.kind != JointKind::Revolute) {
             return None;

@@ -5,7 +5,7 @@
 //! `base` and `flange`. The result is compared with the URDF's own chain at random joint positions.
 //!
 //! The links `base` and `tool0` are the controller's world and flange (REP 199): where they exist, `base` and `flange` of the robot
-//! file are counted from them, so that poses of programs mean the same here as on the controller. A tip behind `tool0` is the tool.
+//! file are counted from them, so that poses of programs mean the same here as on the controller. A tip after `tool0` is the tool.
 //!
 //! Numbers of a URDF are often rounded: `1.5708` for a quarter turn. An angle that is a multiple of 45 degrees to its written
 //! digits is taken as that multiple, and reported.
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(found.robot.links.len(), 3);
     }
 
-    /// An arm of one joint as ROS descriptions are built: world and flange of the controller are links of their own.
+    /// An arm of one joint as ROS descriptions are built: world and flange of the controller are separate links.
     const DESCRIBED: &str = r#"<robot name="arm"><link name="base_link"/><link name="base"/><link name="link_1"/><link name="flange"/>
       <link name="tool0"/><link name="gun"/>
       <joint name="J1" type="revolute"><parent link="base_link"/><child link="link_1"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
