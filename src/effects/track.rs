@@ -43,7 +43,7 @@ pub struct Track<'a> {
     pub p: &'a [f64],
     /// Direction of the movement that arrives at each sample: -1, +1, or 0 before the first movement.
     pub dir: Cow<'a, [i8]>,
-    /// Reversals in order. The first movement is none.
+    /// Reversals in order. The first movement is no reversal.
     pub turns: Cow<'a, [Turn]>,
     /// +1 or -1: the joint was brought to its start in that direction; 0: the play stands in the middle of its gap.
     pub initial_gap_side: i8,

@@ -29,7 +29,7 @@ impl Ahead {
         }
     }
 
-    /// The first failure of a sync: the system tells it once, to whoever asks first.
+    /// The first failure of a sync: the system reports it once, to the first caller.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         self.wait();
         self.failed.take().map_or(Ok(()), Err)

@@ -1,4 +1,4 @@
-//! What kind of content a file has: an output takes the place of a file of its own kind only.
+//! What kind of content a file has: an output replaces a file of its own kind only.
 //!
 //! Method: the first bytes tell pages, documents (`schema: lostmotion/...`, YAML or JSON), logs (a header with commands), other
 //! tables and other text apart. An empty file, as `mktemp` makes one, is of every kind.
@@ -65,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// Whether an output of this kind may take the place of a file of kind `there`.
+    /// Whether an output of this kind may replace a file of kind `there`.
     pub fn replaces(&self, there: &Self) -> bool {
         *there == Self::Empty || *self == Self::Empty || self == there
     }

@@ -70,7 +70,7 @@ impl Output {
         Self::create_as(path, Durability::Synced)
     }
 
-    /// The same, as durable as asked.
+    /// The same, as durable as requested.
     pub fn create_as(path: &Path, durability: Durability) -> Result<Self> {
         let made = |sink, shown| Self { sink, shown, prepared: false, durability };
         if is_stdio(path) {
@@ -162,7 +162,7 @@ impl Output {
         Ok(())
     }
 
-    /// Refuses to take the place of a file of another kind: a mistaken name.
+    /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
         let Sink::File(file) = &self.sink else { return Ok(()) };
         if !file.replaces {

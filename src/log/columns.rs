@@ -226,7 +226,7 @@ impl ColumnMap {
         }
         let header = rows_of(bytes).next().unwrap_or_default();
         let fields = |c: u8| memchr::memchr_iter(c, header).count();
-        // the first of those that cut alike; a decimal comma separates nothing, and a blank stands in names, too
+        // the first of those that give the same cells; a decimal comma separates nothing, and a blank stands in names, too
         let known = [b',', b';', b'\t', b'|'].into_iter().filter(|c| *c != self.decimal);
         known.rev().filter(|c| fields(*c) > 0).max_by_key(|c| fields(*c)).unwrap_or(b' ')
     }

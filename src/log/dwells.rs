@@ -36,7 +36,7 @@ const LAST_DIGIT_M: f64 = 1e-7;
 pub struct DwellOptions {
     /// Shortest dwell, s, where no `trigger` or `cycle` marks them.
     pub min_s: f64,
-    /// Time left to the servo at the start of such a dwell, s; a dwell that ends before is none.
+    /// Time left to the servo at the start of such a dwell, s; one that ends before is no dwell.
     pub settle_s: Option<f64>,
 }
 

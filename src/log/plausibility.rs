@@ -37,7 +37,7 @@ const FOREIGN: f64 = 0.25;
 const SMALLEST_PATH_M: f64 = 0.005;
 /// Misfit that an arm's own calibration errors do not reach, metres: without calibration arms are accurate to 1 to 4 mm.
 pub(crate) const CALIBRATION_M: f64 = 0.005;
-/// Where the kinematics is not known: sizes of both paths are alike up to this factor, and unlike beyond its square (a unit is
+/// Where the kinematics is not known: sizes of both paths agree up to this factor, and disagree beyond its square (a unit is
 /// wrong by 25 or more).
 const ALIKE: f64 = 2.0;
 /// With its unit put right a path leaves this part of its size, or less, beside the computed one; noise leaves all of it.

@@ -1,4 +1,4 @@
-//! Single stages of the chain, for whoever evaluates the chain piece by piece: `diagnose` asks what one effect changes.
+//! Single stages of the chain, for callers that evaluate the chain piece by piece: `diagnose` computes what one effect changes.
 
 use super::CommandTrajectory;
 use super::predict::at_time;

@@ -59,7 +59,7 @@ pub(super) struct Axis {
     pub(super) dir: Vec<i8>,
     pub(super) turns: Vec<Turn>,
     pub(super) rev: f64,
-    /// Movement that is none, rad or m.
+    /// Movement that counts as none, rad or m.
     pub(super) quiet: f64,
     /// TCP speed at own samples, once somebody asks.
     pub(super) speed: OnceLock<Vec<f64>>,
@@ -110,13 +110,13 @@ impl CommandTrajectory {
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
             .with_measured_torque(measured_torque(log));
         if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
-            // nobody has asked for it yet
+            // it has not been needed yet
             let _ = drive.speed.set(carried(speed));
         }
         drive
     }
 
-    /// The rows of a log with other columns (rad or m) in the place of its commands, of which a movement of at most `quiet[axis]`
+    /// The rows of a log with other columns (rad or m) instead of its commands, of which a movement of at most `quiet[axis]`
     /// is noise.
     pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, quiet: &[f64]) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
@@ -292,7 +292,7 @@ impl CommandTrajectory {
         }
     }
 
-    /// Movement of an axis that is none, rad or m.
+    /// Movement of an axis that counts as none, rad or m.
     pub fn quiet(&self, axis: usize) -> f64 {
         self.axes[axis].quiet
     }

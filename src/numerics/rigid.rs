@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 /// `to = rotation from + translation`, in the unit of the points.
 #[derive(Debug, Clone, Copy)]
 pub struct RigidFit {
-    /// Orthogonal; its determinant is -1 where a reflection was asked for.
+    /// Orthogonal; its determinant is -1 where a reflection was requested.
     pub rotation: Matrix3<f64>,
     /// In the unit of the points.
     pub translation: Vector3<f64>,

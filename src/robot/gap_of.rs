@@ -32,7 +32,7 @@ impl Robot {
         self.sums(q, -1.0);
     }
 
-    /// The same arm with a command for each gear in the place of one for each axis; `None`: no gear turns by a sum, or the joints do not
+    /// The same arm with a command for each gear instead of one for each axis; `None`: no gear turns by a sum, or the joints do not
     /// allow it. A joint that turns about the line of the gear and follows the other axis of the sum takes up what the sum holds of that
     /// axis, as on the arms whose pendant shows the forearm against the horizontal.
     pub fn of_gears(&self) -> Option<Self> {

@@ -16,7 +16,7 @@
 //! - [`mod@follow`]: from point to point.
 //! - [`mod@write`]: the program; [`document`]: what was done.
 //!
-//! The program is open-loop and knows nothing of lost motion: `rewrite` puts the compensation in.
+//! The program is open-loop and does not include lost motion: `rewrite` puts the compensation in.
 
 #![warn(missing_docs)]
 

@@ -5,7 +5,7 @@
 //! So it is only the start. From there the distances across the path are made least, point to line (Chen and Medioni 1992), by
 //! damped Gauss-Newton steps. The damping leaves alone what the path does not show: a circle in its own plane may be turned.
 //!
-//! How it fails: points on one line leave the frame open, and there is none.
+//! How it fails: points on one line do not determine the frame, and none is returned.
 
 use super::path::Reference;
 use crate::assess::rigid;

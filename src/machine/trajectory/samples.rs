@@ -27,7 +27,7 @@ impl Axis {
     }
 }
 
-/// Movement that is none, rad or m.
+/// Movement that counts as none, rad or m.
 pub(super) fn deadband(robot: &Robot, axis: usize) -> f64 {
     NO_MOVEMENT * robot.axis(axis).kind.si_per_user_unit()
 }

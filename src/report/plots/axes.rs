@@ -1,6 +1,6 @@
 //! Scales and ticks that all plots share, and the frame of a chart in x and y.
 //!
-//! Ticks stand at multiples of 1, 2 or 5 times a power of ten. A range of one value is widened, an empty one is none.
+//! Ticks stand at multiples of 1, 2 or 5 times a power of ten. A range of one value is widened, an empty one has no ticks.
 
 use crate::report::number::{number, px};
 use maud::{Markup, html};

@@ -158,7 +158,7 @@ pub fn nearest_turns(q: &mut [f64], near: &[f64]) {
     }
 }
 
-/// A solution on the arm's own geometry; `None`: it is none.
+/// A solution on the arm's own geometry; `None`: it is no solution there.
 fn polished(robot: &Robot, pose: &Pose, q: Vec<f64>) -> Option<Vec<f64>> {
     let reached = |q: &[f64]| {
         let is = robot.forward(q);
