@@ -55,7 +55,7 @@ pub struct Track<'a> {
     pub tcp_speed_m_s: &'a [f64],
     /// Torque of gravity about the joint at each sample, Nm (N); empty: none is known.
     pub load: &'a [f64],
-    /// The cubics of the command between its rows ([`super::servo_lag::cubics`]), where somebody has worked them out; else empty.
+    /// The cubics of the command between its rows ([`super::servo_lag::cubics`]), where they have been computed; else empty.
     pub cubics: &'a [[f64; 3]],
     /// One turn of the joint: 2 pi rad, or the lead of a screw in m.
     pub rev: f64,

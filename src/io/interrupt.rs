@@ -39,7 +39,7 @@ pub fn listen() {
     let _ = ctrlc::set_handler(|| stop(130));
 }
 
-/// Whether the process was started with a signal ignored, where the system tells.
+/// Whether the process was started with a signal ignored, where the system reports it.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return false };

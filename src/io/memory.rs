@@ -38,7 +38,7 @@ pub fn require_for_file(path: &Path, name: &str, most: u64, need: impl Fn(u64) -
             require_size(name, meta.len(), most)?;
             require(name, need(meta.len()))
         }
-        _ => Ok(()), // a pipe tells its size as it is read
+        _ => Ok(()), // the size of a pipe is known only when it has been read
     }
 }
 

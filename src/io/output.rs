@@ -77,7 +77,7 @@ impl Output {
             return Ok(made(Sink::Stdout(SpooledTempFile::new(IN_MEMORY)), "standard output".into()));
         }
         let shown = shown(path);
-        // of thousands of new files none need be asked for twice
+        // a new file needs no second look: there may be thousands
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
         // a link stays a link: what it points to is replaced
         let real = if nothing { None } else { std::fs::canonicalize(path).ok() };
@@ -248,7 +248,7 @@ impl Write for Output {
     }
 }
 
-/// Prepares an output where one is asked for.
+/// Prepares an output where one is requested.
 pub fn create(path: Option<&Path>) -> Result<Option<Output>> {
     path.map(Output::create).transpose()
 }

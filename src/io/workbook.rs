@@ -61,7 +61,7 @@ fn bounded(name: &str, bytes: &[u8]) -> Result<()> {
     for i in 0..archive.len() {
         let part = archive.by_index(i).map_err(|e| damaged(&e))?;
         let left = LARGEST - total;
-        // the one part of an OpenDocument sheet tells its cells by how often they are repeated
+        // the one part of an OpenDocument sheet gives its cells with how often they are repeated
         let repeats = part.name().is_ok_and(|n| n == "content.xml");
         let mut part = part.take(left + 1);
         if repeats {

@@ -88,7 +88,7 @@ pub(super) enum Missing {
 }
 
 impl Missing {
-    /// Whether a cell says that it is empty.
+    /// Whether a cell stands for an empty one.
     pub(super) fn is(&self, text: &str, decimal: u8) -> bool {
         match self {
             Self::Text(t) => text.to_lowercase() == *t,
@@ -251,7 +251,7 @@ fn rows_of(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).filter(|l| !l.is_empty() && !l.starts_with(b"#"))
 }
 
-/// What a map says of a column, for files that are no logs.
+/// How a map describes a column, for files that are no logs.
 #[derive(Debug, Clone, Copy)]
 pub struct Mapped<'a> {
     /// Our name; `None`: the column is to be passed over.
@@ -271,7 +271,7 @@ impl Mapped<'_> {
 }
 
 impl ColumnMap {
-    /// What the map says of their column.
+    /// How the map describes their column.
     pub fn of(&self, theirs: &str) -> Option<Mapped<'_>> {
         let entry = self.entries.get(theirs)?;
         Some(Mapped { to: entry.to.as_deref(), unit: entry.unit.as_deref(), factor: entry.factor, entry })

@@ -240,7 +240,7 @@ mod tests {
         [5.0 - 5.0 * (0.1 * PI * x).cos(), 3.0 - 3.0 * (0.2 * PI * x).cos()]
     }
 
-    /// A log at `rate` Hz of a controller that says something new `controller` times a second, a tracker `tracker` times.
+    /// A log at `rate` Hz of a controller with `controller` new readings a second, a tracker `tracker` times.
     fn log(rate: f64, controller: f64, tracker: f64) -> Log {
         let mut text = String::from("t_s,cmd_A1_deg,cmd_A2_deg,x_mm,y_mm,z_mm\n");
         let last = |t: f64, hz: f64| ((t * hz + 1e-9).floor()) / hz;

@@ -7,7 +7,7 @@
 //! the difference to a seventh or less, which a wrong guess does not do by chance. A path that no fault explains, and no
 //! other TCP in the flange either, is of another robot. Figures on 1,400 changed logs: `docs/log.md`.
 //!
-//! Assumptions: the lost motion sought is far smaller than the path. What a log cannot tell, it is not asked: a short
+//! Assumptions: the lost motion sought is far smaller than the path. What a log does not determine is not checked: a short
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no
 //! other moves. Then there is no note.
 //!
@@ -67,7 +67,7 @@ pub enum Kinematics {
     Unknown,
 }
 
-/// Refuses a log whose units, axes or clocks cannot be right for this robot; says what else looks odd.
+/// Refuses a log whose units, axes or clocks cannot be right for this robot; reports what else is implausible.
 pub fn check(log: &Log, robot: &Robot) -> Result<Plausibility> {
     check_for(log, robot, Kinematics::OfFile)
 }

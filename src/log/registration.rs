@@ -10,7 +10,7 @@
 //! turned frame on a path that goes round one way: register on settled points, averaged over both directions of approach.
 //!
 //! Fails with an error on fewer than three points, on points that coincide (one pose), and on points of one line
-//! ([`register`]); [`register_line`] accepts a line and says about which axis the frame is not determined.
+//! ([`register`]); [`register_line`] accepts a line and reports about which axis the frame is not determined.
 
 use crate::error::{Error, Place, Result, counted};
 use crate::numerics::rigid;

@@ -73,7 +73,7 @@ fn line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
 const IMPOSSIBLE: f64 = 3.0;
 const IMPOSSIBLE_SHARE: f64 = 0.25;
 
-/// Times in another unit than seconds, as far as speeds can tell.
+/// Times in another unit than seconds, as far as speeds show it.
 pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
     if log.poses || log.len() < FEWEST {
         return Ok(());

@@ -61,14 +61,14 @@ pub(super) struct Axis {
     pub(super) rev: f64,
     /// Movement that counts as none, rad or m.
     pub(super) quiet: f64,
-    /// TCP speed at own samples, once somebody asks.
+    /// TCP speed at own samples, computed on demand.
     pub(super) speed: OnceLock<Vec<f64>>,
-    /// Torque of gravity at own samples, once somebody asks.
+    /// Torque of gravity at own samples, computed on demand.
     pub(super) load: OnceLock<Vec<f64>>,
-    /// Direction of the last movement and speed at the rows, once somebody asks.
+    /// Direction of the last movement and speed at the rows, computed on demand.
     pub(super) direction: OnceLock<Vec<f64>>,
     pub(super) command_speed: OnceLock<Vec<f64>>,
-    /// Cubics between the rows, once somebody asks.
+    /// Cubics between the rows, computed on demand.
     pub(super) cubics: OnceLock<Vec<[f64; 3]>>,
 }
 
@@ -87,7 +87,7 @@ pub struct CommandTrajectory {
     pub(super) payload_kg: Option<Vec<f64>>,
     pub(super) speed: OnceLock<Vec<f64>>,
     pub(super) torque: OnceLock<Vec<Vec<f64>>>,
-    /// Levers of gravity, `[axis * joints + joint]`, once somebody asks.
+    /// Levers of gravity, `[axis * joints + joint]`, computed on demand.
     pub(super) levers: Vec<OnceLock<Vec<[f64; 2]>>>,
     pub(super) overturning: OnceLock<Vec<Vector3<f64>>>,
     /// Logged: torque of the drives by axis, temperature.
@@ -207,7 +207,7 @@ impl CommandTrajectory {
         Ok(Self { t_s: times, cmd, grid: Some(grid), ..Self::with_axes(robot, Between::Straight, axes) })
     }
 
-    /// Rows of the points that were asked for, and whether each row stands there for its point alone.
+    /// Rows of the requested points, and whether each row stands there for its point alone.
     pub fn rows_of_points(&self) -> &[(usize, bool)] {
         self.grid.as_ref().map_or(&[], |g| &g.points)
     }

@@ -20,7 +20,7 @@ pub fn between_rows(t_s: &[f64], p: &[f64], deadband: f64) -> Vec<(usize, f64, f
 }
 
 /// A reversal at which the joint comes to rest and leaves again with constant jerk: the way after it grows with the third
-/// power of time, so its cube roots lie on a line that bends little; three rows give when it left, the fourth says whether
+/// power of time, so its cube roots lie on a line that bends little; three rows give when it left, the fourth shows whether
 /// it is so (a parabola's rows are 1.6 % off or more, and fit their own roots far better). The rows before it say in the
 /// same way when it came: where that is after row `k`, or the leaving before it, the extreme lies beyond the row.
 fn flat_turn(t_s: &[f64], p: &[f64], k: usize, deadband: f64) -> Option<(usize, f64, f64)> {

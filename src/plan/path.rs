@@ -55,7 +55,7 @@ pub struct Envelope<'a> {
     pub speed_m_s: f64,
 }
 
-/// What the user asks of an envelope.
+/// What the user requests of an envelope.
 #[derive(Debug, Clone)]
 pub struct EnvelopeOptions {
     /// Joints at start and end, rad or m; `None`: chosen by the envelope.

@@ -3,7 +3,7 @@
 //! Modules:
 //! - [`mod@file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
 //! - [`chain`]: forward kinematics and the analytic Jacobian (Zhang (2023) equations 2-5; Craig's convention too).
-//! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
+//! - [`inverse`]: the damped numerical inverse for any subset of joints; reports why it stopped.
 //! - [`arm`]: all joint vectors of a pose, in closed form for the arms of most makers.
 //! - [`frames`]: frames and tools by the controller's names.
 //! - [`mod@write`]: a robot back to its file.

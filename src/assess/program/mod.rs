@@ -179,7 +179,7 @@ fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) ->
     Ok(Assessment { before: all.before, after: all.after, reversals: all.reversals, figures, verdict, moves, notes })
 }
 
-/// At which speed a program runs that does not tell its own.
+/// At which speed a program runs that does not state one.
 fn speed_note(before: &Source, options: &Options) -> Option<String> {
     let Source::Program(p) = before else { return None };
     if options.at_speed {

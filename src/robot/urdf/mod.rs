@@ -147,7 +147,7 @@ mod tests {
             assert!((at.position - Vector3::new(reach_m, 0.0, 0.1)).norm() < 1e-12, "{tip:?}: {}", at.position);
             assert!((at.rotation * Vector3::z() - Vector3::x()).norm() < 1e-12);
             assert!((found.robot.tool.translation.z - (reach_m - 0.5)).abs() < 1e-12, "{tip:?}");
-            // the file says the same
+            // the file has the same
             let again = Robot::parse("r", &found.robot.to_yaml().unwrap()).unwrap();
             assert!((again.forward(&[0.3]).position - found.robot.forward(&[0.3]).position).norm() < 1e-12);
             assert_eq!(again.fingerprint(), found.robot.fingerprint());
