@@ -181,7 +181,7 @@ impl Program {
         from.zip(starts.iter().copied().chain([self.len()])).map(|(from, to)| from..to).collect()
     }
 
-    /// One stretch as a program of its own.
+    /// One stretch as a separate program.
     pub fn stretch(&self, points: Range<usize>) -> Self {
         Self {
             name: self.name.clone(),
