@@ -185,7 +185,7 @@ impl pulp::NullaryFnOnce for Both<'_> {
 
 impl Parser {
     /// Rows of short numbers alone, as far as they go; gives the place after the last. Long texts are read at two places
-    /// side by side: each number waits for the one before it, and the processor has room for two such chains.
+    /// side by side: each number waits for the one before it, and the processor runs two such chains at once.
     pub(super) fn pure_rows(&mut self, text: &[u8], at: usize, end: usize, block: &mut Block) -> Result<usize> {
         let middle = at + (end - at) / 2;
         let middle = memchr::memchr(b'\n', &text[middle..end]).map_or(end, |k| middle + k + 1);

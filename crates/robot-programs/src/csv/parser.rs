@@ -97,7 +97,7 @@ impl Parser {
         block.first_point = self.point;
         block.decimals.resize(self.header.slots.len(), 0);
         if !self.pure.is_empty() {
-            // room for rows of this length; more where they become shorter
+            // memory for rows of this length; more where they become shorter
             let rows = text.len() / (3 * self.pure.len());
             block.tokens.reserve(rows / 2 * self.pure.len());
             block.mantissas.reserve(rows / 2 * self.pure.len());

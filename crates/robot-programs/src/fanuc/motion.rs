@@ -282,7 +282,7 @@ fn read_options(
     }
 }
 
-/// An offset; whether its register stands in the next word. By a register the position stands in a frame of its own.
+/// An offset; whether its register stands in the next word. By a register the position stands in its own frame.
 ///
 /// `offset = ["TOOL_"] "OFFSET" [",PR[" index "]"]`
 fn read_offset(upper: &[u8], next: &[u8], said: &mut MotionInstruction) -> bool {

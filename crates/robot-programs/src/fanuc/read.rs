@@ -309,7 +309,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A pose that is moved by a position register: in a frame, or for a tool, of its own.
+/// A pose that is moved by a position register: in its own frame, or for its own tool.
 fn displaced(mut pose: PoseGoal, offset: &Option<(bool, String)>) -> PoseGoal {
     if let Some((of_tool, text)) = offset {
         let place = if *of_tool { &mut pose.tool } else { &mut pose.frame };

@@ -61,7 +61,7 @@ const PROCESS: &[(&str, bool)] = &[
     ("LASERON", true),
     ("LASEROF", false),
 ];
-/// Instructions that lay a motion of their own over the path until the second of them.
+/// Instructions that lay another motion over the path until the second of them.
 const OVERLAID: &[(&str, &str)] = &[
     ("WVON", "WVOF"),
     ("COMARCON", "COMARCOF"),

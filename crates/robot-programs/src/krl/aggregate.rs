@@ -19,7 +19,7 @@ pub(super) struct Component {
     pub value: Option<(Range<usize>, f64, number::Style)>,
 }
 
-/// The name of a component: short ones, which all are, need no memory of their own.
+/// The name of a component: short ones, which all are, need no separate memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Label {
     Short([u8; 8]),

@@ -241,7 +241,7 @@ impl Data {
         Ok(())
     }
 
-    /// The value that a data list gives a point on a line of its own; `elsewhere`: another module's list.
+    /// The value that a data list gives a point on a separate line; `elsewhere`: another module's list.
     pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>, elsewhere: bool) {
         let name = &mut self.names[n];
         if name.given.is_some() || value.is_none() || (name.context && !elsewhere) {

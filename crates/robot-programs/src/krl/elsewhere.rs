@@ -48,7 +48,7 @@ impl Data {
         self.imports(texts);
         let unread = texts.iter().find(|t| t.context && !is_read(t));
         if let Some(unread) = unread {
-            // it may give a point of a public list a name of its own, and assign that
+            // it may give a point of a public list another name, and assign that
             let public: Vec<bool> = texts.iter().map(|t| !t.context && is_public(t)).collect();
             for name in self.names.iter_mut().filter(|n| public.get(n.file).copied().unwrap_or_default()) {
                 let why =

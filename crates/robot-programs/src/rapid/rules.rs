@@ -45,7 +45,7 @@ pub struct Going {
 }
 
 impl Going {
-    /// At the start of each routine: what any of them leaves behind may hold there.
+    /// At the start of each routine: what holds at the end of any of them may hold there.
     pub fn first(p: &Parsed) -> Self {
         let mut first = Self::default();
         let mut now = Self::default();

@@ -50,7 +50,7 @@ pub struct PatchRef<'a> {
 }
 
 impl Patches {
-    /// With room for so many patches, most of them of numbers.
+    /// With memory for so many patches, most of them of numbers.
     pub fn with_capacity(numbers: usize) -> Self {
         const BYTES: usize = 9;
         Self { heads: Vec::with_capacity(numbers), bytes: Vec::with_capacity(numbers * BYTES) }

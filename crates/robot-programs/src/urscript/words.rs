@@ -19,7 +19,7 @@ pub struct Motion {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionKind {
     Move,
-    /// A set point of a stream, with a time of its own.
+    /// A set point of a stream, with its own time.
     Servo,
     /// By an arc or a process, no points on the way.
     Arc,

@@ -317,7 +317,7 @@ impl Reader<'_> {
         of(self.data.names[n].value().ok()?)
     }
 
-    /// The bytes of the point on the way of an arc that several arcs may take the place of: a CIRC of its own, whose orientation
+    /// The bytes of the point on the way of an arc that several arcs may replace: a separate CIRC, whose orientation
     /// nothing in the program steers. An inline form couples its point on the way, and a spline its neighbours.
     fn via_of_splittable(&self, line: &[Token], at: usize, word: Word, goal: &Goal) -> Option<Range<usize>> {
         let Goal::Pose(pose) = goal else { return None };

@@ -1,7 +1,7 @@
 //! A motion instruction as a step: its target, speed, zone and tool, and why no point may be added before it.
 //!
 //! Grammar (ABB, Technical reference manual, RAPID Instructions, Functions and Data types): `MoveJ [\Conc] ToPoint [\ID] Speed [\V] | [\T] Zone [\Z]
-//! [\Inpos] Tool [\WObj]`; `MoveC` has `CirPoint` before `ToPoint`; process instructions (`ArcL`, `SpotL`) have arguments of their own
+//! [\Inpos] Tool [\WObj]`; `MoveC` has `CirPoint` before `ToPoint`; process instructions (`ArcL`, `SpotL`) have their own arguments
 //! between speed and tool.
 
 use super::super::arguments::{Arg, Switch, positional};
@@ -221,7 +221,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The goal of a motion that something leads off its path: an instruction before it, or a switch of its own.
+    /// The goal of a motion that something leads off its path: an instruction before it, or its own switch.
     fn led_away(&self, goal: Goal, switch: Option<&str>) -> Goal {
         match (&self.going.led, switch) {
             (Some(by), _) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
