@@ -172,7 +172,7 @@ fn own_phases(problem: &Problem) -> bool {
     problem.logs.len() > 1 && problem.recording() == Recording::JointSensors
 }
 
-/// Slowest ripple with a phase of its own in each log, rad per rad or per m. The splines over the travel can follow any slower one
+/// Slowest ripple with its own phase in each log, rad per rad or per m. The splines over the travel can follow any slower one
 /// ([`MOST_SPLINES`], two a cycle), so that it cannot be distinguished from another function of the position.
 fn least_wave(problem: &Problem, axis: usize) -> f64 {
     let travels = problem.logs.iter().map(|l| l.log.travel(axis)).filter(|t| *t > 0.0);

@@ -128,7 +128,7 @@ impl Search<'_> {
         if let Some(r) = remains.as_ref().filter(|_| *recording != Recording::JointSensors) {
             fit = self.without_substitutes(fit, r, &whitening, &mut steps);
         }
-        // the noise of what is left: that of the freed residual is a little too quiet for a test
+        // the noise of what is left: that of the freed residual is a little too small for a test
         whitening = precise::noise_left(self.problem, &fit, &whitening, groups);
         Course { fit, whitening, steps, notes, group, gaps, structure, next, remains }
     }

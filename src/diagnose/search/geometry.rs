@@ -148,7 +148,7 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
         }
         let Some((_, i, basis)) = best else {
             match tool {
-                // nothing of its own
+                // nothing that the others do not have
                 Some(i) => {
                     left.remove(i);
                     continue;
