@@ -44,7 +44,7 @@ pub struct Stretch {
     pub p: Vec<f64>,
     pub tip: Vec<Option<Vector3<f64>>>,
     pub turns: Vec<Turning>,
-    /// Command of all axes at the first row: the pose at which the others rest.
+    /// Command of all axes at the first row: the pose at which the others are stationary.
     pub pose: Vec<f64>,
 }
 

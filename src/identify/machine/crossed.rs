@@ -82,7 +82,7 @@ fn halves(
             let bin_of = |row: usize| l.bins.partition_point(|b| b.1 <= row).min(bins);
             turns(&rows.x).into_iter().map(bin_of).collect()
         }
-        // a log in which the joint stands still says something of the rest alone
+        // a log in which the joint is stationary determines the others alone
         None => Vec::new(),
     };
     edges.push(bins);

@@ -105,7 +105,7 @@ pub fn select(problem: &mut Problem) -> Selected {
     }
 }
 
-/// Gaps, then a stiction on every joint, frames moved until they rest.
+/// Gaps, then a stiction on every joint, frames moved until they stay.
 fn everything(problem: &mut Problem, values: Vec<Values>, bounds: TauBounds) -> State {
     let joints = problem.joints.len();
     let mut form = Form { sticky: vec![false; joints], shared: false };

@@ -50,7 +50,7 @@ impl Known {
     }
 }
 
-/// What the intervals rest on.
+/// What the intervals are based on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Repeats {
     /// From strokes that repeat each other.

@@ -53,7 +53,7 @@ pub fn missing(why: Missing) -> &'static str {
     }
 }
 
-/// What one gap's figures rest on.
+/// What one gap's figures are based on.
 pub fn flanks(found: &Flanks, what: &str, joint: &Joint, notes: &mut Vec<String>) {
     let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
     if found.repeats == Repeats::Pieces {

@@ -43,7 +43,7 @@ pub struct Frame {
     pub distrust: Option<Distrust>,
 }
 
-/// Finds the frame; `None` where every pair was measured behind its gear.
+/// Finds the frame; `None` where every pair was measured after its gear.
 pub fn find(robot: &Robot, logs: &[Log], readings: &Readings, given: Option<Isometry3<f64>>) -> Result<Option<Frame>> {
     let seen = |p: &&Pair| measured(readings, p).is_none() && !logs[p.log].tcp_m.is_empty();
     let through_tcp: Vec<&Pair> = readings.pairs.iter().filter(seen).collect();
