@@ -65,7 +65,7 @@ pub fn crossed(problem: &Problem, parts: &[Part], axis: usize) -> Option<f64> {
     Some(judges[1].fall(at, &steps[0]) + judges[0].fall(at, &steps[1]))
 }
 
-/// Normal equations of a run over all parameters, by pairs of strokes of a joint in turn; `strokes` counts on over the runs.
+/// Normal equations of a run over all parameters, by pairs of successive strokes of a joint; `strokes` counts on over the runs.
 fn halves(
     problem: &Problem,
     log: usize,

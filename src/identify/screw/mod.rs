@@ -49,7 +49,7 @@ pub type OutputPositions = std::result::Result<Vec<Option<f64>>, String>;
 
 /// A sensor that moves by this part of its joint's way, or less, stands still.
 const STILL: f64 = 1e-3;
-/// Rounds of tracker directions and gaps in turn: each takes their error down by gap over stroke.
+/// Rounds of tracker directions and gaps, alternately: each takes their error down by gap over stroke.
 const ROUNDS: usize = 3;
 
 /// What is measured on the output side.
