@@ -33,7 +33,7 @@ const MOST_POSE_CYCLES: f64 = 256.0;
 const ALIKE: f64 = 0.9;
 
 /// Does the spacing of the samples, and the travel, tell this ripple from other curves and other ripples? At least two cycles
-/// over the travel; of poses at most half a cycle from one to the next. Other effects always count as told.
+/// over the travel; of poses at most half a cycle from one to the next. Other effects always count as distinguished.
 pub fn identifiable(problem: &Problem, placed: &EffectInstance) -> bool {
     let (Some(axis), Some(ripple)) = (placed.axis(), placed.effect.get::<TransmissionError>()) else { return true };
     let turn = placed.site(&problem.robot).rev();

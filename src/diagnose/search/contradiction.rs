@@ -20,7 +20,7 @@ use rayon::prelude::*;
 const OTHER_SIZE: f64 = 0.8;
 /// Logs are in different frames where separate frames leave less than this part of the gap, rms.
 const OWN_FRAMES: f64 = 0.5;
-/// Another frame is worth a word where alone it leaves no more than so many times what the found effects leave.
+/// Another frame is reported where alone it leaves no more than so many times what the found effects leave.
 const AS_GOOD: f64 = 1.5;
 /// Or where alone it takes all but this part of the gap.
 const NEARLY_ALL: f64 = 0.1;

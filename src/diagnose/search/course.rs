@@ -47,7 +47,7 @@ impl End {
 }
 
 impl Course {
-    /// What could stand in the place of each found effect. Where one took the place of another, what is left has changed: rounds again.
+    /// What could replace each found effect. Where one has replaced another, what is left has changed: rounds again.
     fn alternatives(&mut self, search: &mut Search, prepared: &Prepared, rms_nuisance: f64) -> Vec<Vec<Refined>> {
         if let Some(group) = &self.group {
             return search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening);

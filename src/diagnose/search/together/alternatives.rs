@@ -1,6 +1,6 @@
 //! What else a found gap may be: wind-up of friction that builds up faster than the log samples.
 //!
-//! Method: in the place of each gap, smooth lost motion (Dahl) of several presliding travels, alone and with the spike of an
+//! Method: instead of each gap, smooth lost motion (Dahl) of several presliding travels, alone and with the spike of an
 //! integrating servo (stiction) of several decays, by what each leaves of held-out blocks beside all other effects. Where it leaves as little, the log does not tell which of the two it is, and the set holds both.
 
 use super::{MachineFit, considered, members};
@@ -41,7 +41,7 @@ pub(super) fn winds_up(effects: &[EffectInstance], target: Target) -> bool {
     effects.iter().any(|p| p.target == target && winds(p))
 }
 
-/// Wind-up in the place of the k-th free effect, where that is a gap and the joint has no wind-up yet.
+/// Wind-up instead of the k-th free effect, where that is a gap and the joint has no wind-up yet.
 fn windup(problem: &Problem, machine: &MachineFit, k: usize, support: f64) -> Option<Alternative> {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let i = fit.free[k];
