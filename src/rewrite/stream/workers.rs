@@ -30,7 +30,7 @@ struct Reading {
 pub struct Middle<E> {
     pub placing: Placing,
     stage: Option<E>,
-    /// `None`: nobody wants bytes.
+    /// `None`: no bytes are needed.
     pending: Option<Pending>,
     pub stats: RewriteStats,
     axes: usize,
