@@ -181,7 +181,7 @@ impl Compensator {
         self.joints.iter().any(|j| j.friction.is_some_and(|f| f.needs_clock()))
     }
 
-    /// The same without the friction that fades in seconds, for moves whose time nobody knows.
+    /// The same without the friction that fades in seconds, for moves whose time is not known.
     #[must_use]
     pub fn without_clock(&self) -> Self {
         let mut gaps = self.clone();

@@ -3,7 +3,7 @@
 //! Method: a file `.lostmotion.lock` in the folder, locked by the operating system (flock) as long as the run lasts and then taken
 //! away. A lock ends with its process, so that a file without a lock is stale, whatever its text. A folder is also taken where one
 //! above it is, or one below it. On a file system that knows no locks, runs are not kept apart; each of their files still
-//! appears whole, as its temporary name is nobody else's.
+//! appears whole, as no other process has its temporary name.
 
 use crate::error::{Error, Place, Result, shown};
 use std::collections::BTreeSet;

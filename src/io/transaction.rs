@@ -165,7 +165,7 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
     if synced {
         sync_folders(&[home]);
     }
-    // the journal first: without it what was kept is nobody's, and the next run takes it away
+    // the journal first: without it what was kept belongs to no run, and the next run removes it
     drop(journal);
     drop(done);
     result

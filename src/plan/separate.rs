@@ -48,7 +48,7 @@ pub struct Comparison {
     pub fitted: Vec<EffectInstance>,
 }
 
-/// What a motion is worth for the question.
+/// The score of a motion for the question.
 #[derive(Debug, Clone, Default)]
 pub struct DesignScore {
     /// Every pair of alternatives, both ways.
@@ -112,7 +112,7 @@ impl Experiment<'_> {
         (problem, start, whitening)
     }
 
-    /// What a motion is worth for all sets.
+    /// The score of a motion for all sets.
     pub fn worth(&self, motion: &Motion, sets: &[Set]) -> DesignScore {
         let (mut problem, start, whitening) = self.problem(motion);
         let candidates = candidates::all(&problem);
