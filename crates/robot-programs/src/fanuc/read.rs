@@ -65,7 +65,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }
 
-/// What makes another frame or tool of one: told while the program runs.
+/// What makes another frame or tool of one while the program runs.
 const SET: &str = "as the program sets it";
 
 struct Reader<'a> {

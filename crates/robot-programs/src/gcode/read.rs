@@ -1,7 +1,7 @@
 //! Modal state, positions, steps.
 //!
 //! A position is known as long as every word since it was is known. Whatever lets it slip (a call, a label, a block that cannot be
-//! told) ends what is known, and with it what relative words lead to. Before such a place, and before a G92, the last move must
+//! determined) ends what is known, and with it what relative words lead to. Before such a place, and before a G92, the last move must
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 

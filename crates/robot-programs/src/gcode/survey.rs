@@ -359,7 +359,7 @@ pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
     }
 }
 
-/// A G word times ten; what is no such word becomes one that nobody knows.
+/// A G word times ten; what is no such word becomes one that is not known.
 pub(super) fn code(v: f64) -> u32 {
     let tenths = (v * 10.0).round();
     if (v * 10.0 - tenths).abs() < 1e-6 && (0.0..99_990.0).contains(&tenths) { tenths as u32 } else { 99_999 }

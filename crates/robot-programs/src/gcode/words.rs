@@ -79,7 +79,7 @@ impl Reader<'_> {
         self.certain_words(k, block, None)
     }
 
-    /// A block that an operator may switch off: where it leads is not told, and modes that it changes are not certain after it.
+    /// A block that an operator may switch off: where it leads is not determined, and modes that it changes are not certain after it.
     fn optional(&mut self, k: usize, block: Block) -> Result<()> {
         let before = self.modes();
         let (modal_macro, strange, feed_mode) = (self.modal_macro.clone(), self.strange.clone(), self.feed_mode);

@@ -1,7 +1,7 @@
 //! A move of an INFORM job: its word, its positions, its tags, and where that leads.
 //!
 //! Whatever is not known on the line closes the move to new points; what may change its goal makes the goal one that cannot be
-//! told. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
+//! determined. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
 //! the robot file does not say how many make a degree.
 
 use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader};

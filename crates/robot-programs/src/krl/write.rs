@@ -25,7 +25,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     Ok(out)
 }
 
-/// Goals in other modules, and elements of arrays, that no clone can take the place of: in an inline form the clone needs a data list and all that the form
+/// Goals in other modules, and elements of arrays, that no clone can replace: in an inline form the clone needs a data list and all that the form
 /// couples.
 pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String)> {
     let elsewhere = |step: usize| {
@@ -274,7 +274,7 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
     let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
     let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
     let mut all = Vec::new();
-    // an axis that no target names stands where nobody knows
+    // where an axis stands that no target names is not known
     for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named.get(*axis) == Some(&true))
     {
         let value = values.get(axis);

@@ -95,7 +95,7 @@ pub enum Leads {
     Joints,
     /// A robtarget.
     Pose,
-    /// Nobody knows where it ends.
+    /// Where it ends is not known.
     Search,
     /// External axes alone.
     External,

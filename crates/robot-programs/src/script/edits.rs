@@ -202,7 +202,7 @@ impl StepEdits {
         self.rows.get(..until)?.iter().rposition(|row| row.edited)
     }
 
-    /// The edit of a step, in the place of any that it has.
+    /// The edit of a step, instead of any that it has.
     pub fn insert(&mut self, step: usize, edit: Edit) {
         let own = self.rows.get(step).copied().unwrap_or(STAYS);
         let mut row = Row { edited: true, len: 0, goal: NONE, rest: NONE };

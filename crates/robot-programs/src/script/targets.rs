@@ -1,7 +1,7 @@
 //! The targets of a program in columns: a large program has a million numbers, and most are written like many others.
 //!
 //! A number keeps its value, its first byte and the index of its *form* (bytes, style, weights of digits): sixteen bytes. Readers push a
-//! [`Target`] with all of it; whoever asks gets a [`TargetRef`], which shows the same.
+//! [`Target`] with all of it; a caller gets a [`TargetRef`], which shows the same.
 
 use super::number::Style;
 use super::pose::PoseForm;

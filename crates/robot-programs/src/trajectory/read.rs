@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::script::{Text, number};
 use std::ops::Range;
 
-/// What we know of a point; anything else in it is somebody's own.
+/// Known keys of a point; any other belongs to another program.
 const KEYS: [&str; 5] = ["positions", "velocities", "accelerations", "effort", "time_from_start"];
 
 /// A number as it is written.

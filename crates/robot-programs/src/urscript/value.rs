@@ -100,7 +100,7 @@ fn folded(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::St
     Some((value, style, bytes))
 }
 
-/// Decimals of a number that takes the place of an expression.
+/// Decimals of a number that replaces an expression.
 const FOLDED_DECIMALS: u8 = 6;
 
 /// `d2r` and no names.

@@ -230,7 +230,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Which argument is the point on the way of a MoveC that several may take the place of: nothing in the program may steer the
+    /// Which argument is the point on the way of a MoveC that several may replace: nothing in the program may steer the
     /// orientation on arcs.
     fn via_of_splittable(&self, item: &Item, goal_at: usize, args: &[Arg]) -> Option<usize> {
         let at = goal_at.checked_sub(1)?;
