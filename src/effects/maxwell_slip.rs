@@ -20,7 +20,7 @@ pub struct MaxwellSlip {
     pub elements: Vec<[f64; 2]>,
 }
 
-/// Elements at most: more than a log determines.
+/// Elements at most: more than a log can tell.
 const MOST: usize = 8;
 
 pub(super) fn read(f: &mut Fields) -> Result<Effect> {

@@ -3,7 +3,7 @@
 //! `cycles` counts periods per turn of the joint, or per turn of the screw of a prismatic joint (its lead). It acts on the
 //! signal that arrives. Parameters: amplitude 0 or more, and such that the joint does not turn back (`amplitude * cycles < 1`
 //! rad); cycles above 0; phase within half a turn either way. With `fade` the amplitude falls with the speed of the command:
-//! `amplitude * exp(-|dp/dt| / fade)`, as a position loop and the inertia after the gear filter what a slow motion shows (seen on a
+//! `amplitude * exp(-|dp/dt| / fade)`, as a position loop and the inertia behind the gear filter what a slow motion shows (seen on a
 //! KR 300: 0.0062 deg below 6 deg/s, 0.0036 deg above 21 deg/s). Where the angles of each recording count from its own start, every
 //! recording has its own phase: `phase_deg` is that of the first, `phase_2_deg` of the second, and so on. Action: service the gear (a tooth, the wave generator); an
 //! offset of the negative undoes it.

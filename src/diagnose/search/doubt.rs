@@ -14,7 +14,7 @@ use crate::diagnose::search::geometry;
 use crate::diagnose::search::{Asked, Search};
 use crate::effects::{EffectInstance, Nature};
 
-/// Merit (2 ln L less the price of the parameters) by which another effect must be better to replace a found one.
+/// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
 const BETTER: f64 = 2.0;
 /// Part of what two effects explain that one must promise to be tried in their place.
 const SHARED: f64 = 0.5;
