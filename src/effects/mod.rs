@@ -1,4 +1,4 @@
-//! The effect catalogue: every fault of a machine that the tool knows, for simulating, diagnosing and compensating alike.
+//! The effect catalogue: every fault of a machine that the tool knows, for simulating, diagnosing and compensating.
 //!
 //! An effect acts at one place of the chain: command -> servo -> gear -> link -> geometry -> base -> TCP -> measurement. Effects
 //! of servo and gear turn the signal that arrives into the one that leaves (the gear sees what the servo made; they are not

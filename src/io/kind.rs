@@ -3,7 +3,7 @@
 //! Method: the first bytes identify pages, documents (`schema: lostmotion/...`, YAML or JSON), logs (a header with commands), other
 //! tables and other text apart. An empty file, as `mktemp` makes one, is of every kind.
 //!
-//! A mistaken name (`show robot.yaml --output machine.yaml`) so replaces nothing that another command made or a person wrote; a
+//! A mistaken name (`show robot.yaml --output machine.yaml`) therefore replaces nothing that another command made or a person wrote; a
 //! command that runs again replaces what it wrote.
 
 use std::fs::File;

@@ -3,7 +3,7 @@
 //! A log shows a turning point only by the row nearest to it. The play and the stiction depend on the true one: a row
 //! after it that is still the highest is predicted a whole gap off. Method: where one row alone is the extreme, a cubic
 //! through it and its neighbours, with three-point slopes, has its own extreme on one side of the row; that point is
-//! added to the track, held within the chords on either side drawn out to it, so that a step in the command adds nothing.
+//! added to the track, limited by the extended chords on either side, so that a step in the command adds nothing.
 //! On a parabola (a smooth reversal) it is exact; at the corner of two ramps it finds up to half of what is missing,
 //! never more than there is. A pause on the extreme ends between rows, too: the rows after it show by which power of time
 //! the joint leaves (a ramp, a constant acceleration, a constant jerk) and so when it left.

@@ -7,7 +7,7 @@
 //! alternative; a narrow alternative inside a wider one is no way to be wrong about the narrow one, so only the wide truth counts.
 //!
 //! Assumptions: the sizes are those given; noise white, or as a diagnosis found it. How it fails: a refit that stops in a
-//! side valley promises too much; every refit starts from two screened shapes and from the alternative's own size.
+//! local minimum promises too much; every refit starts from two screened shapes and from the alternative's own size.
 
 use super::motions::Motion;
 use super::path::Envelope;

@@ -8,7 +8,7 @@
 //!   tGripper: {xyz_mm: [0, 0, 180], rpy_deg: [0, 0, 0]}    # tooldata tGripper, tool 5, ...
 //! ```
 //!
-//! `posture_deg: [0, -90, 90, -90, -90, 0]` besides says joints near which the arm works (mm for a linear axis): they choose between arm
+//! `posture_deg: [0, -90, 90, -90, -90, 0]` gives joints near which the arm works (mm for a linear axis): they choose between arm
 //! configurations where a program does not.
 //!
 //! A frame is given in the world of the controller, a tool in the flange frame. Case does not count, nor do blanks at the ends.

@@ -2,7 +2,7 @@
 //!
 //! A degree `p` leaves `SSLF = sum r_i (mean_i - curve_i)^2` with `n - p - 1` degrees of freedom; the repeats leave the pure error
 //! `SSPE` with `n_t - n`. `F = MSLF / MSPE` above its critical value: the degree lacks terms, and the next one is tried
-//! (equations 7 to 14, table I). The sum of squares is formed as it stands, not as a difference of two larger ones, so it
+//! (equations 7 to 14, table I). The sum of squares is computed directly, not as a difference of two larger ones, so it
 //! cannot be negative; the paper's table II prints -4.21e-4 with one degree of freedom for a mean formed with two.
 //!
 //! The first degree that is not rejected is chosen. Where all are rejected, the highest one whose own term is significant
