@@ -60,7 +60,7 @@ pub(super) struct Axis {
     pub(super) turns: Vec<Turn>,
     pub(super) rev: f64,
     /// Movement that counts as none, rad or m.
-    pub(super) quiet: f64,
+    pub(super) deadband: f64,
     /// TCP speed at own samples, computed on demand.
     pub(super) speed: OnceLock<Vec<f64>>,
     /// Torque of gravity at own samples, computed on demand.
@@ -116,11 +116,11 @@ impl CommandTrajectory {
         drive
     }
 
-    /// The rows of a log with other columns (rad or m) instead of its commands, of which a movement of at most `quiet[axis]`
+    /// The rows of a log with other columns (rad or m) instead of its commands, of which a movement of at most `deadbands[axis]`
     /// is noise.
-    pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, quiet: &[f64]) -> Self {
+    pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, deadbands: &[f64]) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
-        Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, quiet)
+        Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, deadbands)
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
             .with_measured_torque(measured_torque(log))
     }
@@ -133,20 +133,20 @@ impl CommandTrajectory {
         payload_kg: Option<Vec<f64>>,
         settled_poses: bool,
     ) -> Self {
-        let quiet: Vec<f64> = (0..cmd.len()).map(|axis| deadband(robot, axis)).collect();
-        Self::of_sensors(robot, t_s, cmd, payload_kg, settled_poses, &quiet)
+        let deadbands: Vec<f64> = (0..cmd.len()).map(|axis| deadband(robot, axis)).collect();
+        Self::of_sensors(robot, t_s, cmd, payload_kg, settled_poses, &deadbands)
     }
 
-    /// The same for columns that were measured: a movement of at most `quiet[axis]` (rad or m) is their noise and no reversal.
+    /// The same for columns that were measured: a movement of at most `deadbands[axis]` (rad or m) is their noise and no reversal.
     pub fn of_sensors(
         robot: &Robot,
         t_s: Vec<f64>,
         cmd: Vec<Vec<f64>>,
         payload_kg: Option<Vec<f64>>,
         settled_poses: bool,
-        quiet: &[f64],
+        deadbands: &[f64],
     ) -> Self {
-        let deadband = |axis: usize| quiet.get(axis).copied().unwrap_or(0.0).max(deadband(robot, axis));
+        let deadband = |axis: usize| deadbands.get(axis).copied().unwrap_or(0.0).max(deadband(robot, axis));
         let rows = cmd.first().map_or(0, Vec::len);
         let spaced_s: Vec<f64> =
             if settled_poses { (0..rows).map(|i| i as f64 * SETTLED_S).collect() } else { Vec::new() };
@@ -294,7 +294,7 @@ impl CommandTrajectory {
 
     /// Movement of an axis that counts as none, rad or m.
     pub fn quiet(&self, axis: usize) -> f64 {
-        self.axes[axis].quiet
+        self.axes[axis].deadband
     }
 
     /// The axis stands still over all rows.
