@@ -89,7 +89,7 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
 }
 
 /// A changed goal: its step, its target, and its new joints or the numbers of its pose.
-struct Wanted<'a> {
+struct TargetEdit<'a> {
     step: usize,
     target: usize,
     numbers: &'a [f64],
@@ -102,12 +102,12 @@ fn goals<'a>(
     chosen: impl Iterator<Item = (usize, EditRef<'a>)>,
     out: &mut Patches,
 ) -> Result<()> {
-    let mut wanted = wanted(program, chosen)?;
-    wanted.sort_by_key(|w| w.target);
+    let mut by_target = target_edits(program, chosen)?;
+    by_target.sort_by_key(|w| w.target);
     let uses = program.script.use_counts();
     let mut taken = None;
-    for of_one in wanted.chunk_by(|a, b| a.target == b.target) {
-        let Some(&Wanted { target, .. }) = of_one.first() else { continue };
+    for of_one in by_target.chunk_by(|a, b| a.target == b.target) {
+        let Some(&TargetEdit { target, .. }) = of_one.first() else { continue };
         let mut list: Vec<(usize, Change)> =
             of_one.iter().map(|w| (w.step, changes(program, edits, target, w.numbers))).collect();
         let (file, may) = place_of_numbers(program, target)?;
@@ -130,7 +130,10 @@ fn goals<'a>(
 }
 
 /// The goals that the chosen edits change; refused where the program does not hold their numbers.
-fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a>)>) -> Result<Vec<Wanted<'a>>> {
+fn target_edits<'a>(
+    program: &Program,
+    chosen: impl Iterator<Item = (usize, EditRef<'a>)>,
+) -> Result<Vec<TargetEdit<'a>>> {
     let mut all = Vec::new();
     for (step, edit) in chosen {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
@@ -145,7 +148,7 @@ fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a
             let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         };
-        all.push(Wanted { step, target, numbers });
+        all.push(TargetEdit { step, target, numbers });
     }
     Ok(all)
 }
