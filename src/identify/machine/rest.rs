@@ -110,7 +110,7 @@ fn gain(problem: &Problem, axis: usize, kinds: &[Vec<usize>; 2], inverse: &DMatr
     (fall > shape).then_some(fall)
 }
 
-/// Fall of the cost if these logs had separate parameters, none of them negative, and by how much their sum would change.
+/// Fall of the cost if these logs had parameters of their own, none of them negative, and by how much their sum would change.
 fn own(problem: &Problem, logs: &[usize], inverse: &DMatrix<f64>, parameters: Range<usize>) -> Option<(f64, f64)> {
     let n = parameters.len();
     let mut curvature = DMatrix::zeros(n, n);

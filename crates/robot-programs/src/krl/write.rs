@@ -25,7 +25,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     Ok(out)
 }
 
-/// Goals in other modules, and elements of arrays, that no clone can replace: in an inline form the clone needs a data list and all that the form
+/// Goals in other modules, and elements of arrays, that no clone can take the place of: in an inline form the clone needs a data list and all that the form
 /// couples.
 pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String)> {
     let elsewhere = |step: usize| {
@@ -89,7 +89,7 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
 }
 
 /// A changed goal: its step, its target, and its new joints or the numbers of its pose.
-struct TargetEdit<'a> {
+struct Wanted<'a> {
     step: usize,
     target: usize,
     numbers: &'a [f64],
@@ -102,12 +102,12 @@ fn goals<'a>(
     chosen: impl Iterator<Item = (usize, EditRef<'a>)>,
     out: &mut Patches,
 ) -> Result<()> {
-    let mut by_target = target_edits(program, chosen)?;
-    by_target.sort_by_key(|w| w.target);
+    let mut wanted = wanted(program, chosen)?;
+    wanted.sort_by_key(|w| w.target);
     let uses = program.script.use_counts();
     let mut taken = None;
-    for of_one in by_target.chunk_by(|a, b| a.target == b.target) {
-        let Some(&TargetEdit { target, .. }) = of_one.first() else { continue };
+    for of_one in wanted.chunk_by(|a, b| a.target == b.target) {
+        let Some(&Wanted { target, .. }) = of_one.first() else { continue };
         let mut list: Vec<(usize, Change)> =
             of_one.iter().map(|w| (w.step, changes(program, edits, target, w.numbers))).collect();
         let (file, may) = place_of_numbers(program, target)?;
@@ -130,10 +130,7 @@ fn goals<'a>(
 }
 
 /// The goals that the chosen edits change; refused where the program does not hold their numbers.
-fn target_edits<'a>(
-    program: &Program,
-    chosen: impl Iterator<Item = (usize, EditRef<'a>)>,
-) -> Result<Vec<TargetEdit<'a>>> {
+fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a>)>) -> Result<Vec<Wanted<'a>>> {
     let mut all = Vec::new();
     for (step, edit) in chosen {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
@@ -148,7 +145,7 @@ fn target_edits<'a>(
             let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         };
-        all.push(TargetEdit { step, target, numbers });
+        all.push(Wanted { step, target, numbers });
     }
     Ok(all)
 }
@@ -277,7 +274,7 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
     let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
     let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
     let mut all = Vec::new();
-    // where an axis stands that no target names is not known
+    // an axis that no target names stands where nobody knows
     for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named.get(*axis) == Some(&true))
     {
         let value = values.get(axis);

@@ -1,6 +1,6 @@
 //! What else a found gap may be: wind-up of friction that builds up faster than the log samples.
 //!
-//! Method: instead of each gap, smooth lost motion (Dahl) of several presliding travels, alone and with the spike of an
+//! Method: in the place of each gap, smooth lost motion (Dahl) of several presliding travels, alone and with the spike of an
 //! integrating servo (stiction) of several decays, by what each leaves of held-out blocks beside all other effects. Where it leaves as little, the log does not tell which of the two it is, and the set holds both.
 
 use super::{MachineFit, considered, members};
