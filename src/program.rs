@@ -163,7 +163,7 @@ impl Program {
         // several points may stand on one line: the lines of a script are those of its steps
         let path = joint_path::joints(script, robot.axes())?;
         let all = script.moves().count();
-        // nobody knows from where the robot comes to the first one
+        // it is not known from where the robot comes to the first one
         let moves = Moves { all, known: all.saturating_sub(1), unknown_start: all.min(1), unknown_speed: 0 };
         let told = ScriptPath { starts: Vec::new(), moves, exact_stops: exact_stops(document), waits_for: Vec::new() };
         Ok(Self { goals: path.goals, ..Self::of_path(path.name, sha256, path.q, path.t_s, told) })
@@ -181,7 +181,7 @@ impl Program {
         from.zip(starts.iter().copied().chain([self.len()])).map(|(from, to)| from..to).collect()
     }
 
-    /// One stretch as a program of its own.
+    /// One stretch as a separate program.
     pub fn stretch(&self, points: Range<usize>) -> Self {
         Self {
             name: self.name.clone(),

@@ -1,7 +1,7 @@
 //! What compensation leaves of the deadzones of a motion (Cursi (2022), Table I): mean size without and with it, joint by joint.
 //!
-//! Both runs are judged by the motion that was wanted: the commands of the logs give way to those of the nominal program at the
-//! same times, so that a size is the part of the wanted motion during which the tip stands still. Sizes are those of
+//! Both runs are judged by the intended motion: the commands of the logs are replaced by those of the nominal program at the
+//! same times, so that a size is the part of the intended motion during which the tip stands still. Sizes are those of
 //! [`crate::identify::deadzone`]; after a good compensator they scatter about zero and some come out negative. The mean is plain,
 //! as in the paper; its interval comes from the standard errors of the sizes.
 //!

@@ -1,4 +1,4 @@
-//! The frame between two sets of points by [`rigid`]; points that leave it open have none.
+//! The frame between two sets of points by [`rigid`]; points that do not determine it give none.
 
 use crate::numerics::rigid;
 use nalgebra::{Isometry3, Vector3};

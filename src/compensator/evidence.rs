@@ -1,4 +1,4 @@
-//! The `evidence` of a compensator file: what the offsets rest on.
+//! The `evidence` of a compensator file: what the offsets are based on.
 
 use super::file::{Spot, read_joint, write_joint};
 use super::schedule::{shown, tidy};

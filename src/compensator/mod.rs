@@ -4,7 +4,7 @@
 //!
 //! Modules:
 //! - [`mod@file`]: the YAML document, to and from these types, with every refusal and its line.
-//!   `evidence`: what the offsets rest on.
+//!   `evidence`: what the offsets are based on.
 //! - [`schedule`]: a half gap over position as it stands in a document.
 //! - [`mod@response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
@@ -95,7 +95,7 @@ impl FrictionOffset {
     }
 }
 
-/// What a compensator rests on.
+/// What a compensator is based on.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Logs that the gaps were identified from.
@@ -181,7 +181,7 @@ impl Compensator {
         self.joints.iter().any(|j| j.friction.is_some_and(|f| f.needs_clock()))
     }
 
-    /// The same without the friction that fades in seconds, for moves whose time nobody knows.
+    /// The same without the friction that fades in seconds, for moves whose time is not known.
     #[must_use]
     pub fn without_clock(&self) -> Self {
         let mut gaps = self.clone();

@@ -57,7 +57,7 @@ pub fn play(track: &Track, signal: &mut [f64], b: impl Fn(usize) -> f64) {
     let Some(&first) = signal.first() else { return };
     let mut out = first - f64::from(track.initial_gap_side) * b(0);
     for (i, s) in signal.iter_mut().enumerate() {
-        // a gap that a schedule lets dip below zero by rounding is none
+        // a gap that a schedule lets dip below zero by rounding is no gap
         let b = b(i).max(0.0);
         out = if s.is_nan() { *s } else { out.max(*s - b).min(*s + b) };
         *s = out;

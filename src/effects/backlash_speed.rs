@@ -1,7 +1,7 @@
 //! `backlash_speed`: play whose half gap grows, or shrinks, with the TCP speed: `b = half_gap + slope * speed`.
 //!
 //! The speed is that of the commanded TCP (Gantry (2015) finds such a dependence). The operator is that of [`super::backlash`] with
-//! a gap that varies along the way; a gap below 0 is none. Parameters: half gap 0 or more, at most 0.1 rad or 10 mm (more is
+//! a gap that varies along the way; a value below 0 is no gap. Parameters: half gap 0 or more, at most 0.1 rad or 10 mm (more is
 //! a broken joint); slope of either sign, at most 0.1 rad or 10 mm per m/s. Action: as for backlash; compensate at the speed at
 //! which the program runs.
 

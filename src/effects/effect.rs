@@ -97,7 +97,7 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         false
     }
 
-    /// It looks at the torque of gravity ([`Track::load`]), which may change while the joint rests.
+    /// It looks at the torque of gravity ([`Track::load`]), which may change while the joint is stationary.
     fn uses_load(&self) -> bool {
         false
     }
@@ -163,7 +163,7 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         None
     }
 
-    /// What it is belongs to the logs that it was found in: another run says nothing of it.
+    /// What it is belongs to the logs that it was found in: another run does not have it.
     fn of_its_logs_alone(&self) -> bool {
         false
     }
@@ -184,7 +184,7 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
 
 /// What [`EffectType`] needs of a type; every `PartialEq` type has it.
 pub trait EffectObject: Any {
-    /// The effect as a type that can be asked for.
+    /// The effect as its own type.
     fn as_any(&self) -> &dyn Any;
     /// Whether the other effect is of the same type with the same values.
     fn equals(&self, other: &dyn EffectType) -> bool;

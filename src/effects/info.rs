@@ -40,7 +40,7 @@ pub struct EffectInfo {
     pub includes: &'static [&'static str],
     /// Effects to which it comes as close as one likes, so that it always fits a log as well as they do.
     pub imitates: &'static [&'static str],
-    /// It shows in motion alone: a log in which its joint rests is blind to it.
+    /// It shows in motion alone: a log in which its joint is stationary does not show it.
     pub needs_motion: bool,
     /// An entry of a model file, and what a picture of it shows over what.
     pub example: (&'static str, View),

@@ -84,7 +84,7 @@ pub struct Row<'a> {
     pub settled: bool,
     /// Commands, torques and temperatures of the log or program.
     pub inputs: &'a dyn Inputs,
-    /// Joint frames in the base frame, after the turn and the slide of the joint; empty where no effect asks for them.
+    /// Joint frames in the base frame, after the turn and the slide of the joint; empty where no effect needs them.
     pub frames: &'a [JointFrame],
     /// The measuring system in the base frame, m.
     pub station_m: Vector3<f64>,

@@ -1,4 +1,4 @@
-//! `joint_zero_offset`: the joint stands a constant off its command.
+//! `joint_zero_offset`: the joint is off its command by a constant.
 //!
 //! Parameter: `offset` of either sign, at most 0.2 rad or 50 mm: a robot mastered worse than that does not reach its work.
 //! Action: master the joint again (or enter the offset in the controller).

@@ -5,7 +5,7 @@
 //! Hayati, Mirmirani 1985, J. Robotic Systems 2(4)). Typical: 0.005 to 0.03 deg.
 //!
 //! Parameter: `delta` of either sign, at most 50 mm or 0.1 rad: a robot farther off is another robot. Action: enter the
-//! calibrated parameter, where the controller lets one; else correct poses with the calibrated inverse kinematics.
+//! calibrated parameter, where the controller allows it; else correct poses with the calibrated inverse kinematics.
 
 use super::site::within;
 use super::*;

@@ -73,7 +73,7 @@ impl EffectType for MaxwellSlip {
         Nature::WindUp
     }
 
-    /// Width and presliding of each element in turn.
+    /// Width and presliding of each element, one after the other.
     fn values(&self) -> Vec<f64> {
         self.elements.concat()
     }

@@ -1,4 +1,4 @@
-//! The effect catalogue: every fault of a machine that the tool knows, for simulating, diagnosing and compensating alike.
+//! The effect catalogue: every fault of a machine that the tool knows, for simulating, diagnosing and compensating.
 //!
 //! An effect acts at one place of the chain: command -> servo -> gear -> link -> geometry -> base -> TCP -> measurement. Effects
 //! of servo and gear turn the signal that arrives into the one that leaves (the gear sees what the servo made; they are not
@@ -146,7 +146,7 @@ pub enum DhParameter {
     D,
     /// Angle about x.
     Alpha,
-    /// Hayati's twist about y behind alpha, for joints whose axes are nearly parallel.
+    /// Hayati's twist about y after alpha, for joints whose axes are nearly parallel.
     Beta,
 }
 
@@ -162,7 +162,7 @@ impl DhParameter {
     }
 }
 
-/// Where an effect acts. `Joint`, `to` and `from` count axes (joints with a command of their own); `joint` counts
+/// Where an effect acts. `Joint`, `to` and `from` count axes (joints with their own command); `joint` counts
 /// [`crate::robot::Robot::joints`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {

@@ -86,7 +86,7 @@ fn built_up(a: f64, b: f64) -> f64 {
     a * ((-a).exp() - (-b).exp()) / (b - a)
 }
 
-/// Rises over travel that are tried with each decay, and sizes up and down of their own.
+/// Rises over travel that are tried with each decay, and their own sizes up and down.
 const NEXT_RISE: f64 = 3.0;
 const NEXT_DECAY: f64 = 2.5;
 

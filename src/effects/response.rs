@@ -5,7 +5,7 @@
 //! ```text
 //! z   = 1 + (z - 1) exp(-travel of the command / presliding)         -1 at a turn after a long stroke (Dahl 1968)
 //! h_k = z filtered by a first-order high-pass of time constant tau_k  what the servo has not yet worked off
-//! z_m = the same as z over the travel of the joint, each with a presliding of its own
+//! z_m = the same as z over the travel of the joint, each with its own presliding
 //! joint stands back by   sum of windup_m z_m + sum of gain_k h_k      beside its half gap
 //! ```
 

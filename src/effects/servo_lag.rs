@@ -53,7 +53,7 @@ pub struct ServoLag {
 /// Difference of command and joint below which the joint stands (rad or m): it makes no turning point.
 const STANDS: f64 = 1e-12;
 
-/// The samples on which the command's cubics rest.
+/// The samples through which the command's cubics go.
 struct Support<'a>(&'a Track<'a>);
 
 impl Support<'_> {
@@ -99,7 +99,7 @@ pub fn cubics(track: &Track) -> Vec<[f64; 3]> {
     (0..support.len().saturating_sub(1)).map(|i| smooth::cubic(&support, i)).collect()
 }
 
-/// Command at the time `t_s` after sample `j`, by the motion between samples on which a lag rests.
+/// Command at the time `t_s` after sample `j`, by the motion between samples that a lag assumes.
 pub fn command_between(track: &Track, j: usize, t_s: f64) -> f64 {
     let support = Support(track);
     let i = match track.rows {
@@ -242,7 +242,7 @@ impl ServoLag {
         }
     }
 
-    /// Where the lagged command turns between samples: `(sample before, t in s, command there)`. A play behind the servo
+    /// Where the lagged command turns between samples: `(sample before, t in s, command there)`. A play after the servo
     /// depends on these points, which no sample shows.
     fn turns(&self, track: &Track) -> Vec<(usize, f64, f64)> {
         let mut found = Vec::new();
@@ -342,7 +342,7 @@ mod tests {
         let track = Track::new(&t, &p, 0.0);
         let lag = ServoLag { lag_s: 0.03 };
         let found = lag.turns(&track);
-        // the phase of the lag is atan(0.03) = 0.03 rad at 1 rad/s: 0.03 s behind the command's own extreme
+        // the phase of the lag is atan(0.03) = 0.03 rad at 1 rad/s: 0.03 s after the command's own extreme
         let turn = |k: f64| 0.5 + std::f64::consts::FRAC_PI_2 + k * std::f64::consts::PI + 0.03f64.atan();
         let late: Vec<_> = found.iter().filter(|f| f.1 > 1.0).collect();
         assert_eq!(late.len(), 2);

@@ -1,4 +1,4 @@
-//! `tool_error`: the TCP stands elsewhere in the flange frame than the robot file says.
+//! `tool_error`: the TCP is not where the robot file has it in the flange frame.
 //!
 //! Parameter: the three coordinates of the change, at most 200 mm each. It moves the TCP (the first reflector); further
 //! reflectors keep the positions of `tools:`. Action: measure the tool again and enter it.

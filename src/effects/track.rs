@@ -4,7 +4,7 @@
 //! the command leaves its extreme: the last sample of a pause on the extreme, since the reversal begins when the joint
 //! moves again. A movement of at most `deadband` against the direction is number noise and no reversal.
 //!
-//! What else effects look at goes with it: which samples are rows of a log (others are turning points put between them),
+//! It carries what else effects look at: which samples are rows of a log (others are turning points put between them),
 //! how the command runs between samples, the commanded TCP speed, the length of one turn of the joint.
 
 use crate::numerics::reversal::{Movement, ReversalDetector};
@@ -43,7 +43,7 @@ pub struct Track<'a> {
     pub p: &'a [f64],
     /// Direction of the movement that arrives at each sample: -1, +1, or 0 before the first movement.
     pub dir: Cow<'a, [i8]>,
-    /// Reversals in order. The first movement is none.
+    /// Reversals in order. The first movement is no reversal.
     pub turns: Cow<'a, [Turn]>,
     /// +1 or -1: the joint was brought to its start in that direction; 0: the play stands in the middle of its gap.
     pub initial_gap_side: i8,
@@ -55,7 +55,7 @@ pub struct Track<'a> {
     pub tcp_speed_m_s: &'a [f64],
     /// Torque of gravity about the joint at each sample, Nm (N); empty: none is known.
     pub load: &'a [f64],
-    /// The cubics of the command between its rows ([`super::servo_lag::cubics`]), where somebody has worked them out; else empty.
+    /// The cubics of the command between its rows ([`super::servo_lag::cubics`]), where they have been computed; else empty.
     pub cubics: &'a [[f64; 3]],
     /// One turn of the joint: 2 pi rad, or the lead of a screw in m.
     pub rev: f64,
@@ -150,7 +150,7 @@ impl<'a> Track<'a> {
         self.p.is_empty()
     }
 
-    /// Walks the samples after each turn: `(turn, range of samples that lie behind it up to the next turn)`.
+    /// Walks the samples after each turn: `(turn, range of samples after it up to the next turn)`.
     pub fn strokes(&self) -> impl Iterator<Item = (&Turn, std::ops::Range<usize>)> {
         self.turns.iter().enumerate().map(|(k, t)| {
             let end = self.turns.get(k + 1).map_or(self.len(), |n| n.index + 1);

@@ -106,7 +106,7 @@ fn read(f: &mut Fields) -> Result<Effect> {
     Ok(TrackerFrame { translation_m, rotation_rad, turns, from, over_s }.into())
 }
 
-/// A step of the frame at a time or row: three movements, and three turns where points far apart tell them.
+/// A step of the frame at a time or row: three movements, and three rotations where points far apart determine them.
 pub fn step(robot: &crate::robot::Robot, from: From, turns: bool) -> Candidate {
     let trials = vec![1e-6; if turns { 6 } else { 3 }];
     Candidate::of_sizes(robot, Target::Log, &trials, move |c| {

@@ -1,7 +1,7 @@
 //! `vibration`: the TCP swings along a direction: adds `A * sin(2 pi f t + phase)`.
 //!
 //! Parameters: amplitude at most 5 mm; frequency 0.01 Hz to 1 kHz; phase within half a turn either way; a direction in the base
-//! frame. A log sees it at its alias where it has fewer than two rows a period. Action: find what shakes (a fan, a
+//! frame. A log shows it at its alias where it has fewer than two rows a period. Action: find what vibrates (a fan, a
 //! pump, a resonance: see whether it stays when the robot stands); damp it, or keep its frequency out of the motion.
 
 use super::site::within;

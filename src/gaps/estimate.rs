@@ -70,7 +70,7 @@ pub struct LocalReversal {
     pub t_s: f64,
     /// Command at the reversal, rad or m.
     pub at: f64,
-    /// Lost motion of this reversal as a multiple of what the model says, with its standard error.
+    /// Lost motion of this reversal as a multiple of the model's value, with its standard error.
     pub ratio: f64,
     /// Standard error of `ratio`.
     pub sigma: f64,

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 /// Bytes between two syncs.
 const STRIDE: u64 = 64 << 20;
 
-/// Syncs of an output that is being written, one at a time, each on a thread of its own.
+/// Syncs of an output that is being written, one at a time, each on its own thread.
 #[derive(Default)]
 pub(super) struct Ahead {
     since: u64,
@@ -29,7 +29,7 @@ impl Ahead {
         }
     }
 
-    /// The first failure of a sync: the system tells it once, to whoever asks first.
+    /// The first failure of a sync: the system reports it once, to the first caller.
     pub(super) fn finish(&mut self) -> io::Result<()> {
         self.wait();
         self.failed.take().map_or(Ok(()), Err)

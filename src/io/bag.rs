@@ -36,7 +36,7 @@ pub enum TopicChoice<'a> {
     Topic(&'a str),
 }
 
-/// What a message says.
+/// What a message holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Joints,
@@ -179,7 +179,7 @@ fn topics(name: &str, bytes: &[u8]) -> Result<BTreeMap<String, Topic>> {
             LinearReadEvent::Record { data, opcode } => {
                 total += data.len() as u64;
                 memory::require_size(name, total, LARGEST)?;
-                // no other record says anything of a message, and the parser of attachments fails on one that is cut short
+                // no other record concerns a message, and the parser of attachments fails on one that is cut short
                 if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
                     continue;
                 }
@@ -208,7 +208,7 @@ fn topics(name: &str, bytes: &[u8]) -> Result<BTreeMap<String, Topic>> {
     Ok(topics)
 }
 
-/// A message; `None`: it is not what its schema says.
+/// A message; `None`: it does not fit its schema.
 fn row(kind: Kind, data: &[u8], log_time: u64) -> Option<Row> {
     let (header, values) = match kind {
         Kind::Joints => {

@@ -24,7 +24,7 @@ pub struct Input {
 pub const LARGEST: u64 = 2 << 30;
 /// Bytes of memory that a byte of an input takes, at least, once it is read.
 const PER_BYTE: u64 = 2;
-/// Bytes that are read before room for more is asked for.
+/// Bytes that are read before memory for more is requested.
 const PIECE: u64 = 32 << 20;
 
 /// Opens a path or standard input for streaming.
@@ -47,7 +47,7 @@ pub fn read(path: &Path) -> Result<Input> {
     from_bytes(name, bytes)
 }
 
-/// Reads a stream of at most `most` bytes whole; room is asked for as it grows, so that what does not fit is refused in words.
+/// Reads a stream of at most `most` bytes whole; memory is requested as it grows, so that what does not fit is refused with a message.
 pub fn read_within(name: &str, stream: impl Read, most: u64) -> Result<Vec<u8>> {
     let mut stream = stream;
     let mut bytes = Vec::new();

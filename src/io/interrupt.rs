@@ -1,4 +1,4 @@
-//! A signal (interrupt, hang-up, termination) ends the process once nothing is half in place, and leaves no temporary file.
+//! A signal (interrupt, hang-up, termination) ends the process once no output is partly in place, and leaves no temporary file.
 //!
 //! While outputs come into place ([`placing`]) the signal waits: that takes a few renames. The exit code is the shell's, 128 and
 //! the number of the signal (130, 129, 143). A signal that was ignored when the process began (`nohup`) stays ignored.
@@ -39,7 +39,7 @@ pub fn listen() {
     let _ = ctrlc::set_handler(|| stop(130));
 }
 
-/// Whether the process was started with a signal ignored, where the system tells.
+/// Whether the process was started with a signal ignored, where the system reports it.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return false };

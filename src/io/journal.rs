@@ -22,7 +22,7 @@ pub use super::temporary::JOURNAL as ENDING;
 const SCHEMA: &str = "lostmotion/journal/1";
 /// How long a run waits for another one that may finish the journal itself.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// A journal of more bytes is none of ours.
+/// A journal of more bytes was not written by this program.
 const LARGEST: u64 = 1 << 20;
 
 /// One file of a transaction; names as [`super::name`] spells them.

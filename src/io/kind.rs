@@ -1,16 +1,16 @@
-//! What kind of content a file has: an output takes the place of a file of its own kind only.
+//! What kind of content a file has: an output replaces a file of its own kind only.
 //!
-//! Method: the first bytes tell pages, documents (`schema: lostmotion/...`, YAML or JSON), logs (a header with commands), other
+//! Method: the first bytes identify pages, documents (`schema: lostmotion/...`, YAML or JSON), logs (a header with commands), other
 //! tables and other text apart. An empty file, as `mktemp` makes one, is of every kind.
 //!
-//! A mistaken name (`show robot.yaml --output machine.yaml`) so replaces nothing that another command made or a person wrote; a
+//! A mistaken name (`show robot.yaml --output machine.yaml`) therefore replaces nothing that another command made or a person wrote; a
 //! command that runs again replaces what it wrote.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes that tell the kind: a header of a log with many joints, and the comments before it.
+/// Bytes that identify the kind: a header of a log with many joints, and the comments before it.
 const HEAD: u64 = 1 << 16;
 
 /// Kind of content.
@@ -65,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// Whether an output of this kind may take the place of a file of kind `there`.
+    /// Whether an output of this kind may replace a file of kind `there`.
     pub fn replaces(&self, there: &Self) -> bool {
         *there == Self::Empty || *self == Self::Empty || self == there
     }

@@ -1,9 +1,9 @@
 //! One run at a time writes into a folder.
 //!
 //! Method: a file `.lostmotion.lock` in the folder, locked by the operating system (flock) as long as the run lasts and then taken
-//! away. A lock ends with its process, so that a file without a lock is stale, whatever it says. A folder is also taken where one
+//! away. A lock ends with its process, so that a file without a lock is stale, whatever its text. A folder is also taken where one
 //! above it is, or one below it. On a file system that knows no locks, runs are not kept apart; each of their files still
-//! appears whole, as its temporary name is nobody else's.
+//! appears whole, as no other process has its temporary name.
 
 use crate::error::{Error, Place, Result, shown};
 use std::collections::BTreeSet;
@@ -142,7 +142,7 @@ fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
 
 const UNKNOWN: &str = "an unknown process";
 
-/// What a lock file says of its holder.
+/// What a lock file states about its holder.
 fn says(file: &mut File) -> String {
     const MOST: u64 = 200;
     let mut text = String::new();
@@ -172,7 +172,7 @@ mod tests {
 
     const AT_ONCE: Duration = Duration::ZERO;
 
-    /// As another process holds it: by a handle of its own.
+    /// As another process holds it: by its own handle.
     fn foreign(folder: &Path) -> File {
         let file = File::create(folder.join(LOCK)).unwrap();
         (&file).write_all(b"process 12345\n").unwrap();

@@ -1,4 +1,4 @@
-//! What there is room for: a file that would not fit is refused before it is read, with words instead of an abort.
+//! What fits into memory: a file that does not is refused with a message before it is read, instead of an abort.
 //!
 //! Method: the smallest of what the system has available (`/proc/meminfo`), what the control group may still use, and the limit on
 //! the address space of the process. Where none of these can be determined (another system), nothing is refused here.
@@ -8,10 +8,10 @@ use std::path::Path;
 
 const KIB: u64 = 1 << 10;
 const MIB: u64 = 1 << 20;
-/// So much is not asked for: the process itself holds more, and thousands of small files need no look at the system each.
+/// Up to this size nothing is checked: the process itself holds more, and thousands of small files need no look at the system each.
 const SMALL: u64 = 8 * MIB;
 
-/// Bytes that the process may still take, where the system tells.
+/// Bytes that the process may still take, where the system reports them.
 pub fn available() -> Option<u64> {
     [system(), group(), limit()].into_iter().flatten().min()
 }
@@ -38,7 +38,7 @@ pub fn require_for_file(path: &Path, name: &str, most: u64, need: impl Fn(u64) -
             require_size(name, meta.len(), most)?;
             require(name, need(meta.len()))
         }
-        _ => Ok(()), // a pipe tells its size as it is read
+        _ => Ok(()), // the size of a pipe is known only when it has been read
     }
 }
 

@@ -2,13 +2,13 @@
 //!
 //! Modules, in reading order:
 //! - [`mod@name`]: file names as text and back; [`notice`]: what the library reports besides its results.
-//! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what there is room for.
+//! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what fits into memory.
 //! - [`bag`]: a topic of a ROS 2 recording (MCAP) as CSV.
 //! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
 //! - [`output`]: one output, in a temporary file until it is committed; [`ahead`]: a long one goes to disk while it is written.
-//! - [`kind`]: an output takes the place of a file of its own kind only.
+//! - [`kind`]: an output replaces a file of its own kind only.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
 //! - [`interrupt`]: a signal waits until nothing is half in place, then takes away what is not.

@@ -33,7 +33,7 @@ pub enum Notice<'a> {
 }
 
 impl Notice<'_> {
-    /// Whether it has a heading of its own, so that it needs no `note:` before it.
+    /// Whether it has its own heading, so that it needs no `note:` before it.
     pub fn is_headed(&self) -> bool {
         matches!(self, Self::Replaced(_))
     }

@@ -70,14 +70,14 @@ impl Output {
         Self::create_as(path, Durability::Synced)
     }
 
-    /// The same, as durable as asked.
+    /// The same, as durable as requested.
     pub fn create_as(path: &Path, durability: Durability) -> Result<Self> {
         let made = |sink, shown| Self { sink, shown, prepared: false, durability };
         if is_stdio(path) {
             return Ok(made(Sink::Stdout(SpooledTempFile::new(IN_MEMORY)), "standard output".into()));
         }
         let shown = shown(path);
-        // of thousands of new files none need be asked for twice
+        // a new file needs no second look: there may be thousands
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
         // a link stays a link: what it points to is replaced
         let real = if nothing { None } else { std::fs::canonicalize(path).ok() };
@@ -162,7 +162,7 @@ impl Output {
         Ok(())
     }
 
-    /// Refuses to take the place of a file of another kind: a mistaken name.
+    /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
         let Sink::File(file) = &self.sink else { return Ok(()) };
         if !file.replaces {
@@ -248,7 +248,7 @@ impl Write for Output {
     }
 }
 
-/// Prepares an output where one is asked for.
+/// Prepares an output where one is requested.
 pub fn create(path: Option<&Path>) -> Result<Option<Output>> {
     path.map(Output::create).transpose()
 }

@@ -139,7 +139,7 @@ pub fn named(folder: &Path, suffix: &str) -> Vec<PathBuf> {
 pub fn clean(folder: &Path) {
     for path in named(folder, PART) {
         let Ok(file) = File::open(&path) else { continue };
-        // whoever made it has ended, and with him any journal has its last form
+        // the process that made it has ended, and any journal has its last form
         if file.try_lock().is_ok() && named(folder, JOURNAL).is_empty() {
             let _ = std::fs::remove_file(&path);
         }

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-/// Makes the pool for parallel work: as many threads as are asked for, else one a processor; the calling thread alone where no other can be
+/// Makes the pool for parallel work: as many threads as requested, else one per processor; the calling thread alone where no other can be
 /// had. To be called once, at the start.
 pub fn prepare(jobs: Option<NonZeroUsize>) {
     let pool = rayon::ThreadPoolBuilder::new;

@@ -6,7 +6,7 @@
 //! the files of one folder; a note stands before its program, and whatever stands in other folders (a summary, a page) follows.
 //! Standard output comes last of all, as it cannot be taken back.
 //!
-//! New files of a run that holds their folder need no journal: the note that comes first tells what the program would be.
+//! New files of a run that holds their folder need no journal: the note that comes first shows what the program would be.
 
 use super::folder::{folder_of, ignore_unsupported};
 use super::interrupt;
@@ -165,7 +165,7 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
     if synced {
         sync_folders(&[home]);
     }
-    // the journal first: without it what was kept is nobody's, and the next run takes it away
+    // the journal first: without it what was kept belongs to no run, and the next run removes it
     drop(journal);
     drop(done);
     result

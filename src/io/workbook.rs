@@ -17,7 +17,7 @@ const ZIP: &[u8] = b"PK\x03\x04";
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";
 /// Bytes that the sheets of a workbook take at most, unpacked: ten million cells and more.
 const LARGEST: u64 = 1 << 30;
-/// Cells from the first to the last that a sheet may hold, the empty ones between them included: the reader makes room for all of them,
+/// Cells from the first to the last that a sheet may hold, the empty ones between them included: the reader allocates memory for all of them,
 /// 24 bytes each.
 const MOST_CELLS: u64 = 20_000_000;
 /// Days are stored as one number, whose last digit is half a microsecond and more: finer digits would be rounding.
@@ -47,7 +47,7 @@ pub fn unpacked(input: Input) -> Result<(Input, bool)> {
     Err(Error::bad(Place::file(&name), "a workbook without cells", "a header and rows on its first sheet"))
 }
 
-/// Refuses an archive that unpacks to more than there is room for, whatever sizes it states.
+/// Refuses an archive that unpacks to more than memory holds, whatever sizes it states.
 fn bounded(name: &str, bytes: &[u8]) -> Result<()> {
     let damaged = |e: &dyn std::fmt::Display| {
         Error::bad(
@@ -61,7 +61,7 @@ fn bounded(name: &str, bytes: &[u8]) -> Result<()> {
     for i in 0..archive.len() {
         let part = archive.by_index(i).map_err(|e| damaged(&e))?;
         let left = LARGEST - total;
-        // the one part of an OpenDocument sheet tells its cells by how often they are repeated
+        // the one part of an OpenDocument sheet gives its cells with how often they are repeated
         let repeats = part.name().is_ok_and(|n| n == "content.xml");
         let mut part = part.take(left + 1);
         if repeats {
@@ -127,7 +127,7 @@ fn extent<R: std::io::Read + std::io::Seek>(
     Ok(cells)
 }
 
-/// Cells that an OpenDocument sheet makes of its repeated rows and cells. Rows without a value are made no room for.
+/// Cells that an OpenDocument sheet makes of its repeated rows and cells. No memory is allocated for rows without a value.
 fn repeated(xml: &[u8]) -> u64 {
     let tags = |text: &'_ [u8], tag: &'_ [u8]| -> Vec<usize> { memmem::find_iter(text, tag).collect() };
     let count = |text: &[u8], at: usize, attribute: &[u8]| {

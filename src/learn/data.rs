@@ -1,6 +1,6 @@
 //! Logs to rows that a network can learn from: commands, TCP, and the speeds of both.
 //!
-//! Speeds are central differences over the two neighbouring rows, of commands and of measurements alike, so that both are smoothed in the
+//! Speeds are central differences over the two neighbouring rows, of commands and of measurements, so that both are smoothed in the
 //! same way. A row beside a lost reflector or beside a pause in the log (more than [`PAUSE`] usual intervals) has no speed and
 //! counts with its position alone; settled poses have none at all.
 //!
@@ -31,7 +31,7 @@ pub struct Row {
     pub speed: Option<(Vec<f64>, Vector3<f64>)>,
 }
 
-/// Rows of a log; `desired` takes the place of its commands.
+/// Rows of a log; `desired` replaces its commands.
 pub fn rows(log: &Log, desired: Option<&Program>) -> Result<Vec<Row>> {
     if log.tcp_m.is_empty() {
         return Err(Error::bad(Place::file(&log.name), "no columns x_mm, y_mm, z_mm", "a log with the measured TCP"));

@@ -4,7 +4,7 @@
 //! schema: lostmotion/kinematics/1
 //! robot: {name: ..., sha256: ...}
 //! kind: augmented                 # or plain
-//! inputs:                         # u = (command - centre) / half_range; it knows nothing outside -1..1
+//! inputs:                         # u = (command - centre) / half_range; the networks are valid within -1..1
 //!   E1: {centre_deg: 0.0, half_range_deg: 28.8}
 //! networks:                       # x_mm = offset_mm + sum of out_mm / (1 + exp(-(bias + sum of w u)))
 //!   x: {offset_mm: 1.5, neurons: [[w_E1, ..., bias, out_mm], ...]}

@@ -59,7 +59,7 @@ pub struct Rmse {
     pub speed_m_s: Option<f64>,
 }
 
-/// What the kinematics rests on.
+/// What the kinematics is based on.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Logs that were learned from.

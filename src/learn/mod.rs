@@ -13,7 +13,7 @@
 //! - [`document`]: what was done, as JSON and as a table.
 //!
 //! Assumptions: the TCP is a function of the commands. Lost motion is not: it is averaged over, or taken out beforehand
-//! (compensated runs, with the desired commands as inputs). Outside the range of the training the networks know nothing.
+//! (compensated runs, with the desired commands as inputs). Outside the range of the training the networks are not valid.
 //!
 //! Fails on logs without a measured TCP, with fewer rows than weights, without times for the augmented network, and where no
 //! joint moves.
@@ -68,7 +68,7 @@ impl Default for Options {
     }
 }
 
-/// A log, and the program whose commands take the place of its own.
+/// A log, and the program whose commands replace the ones in the log.
 pub struct Source<'a> {
     /// The log.
     pub log: &'a Log,

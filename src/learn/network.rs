@@ -1,7 +1,7 @@
 //! One hidden layer of sigmoid neurons: value, derivative by its inputs, and both by its weights, all analytic.
 //!
 //! `f(u) = c + sum_j v_j s(a_j)` with `a_j = b_j + sum_i w_ji u_i` and `s(a) = 1 / (1 + exp(-a))`. The derivative layer of
-//! Cursi (2022) (figure 5b) has no weights of its own: along a motion `du/dt` the output moves at
+//! Cursi (2022) (figure 5b) has no weights itself: along a motion `du/dt` the output moves at
 //! `df/dt = sum_j v_j s'(a_j) d_j`, `d_j = sum_i w_ji du_i/dt`. Weights stand in one vector: for each neuron `w_j1..w_jn, b_j, v_j`,
 //! then `c`.
 //!

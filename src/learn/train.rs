@@ -12,7 +12,7 @@
 //! spread by the caller, so that weights compare.
 //!
 //! Normal equations are summed over blocks of fixed size in fixed order, so that the weights do not depend on the number
-//! of threads. It says why it stopped; not converged is data.
+//! of threads. It reports why it stopped; not converged is data.
 
 use super::network::Network;
 use crate::numerics::least_squares::{

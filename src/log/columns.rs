@@ -22,7 +22,7 @@
 //! no other does), `decimal: any` takes a comma where the first row has one between digits and it separates no fields.
 //!
 //! How it fails: a name that says "command of a joint" for a joint or unit the robot does not have is refused, because
-//! dropping it quietly would move the wrong axes; names that say nothing to us are passed over.
+//! dropping it without a message would move the wrong axes; names that say nothing to us are passed over.
 //!
 //! Parts:
 //! - [`mod@resolve`]: header and map joined, so that each column has a meaning and a unit.
@@ -88,7 +88,7 @@ pub(super) enum Missing {
 }
 
 impl Missing {
-    /// Whether a cell says that it is empty.
+    /// Whether a cell stands for an empty one.
     pub(super) fn is(&self, text: &str, decimal: u8) -> bool {
         match self {
             Self::Text(t) => text.to_lowercase() == *t,
@@ -226,7 +226,7 @@ impl ColumnMap {
         }
         let header = rows_of(bytes).next().unwrap_or_default();
         let fields = |c: u8| memchr::memchr_iter(c, header).count();
-        // the first of those that cut alike; a decimal comma separates nothing, and a blank stands in names, too
+        // the first of those that give the same cells; a decimal comma separates nothing, and a blank stands in names, too
         let known = [b',', b';', b'\t', b'|'].into_iter().filter(|c| *c != self.decimal);
         known.rev().filter(|c| fields(*c) > 0).max_by_key(|c| fields(*c)).unwrap_or(b' ')
     }
@@ -251,7 +251,7 @@ fn rows_of(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).filter(|l| !l.is_empty() && !l.starts_with(b"#"))
 }
 
-/// What a map says of a column, for files that are no logs.
+/// How a map describes a column, for files that are no logs.
 #[derive(Debug, Clone, Copy)]
 pub struct Mapped<'a> {
     /// Our name; `None`: the column is to be passed over.
@@ -271,7 +271,7 @@ impl Mapped<'_> {
 }
 
 impl ColumnMap {
-    /// What the map says of their column.
+    /// How the map describes their column.
     pub fn of(&self, theirs: &str) -> Option<Mapped<'_>> {
         let entry = self.entries.get(theirs)?;
         Some(Mapped { to: entry.to.as_deref(), unit: entry.unit.as_deref(), factor: entry.factor, entry })

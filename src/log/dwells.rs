@@ -4,9 +4,9 @@
 //! has `trigger` (or `cycle`), its rows that are not 0 are the dwells, all of them; else a dwell lasts at least
 //! [`DwellOptions::min_s`] and its first seconds are left to the servo: [`DwellOptions::settle_s`], or [`SETTLE_S`] and a third
 //! of the dwell at most. Each row of a
-//! log without `t_s` is a settled pose and a dwell of its own. The joint that made the approach is the one that moved last,
+//! log without `t_s` is a settled pose and a separate dwell. The joint that made the approach is the one that moved last,
 //! alone; its direction is the sign of that movement (a pause keeps it: Zhang (2023), note 2 of equation 16). Positions are
-//! means without gross errors ([`point_mean`]); so are joint positions measured behind the gear. Where most of those say the same
+//! means without gross errors ([`point_mean`]); so are joint positions measured after the gear. Where most of those say the same
 //! count, what is more than one count away is still moving, or a fault.
 //!
 //! Assumptions: commands stand exactly still in a dwell, or flicker in the last digit. Fails with an error where a trigger
@@ -36,7 +36,7 @@ const LAST_DIGIT_M: f64 = 1e-7;
 pub struct DwellOptions {
     /// Shortest dwell, s, where no `trigger` or `cycle` marks them.
     pub min_s: f64,
-    /// Time left to the servo at the start of such a dwell, s; a dwell that ends before is none.
+    /// Time left to the servo at the start of such a dwell, s; one that ends before is no dwell.
     pub settle_s: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ pub struct Dwell {
     pub cycle: u32,
     /// TCP and further reflectors in the tracker frame; `None` where the tracker saw nothing in this dwell.
     pub points: Vec<Option<PointMean>>,
-    /// Position measured behind the gear, per axis where logged.
+    /// Position measured after the gear, per axis where logged.
     pub meas: Vec<Option<JointMean>>,
     /// Reading of a distance or along a direction, m.
     pub scalar: Option<JointMean>,
@@ -179,7 +179,7 @@ fn stretches(log: &Log, still: &[f64]) -> Vec<Range<usize>> {
 }
 
 /// Leaves out the rows at the edges of a marked dwell in which the commands already move, or move still: stretches much
-/// shorter than the longest one under the same mark are no dwells of their own.
+/// shorter than the longest one under the same mark are no separate dwells.
 fn without_edges(log: &Log, stretches: Vec<Range<usize>>, marked: bool) -> Vec<Range<usize>> {
     if !marked || log.poses {
         return stretches;

@@ -77,8 +77,8 @@ pub(crate) enum Fault {
 
 impl Fault {
     /// What is worth trying, the commonest first. A fault of single joints is tried only where two joints or more move,
-    /// and only on joints that move or that it would turn by more than a zero offset may: a small offset of a joint at
-    /// rest looks like many things.
+    /// and only on joints that move or that it would turn by more than a zero offset may: a small offset of a
+    /// stationary joint looks like many things.
     pub fn all(robot: &Robot, commands: &[Vec<f64>]) -> Vec<Self> {
         use JointKind::{Prismatic, Revolute};
         let mut faults = vec![

@@ -3,7 +3,7 @@
 //!
 //! A joint that turns evenly then seems to step and to wait, and the steps look like lost motion many times the gap. Method: rows in which
 //! any value of a group (all commands, all encoders, the TCP) is new are its readings. Where they come every so many rows, evenly
-//! but for rests, they are taken as readings of a clock of their own. Positions of joints are interpolated between them
+//! but for pauses, they are taken as readings with their own clock. Positions of joints are interpolated between them
 //! ([`Series`]: no reversal is added, no peak cut); of a repeated TCP the first row counts and the others are lost.
 //!
 //! Times: each reading was made within the row before the one that shows it first, by an even clock of the controller or with that row,
@@ -22,7 +22,7 @@ use std::ops::Range;
 const FEWEST: usize = 20;
 /// Rows for which a reading stands, in the mean: from here on it was held.
 const LEAST_ROWS: f64 = 1.3;
-/// A reading that stands for this many times the usual rows is a rest.
+/// A reading that stays for this many times the usual rows is a pause.
 const REST: usize = 3;
 /// Share of the other readings that stand for the mean number of rows, give or take one.
 const REGULAR: f64 = 0.9;
@@ -71,7 +71,7 @@ pub(super) fn undo(log: &mut Log) -> Vec<String> {
 struct Held {
     /// Row that shows each reading first.
     readings: Vec<usize>,
-    /// Time from a reading to the next where nothing rests, s; and rows.
+    /// Time from a reading to the next where nothing pauses, s; and rows.
     every_s: f64,
     every_rows: f64,
     rows: usize,
@@ -135,7 +135,7 @@ impl Held {
         let mut knots: Vec<(f64, usize)> = Vec::with_capacity(self.readings.len());
         for (k, (&row, &at)) in self.readings.iter().zip(&at_s).enumerate() {
             knots.push((at, row));
-            // a joint that rests is read again and again: the first and the last of these readings tell when it stops and starts
+            // a stationary joint is read again and again: the first and the last of these readings tell when it stops and starts
             let next = at_s.get(k + 1).copied().unwrap_or(t_s[t_s.len() - 1] + self.every_s);
             let intervals = (next - at) / self.every_s;
             if intervals > 2.0 - UNEVEN {
@@ -173,8 +173,8 @@ fn even(seen: &[f64], every_s: f64, row_s: f64) -> Option<Vec<f64>> {
 
 /// Intervals of an even clock up to each reading.
 ///
-/// From one reading to the next it is one, but across a rest, whose length in intervals is rounded: by the starts of the strokes before
-/// and behind it, each the earliest that its readings allow, as a single reading may come late by a row.
+/// From one reading to the next it is one, but across a pause, whose length in intervals is rounded: by the starts of the strokes before
+/// and after it, each the earliest that its readings allow, as a single reading may come late by a row.
 fn ticks(seen: &[f64], every_s: f64) -> Vec<f64> {
     let mut strokes: Vec<Range<usize>> = Vec::new();
     for k in 0..seen.len() {
@@ -234,13 +234,13 @@ mod tests {
 
     const ROBOT: &str = "schema: lostmotion/robot/1\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n  - {name: A2, kind: revolute, a_mm: 400}\n";
 
-    /// Commands in deg at a time: a rest, a stroke there and back, a rest.
+    /// Commands in deg at a time: a pause, a stroke there and back, a pause.
     fn commands(t: f64) -> [f64; 2] {
         let x = (t - 2.0).clamp(0.0, 20.0);
         [5.0 - 5.0 * (0.1 * PI * x).cos(), 3.0 - 3.0 * (0.2 * PI * x).cos()]
     }
 
-    /// A log at `rate` Hz of a controller that says something new `controller` times a second, a tracker `tracker` times.
+    /// A log at `rate` Hz of a controller with `controller` new readings a second, a tracker `tracker` times.
     fn log(rate: f64, controller: f64, tracker: f64) -> Log {
         let mut text = String::from("t_s,cmd_A1_deg,cmd_A2_deg,x_mm,y_mm,z_mm\n");
         let last = |t: f64, hz: f64| ((t * hz + 1e-9).floor()) / hz;

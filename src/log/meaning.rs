@@ -11,7 +11,7 @@ pub enum Meaning {
     Command(usize),
     /// Motor encoder of an axis, at the joint's scale, rad or m.
     Encoder(usize),
-    /// Between the two gaps of a drive: behind the coupling, before the nut or gear; at the joint's scale.
+    /// Between the two gaps of a drive: after the coupling, before the nut or gear; at the joint's scale.
     Screw(usize),
     /// Position of an axis measured after its gear, rad or m.
     Measured(usize),

@@ -67,7 +67,7 @@ pub struct Log {
     pub enc: Vec<Option<Vec<Option<f64>>>>,
     /// Between coupling and nut (or gear), at the joint's scale, rad or m, per axis where logged.
     pub screw: Vec<Option<Vec<Option<f64>>>>,
-    /// Joint position measured behind the gear, rad or m, per axis where logged.
+    /// Joint position measured after the gear, rad or m, per axis where logged.
     pub meas: Vec<Option<Vec<Option<f64>>>>,
     /// 1: in a dwell reached by positive movement, -1: by negative, 0: moving.
     pub trigger: Option<Vec<i8>>,

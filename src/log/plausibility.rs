@@ -7,7 +7,7 @@
 //! the difference to a seventh or less, which a wrong guess does not do by chance. A path that no fault explains, and no
 //! other TCP in the flange either, is of another robot. Figures on 1,400 changed logs: `docs/log.md`.
 //!
-//! Assumptions: the lost motion sought is far smaller than the path. What a log cannot tell, it is not asked: a short
+//! Assumptions: the lost motion sought is far smaller than the path. What a log does not determine is not checked: a short
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no
 //! other moves. Then there is no note.
 //!
@@ -37,7 +37,7 @@ const FOREIGN: f64 = 0.25;
 const SMALLEST_PATH_M: f64 = 0.005;
 /// Misfit that an arm's own calibration errors do not reach, metres: without calibration arms are accurate to 1 to 4 mm.
 pub(crate) const CALIBRATION_M: f64 = 0.005;
-/// Where the kinematics is not known: sizes of both paths are alike up to this factor, and unlike beyond its square (a unit is
+/// Where the kinematics is not known: sizes of both paths agree up to this factor, and disagree beyond its square (a unit is
 /// wrong by 25 or more).
 const ALIKE: f64 = 2.0;
 /// With its unit put right a path leaves this part of its size, or less, beside the computed one; noise leaves all of it.
@@ -67,7 +67,7 @@ pub enum Kinematics {
     Unknown,
 }
 
-/// Refuses a log whose units, axes or clocks cannot be right for this robot; says what else looks odd.
+/// Refuses a log whose units, axes or clocks cannot be right for this robot; reports what else is implausible.
 pub fn check(log: &Log, robot: &Robot) -> Result<Plausibility> {
     check_for(log, robot, Kinematics::OfFile)
 }

@@ -6,11 +6,11 @@
 //! Uncertainty: covariance of the linearised model `y = R x + t` (rotation vector in the tracker frame, Markley 1993),
 //! scaled with the residual's variance over `3 n - 6` degrees of freedom.
 //!
-//! Assumptions: errors of the points are alike in all directions; less than half of the points are wrong. A lag looks like a
+//! Assumptions: errors of the points are equal in all directions; less than half of the points are wrong. A lag looks like a
 //! turned frame on a path that goes round one way: register on settled points, averaged over both directions of approach.
 //!
 //! Fails with an error on fewer than three points, on points that coincide (one pose), and on points of one line
-//! ([`register`]); [`register_line`] accepts a line and says about which axis the frame is not determined.
+//! ([`register`]); [`register_line`] accepts a line and reports about which axis the frame is not determined.
 
 use crate::error::{Error, Place, Result, counted};
 use crate::numerics::rigid;
@@ -26,7 +26,7 @@ const GROSS_FROM: usize = 6;
 const LINE: f64 = 1e-6;
 /// Points that spread by less than this (m) are one pose.
 const ONE_POSE_M: f64 = 1e-6;
-/// Distances below this (m) weigh alike: the last digit of a tracker's file.
+/// Distances below this (m) have the same weight: the last digit of a tracker's file.
 const LAST_DIGIT_M: f64 = 1e-7;
 const REWEIGHTINGS: usize = 50;
 /// Eigenvalue of the normal equations, over the largest, below which a direction counts as open.

@@ -19,7 +19,7 @@ pub(super) struct Fit {
     pub misfit_m: f64,
 }
 
-/// Best fit of `from` to `to`; `mirrored` asks for a reflection.
+/// Best fit of `from` to `to`; `mirrored` requests a reflection.
 pub(super) fn fit(from: &[Vector3<f64>], to: &[Vector3<f64>], mirrored: bool) -> Fit {
     let mut keep = vec![true; from.len()];
     let mut best = Fit { turn: Matrix3::identity(), shift: Vector3::zeros(), misfit_m: f64::INFINITY };

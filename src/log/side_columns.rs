@@ -69,11 +69,11 @@ fn line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     (pairs.len() >= FEWEST && cc / n > 1e-6 && vv > 0.0).then(|| (cv / cc, cv / (cc * vv).sqrt()))
 }
 
-/// A joint that is so many times faster than it can be in this share of the rows is none: rows out of order, or another unit.
+/// A joint that is so many times faster than it can be in this share of the rows is no such column: rows out of order, or another unit.
 const IMPOSSIBLE: f64 = 3.0;
 const IMPOSSIBLE_SHARE: f64 = 0.25;
 
-/// Times in another unit than seconds, as far as speeds can tell.
+/// Times in another unit than seconds, as far as speeds show it.
 pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
     if log.poses || log.len() < FEWEST {
         return Ok(());

@@ -19,7 +19,7 @@ pub struct LogText {
     pub separator: u8,
     /// Byte before the decimals.
     pub decimal: u8,
-    /// A topic of a recording of ROS 2, whose columns have names of their own.
+    /// A topic of a recording of ROS 2, whose columns have their own names.
     pub is_recording: bool,
     map: Option<ColumnMap>,
 }

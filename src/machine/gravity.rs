@@ -1,6 +1,6 @@
 //! Torque of gravity about each axis.
 //!
-//! The generalised force of the weights along an axis' command: `sum m g . dc/dq` over all masses behind the joint, and over
+//! The generalised force of the weights along an axis' command: `sum m g . dc/dq` over all masses after the joint, and over
 //! the joints that follow the axis. Masses: the robot file's `links`, their centres in the link frame of their joint (after
 //! the whole transform of that joint, in either convention), and the payload at the flange. Sign: a positive torque turns
 //! (or pushes) the axis positive. Unit: Nm, N for a prismatic axis.

@@ -9,7 +9,7 @@ pub struct Grid {
     segment: Vec<u32>,
     /// Grid index of each row.
     pub keep: Vec<u32>,
-    /// Rows of the program points that were asked for, and whether each stands there for its point alone.
+    /// Rows of the requested program points, and whether each stands there for its point alone.
     pub points: Vec<(usize, bool)>,
 }
 

@@ -1,4 +1,4 @@
-//! What effects look at that act row by row: commands, torques, levers, times, directions, each worked out when somebody asks.
+//! What effects look at that act row by row: commands, torques, levers, times, directions, each computed on demand.
 
 use super::gravity::levers;
 use super::trajectory::{CommandTrajectory, NO_MOVEMENT};

@@ -5,13 +5,13 @@
 //! | [`Instrument::Tcp`] | position of the TCP in the tracker's frame | `x_mm,y_mm,z_mm` |
 //! | [`Instrument::Distance`] | distance from a fixed point to the TCP (double ballbar, draw wire) | `r_mm`, or `r_um` off its nominal length |
 //! | [`Instrument::Direction`] | displacement of the TCP along a fixed direction (dial gauge, probe, linear scale) | `dial_um` |
-//! | [`Instrument::Joint`] | one joint behind its gear (secondary encoder, level) | `meas_<joint>_deg` |
+//! | [`Instrument::Joint`] | one joint after its gear (secondary encoder, level) | `meas_<joint>_deg` |
 //!
 //! Every reading is differentiable, so that an identification, a diagnosis and a plan use the same sensitivities:
 //! `d reading / d joint = G J`, with `J` the joint's column of the Jacobian of the TCP and `G` the gradient here. Positions are in
 //! the robot's world frame.
 //!
-//! What an instrument does not know is a nuisance of its own ([`Instrument::nuisances`]): the frame of a tracker, centre and length
+//! Each quantity that an instrument does not know is a separate nuisance ([`Instrument::nuisances`]): the frame of a tracker, centre and length
 //! of a ballbar, zero and tilt of a dial gauge.
 
 use nalgebra::{Unit, Vector3};

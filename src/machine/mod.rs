@@ -13,7 +13,7 @@
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
 //! - [`measurement`]: what an instrument reads: TCP, distance, direction, joint.
-//! - [`parts`]: single stages, for whoever runs the chain piece by piece.
+//! - [`parts`]: single stages, for callers that run the chain piece by piece.
 //! - [`mod@predict`]: the whole chain, to the reflectors in the tracker's frame.
 
 #![warn(missing_docs)]

@@ -1,4 +1,4 @@
-//! Single stages of the chain, for whoever evaluates the chain piece by piece: `diagnose` asks what one effect changes.
+//! Single stages of the chain, for callers that evaluate the chain piece by piece: `diagnose` computes what one effect changes.
 
 use super::CommandTrajectory;
 use super::predict::at_time;
@@ -38,7 +38,7 @@ pub fn clock(effects: &[EffectInstance]) -> Clock {
     effects.iter().map(|p| p.effect.clock()).fold(Clock::default(), |a, b| a.plus(&b))
 }
 
-/// Where the points are that effects behind the kinematics move.
+/// Where the points are that effects after the kinematics move.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
     /// The commands.

@@ -68,7 +68,7 @@ pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     Prediction { servo, joint, points_m }
 }
 
-/// One axis: motor side, and behind the link stage.
+/// One axis: motor side, and after the link stage.
 fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();
     let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);

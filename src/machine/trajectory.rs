@@ -4,13 +4,13 @@
 //! directions and turning points. A movement of at most [`NO_MOVEMENT`] (deg or mm) is the rounding of arithmetic and no
 //! reversal; a step of the last written digit is a command and may be one. An axis at rest has one sample.
 //!
-//! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
+//! A play after a lagging servo turns where the lagged joint does, between the samples of the command; those points
 //! are worked out and added where both stand on one axis ([`crate::effects::EffectType::turning_points`]). A stiction that a lag
 //! filters gets finer samples until it comes loose.
 //!
 //! Parts:
 //! - [`samples`]: the samples of one axis, and columns of a log without their gaps.
-//! - [`chain`]: the trajectory through the stages of an axis, behind its servo and its gear.
+//! - [`chain`]: the trajectory through the stages of an axis, after its servo and after its gear.
 
 mod chain;
 mod samples;
@@ -59,16 +59,16 @@ pub(super) struct Axis {
     pub(super) dir: Vec<i8>,
     pub(super) turns: Vec<Turn>,
     pub(super) rev: f64,
-    /// Movement that is none, rad or m.
-    pub(super) quiet: f64,
-    /// TCP speed at own samples, once somebody asks.
+    /// Movement that counts as none, rad or m.
+    pub(super) deadband: f64,
+    /// TCP speed at own samples, computed on demand.
     pub(super) speed: OnceLock<Vec<f64>>,
-    /// Torque of gravity at own samples, once somebody asks.
+    /// Torque of gravity at own samples, computed on demand.
     pub(super) load: OnceLock<Vec<f64>>,
-    /// Direction of the last movement and speed at the rows, once somebody asks.
+    /// Direction of the last movement and speed at the rows, computed on demand.
     pub(super) direction: OnceLock<Vec<f64>>,
     pub(super) command_speed: OnceLock<Vec<f64>>,
-    /// Cubics between the rows, once somebody asks.
+    /// Cubics between the rows, computed on demand.
     pub(super) cubics: OnceLock<Vec<[f64; 3]>>,
 }
 
@@ -87,7 +87,7 @@ pub struct CommandTrajectory {
     pub(super) payload_kg: Option<Vec<f64>>,
     pub(super) speed: OnceLock<Vec<f64>>,
     pub(super) torque: OnceLock<Vec<Vec<f64>>>,
-    /// Levers of gravity, `[axis * joints + joint]`, once somebody asks.
+    /// Levers of gravity, `[axis * joints + joint]`, computed on demand.
     pub(super) levers: Vec<OnceLock<Vec<[f64; 2]>>>,
     pub(super) overturning: OnceLock<Vec<Vector3<f64>>>,
     /// Logged: torque of the drives by axis, temperature.
@@ -110,17 +110,17 @@ impl CommandTrajectory {
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
             .with_measured_torque(measured_torque(log));
         if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
-            // nobody has asked for it yet
+            // it has not been needed yet
             let _ = drive.speed.set(carried(speed));
         }
         drive
     }
 
-    /// The rows of a log with other columns (rad or m) in the place of its commands, of which a movement of at most `quiet[axis]`
+    /// The rows of a log with other columns (rad or m) instead of its commands, of which a movement of at most `deadbands[axis]`
     /// is noise.
-    pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, quiet: &[f64]) -> Self {
+    pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, deadbands: &[f64]) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
-        Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, quiet)
+        Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, deadbands)
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
             .with_measured_torque(measured_torque(log))
     }
@@ -133,20 +133,20 @@ impl CommandTrajectory {
         payload_kg: Option<Vec<f64>>,
         settled_poses: bool,
     ) -> Self {
-        let quiet: Vec<f64> = (0..cmd.len()).map(|axis| deadband(robot, axis)).collect();
-        Self::of_sensors(robot, t_s, cmd, payload_kg, settled_poses, &quiet)
+        let deadbands: Vec<f64> = (0..cmd.len()).map(|axis| deadband(robot, axis)).collect();
+        Self::of_sensors(robot, t_s, cmd, payload_kg, settled_poses, &deadbands)
     }
 
-    /// The same for columns that were measured: a movement of at most `quiet[axis]` (rad or m) is their noise and no reversal.
+    /// The same for columns that were measured: a movement of at most `deadbands[axis]` (rad or m) is their noise and no reversal.
     pub fn of_sensors(
         robot: &Robot,
         t_s: Vec<f64>,
         cmd: Vec<Vec<f64>>,
         payload_kg: Option<Vec<f64>>,
         settled_poses: bool,
-        quiet: &[f64],
+        deadbands: &[f64],
     ) -> Self {
-        let deadband = |axis: usize| quiet.get(axis).copied().unwrap_or(0.0).max(deadband(robot, axis));
+        let deadband = |axis: usize| deadbands.get(axis).copied().unwrap_or(0.0).max(deadband(robot, axis));
         let rows = cmd.first().map_or(0, Vec::len);
         let spaced_s: Vec<f64> =
             if settled_poses { (0..rows).map(|i| i as f64 * SETTLED_S).collect() } else { Vec::new() };
@@ -207,7 +207,7 @@ impl CommandTrajectory {
         Ok(Self { t_s: times, cmd, grid: Some(grid), ..Self::with_axes(robot, Between::Straight, axes) })
     }
 
-    /// Rows of the points that were asked for, and whether each row stands there for its point alone.
+    /// Rows of the requested points, and whether each row stands there for its point alone.
     pub fn rows_of_points(&self) -> &[(usize, bool)] {
         self.grid.as_ref().map_or(&[], |g| &g.points)
     }
@@ -292,9 +292,9 @@ impl CommandTrajectory {
         }
     }
 
-    /// Movement of an axis that is none, rad or m.
+    /// Movement of an axis that counts as none, rad or m.
     pub fn quiet(&self, axis: usize) -> f64 {
-        self.axes[axis].quiet
+        self.axes[axis].deadband
     }
 
     /// The axis stands still over all rows.
@@ -302,7 +302,7 @@ impl CommandTrajectory {
         matches!(self.axes[axis].samples, Samples::Rest)
     }
 
-    /// Command of an axis with its directions and turning points; one sample where the axis rests.
+    /// Command of an axis with its directions and turning points; one sample where the axis is stationary.
     pub fn track(&self, axis: usize) -> Track<'_> {
         let a = &self.axes[axis];
         let (t_s, p, rows) = self.samples(axis);

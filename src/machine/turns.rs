@@ -3,7 +3,7 @@
 //! A log shows a turning point only by the row nearest to it. The play and the stiction depend on the true one: a row
 //! after it that is still the highest is predicted a whole gap off. Method: where one row alone is the extreme, a cubic
 //! through it and its neighbours, with three-point slopes, has its own extreme on one side of the row; that point is
-//! added to the track, held within the chords on either side drawn out to it, so that a step in the command adds nothing.
+//! added to the track, limited by the extended chords on either side, so that a step in the command adds nothing.
 //! On a parabola (a smooth reversal) it is exact; at the corner of two ramps it finds up to half of what is missing,
 //! never more than there is. A pause on the extreme ends between rows, too: the rows after it show by which power of time
 //! the joint leaves (a ramp, a constant acceleration, a constant jerk) and so when it left.
@@ -20,7 +20,7 @@ pub fn between_rows(t_s: &[f64], p: &[f64], deadband: f64) -> Vec<(usize, f64, f
 }
 
 /// A reversal at which the joint comes to rest and leaves again with constant jerk: the way after it grows with the third
-/// power of time, so its cube roots lie on a line that bends little; three rows give when it left, the fourth says whether
+/// power of time, so its cube roots lie on a line that bends little; three rows give when it left, the fourth shows whether
 /// it is so (a parabola's rows are 1.6 % off or more, and fit their own roots far better). The rows before it say in the
 /// same way when it came: where that is after row `k`, or the leaving before it, the extreme lies beyond the row.
 fn flat_turn(t_s: &[f64], p: &[f64], k: usize, deadband: f64) -> Option<(usize, f64, f64)> {

@@ -28,7 +28,7 @@ struct More {
     load: Vec<f64>,
     /// Where each old sample stands.
     place: Vec<u32>,
-    /// Where the rows stand on which the motion between samples rests.
+    /// Where the rows stand that determine the motion between samples.
     rows: Vec<u32>,
 }
 
@@ -63,7 +63,7 @@ impl More {
             turn.index = m.place[turn.index] as usize;
         }
         let rows: Vec<u32> = match (track.between, track.rows) {
-            // the corners of a program are samples of their own
+            // the corners of a program are separate samples
             (Between::Straight, _) | (_, None) => m.place.clone(),
             (_, Some(rows)) => rows.iter().map(|&r| m.place[r as usize]).collect(),
         };
@@ -84,7 +84,7 @@ impl More {
         track.rows = Some(&self.rows);
         track.tcp_speed_m_s = &self.speed;
         track.load = &self.load;
-        // the rows on which the motion rests are the same
+        // the rows that determine the motion are the same
         track.cubics = of.cubics;
         track.rev = of.rev;
         track

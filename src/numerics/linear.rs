@@ -2,7 +2,7 @@
 //!
 //! Method: rows scaled by the root of their weights; QR by Householder reflections (Golub and Van Loan, section 5.3). The
 //! covariance of the coefficients is the returned inverse of the normal matrix times a variance that the caller chooses: what
-//! is noise (residual, pure error) is his to say. A design whose columns depend on each other has no fit.
+//! is noise (residual, pure error) is for the caller to decide. A design whose columns depend on each other has no fit.
 
 use nalgebra::{DMatrix, DVector};
 

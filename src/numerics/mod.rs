@@ -1,4 +1,4 @@
-//! Numerics that know nothing of robots: fits, robust statistics, distributions.
+//! Numerics that do not depend on robots: fits, robust statistics, distributions.
 //!
 //! Read in this order:
 //! - [`least_squares`]: nonlinear least squares, one Levenberg-Marquardt; [`qr`]: the decomposition below it;

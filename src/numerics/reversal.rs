@@ -77,7 +77,7 @@ impl ReversalDetector {
         Movement::Reversed { at, extreme }
     }
 
-    /// Takes samples that all go on in the present direction, or rest on its extreme; the last of them is number `i` at `position`.
+    /// Takes samples that all go on in the present direction, or stay at its extreme; the last of them is number `i` at `position`.
     #[inline]
     pub fn go_on(&mut self, i: usize, position: f64) {
         (self.extreme, self.at) = (position, i);

@@ -1,7 +1,7 @@
 //! The rigid transform that takes one set of points onto another with the least weighted sum of squares.
 //!
 //! Method: rotation from the singular values of the cross moments (Kabsch 1976), the sign given to the direction of least
-//! spread so that it never mirrors (Umeyama 1991), or that it always does where a reflection is asked for.
+//! spread so that it never mirrors (Umeyama 1991), or that it always does where a reflection is requested.
 //!
 //! Fails: `None` without points or with values that are not finite. Whether the points determine the frame is for the caller
 //! to judge, from [`RigidFit::spread`]: points on one line leave a rotation about it open.
@@ -11,11 +11,11 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 /// `to = rotation from + translation`, in the unit of the points.
 #[derive(Debug, Clone, Copy)]
 pub struct RigidFit {
-    /// Orthogonal; its determinant is -1 where a reflection was asked for.
+    /// Orthogonal; its determinant is -1 where a reflection was requested.
     pub rotation: Matrix3<f64>,
     /// In the unit of the points.
     pub translation: Vector3<f64>,
-    /// Singular values of the weighted mean cross moments, falling: the second over the first tells a line.
+    /// Singular values of the weighted mean cross moments, falling: the second over the first shows a line.
     pub spread: [f64; 3],
 }
 
@@ -27,7 +27,7 @@ impl RigidFit {
     }
 }
 
-/// Fits pairs `(from, to, weight)`; `mirrored` asks for a reflection.
+/// Fits pairs `(from, to, weight)`; `mirrored` requests a reflection.
 ///
 /// ```
 /// use lostmotion::numerics::rigid::fit;

@@ -49,7 +49,7 @@ impl Series {
         Some(self.t_s.partition_point(|v| *v <= t).clamp(1, self.t_s.len() - 1) - 1)
     }
 
-    /// Share of the interval behind sample `k` that has passed at `t`.
+    /// Share of the interval after sample `k` that has passed at `t`.
     pub fn share(&self, k: usize, t: f64) -> f64 {
         (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k])
     }
@@ -71,7 +71,7 @@ impl Series {
         if hi > lo { hi - lo } else { 0.0 }
     }
 
-    /// Value and rate in the interval behind sample `k`, `x` from 0 to 1.
+    /// Value and rate in the interval after sample `k`, `x` from 0 to 1.
     pub fn within(&self, channel: usize, k: usize, x: f64) -> (f64, f64) {
         let h = self.t_s[k + 1] - self.t_s[k];
         let (a, b) = (self.values[channel][k], self.values[channel][k + 1]);

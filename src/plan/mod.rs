@@ -42,7 +42,7 @@ const LOOKED_AROUND: usize = 6;
 /// Motions that are tried again with a further channel.
 const TRIED_AGAIN: usize = 5;
 
-/// A motion and its worth.
+/// A motion and its score.
 #[derive(Debug, Clone)]
 pub struct Judged {
     /// The motion itself.

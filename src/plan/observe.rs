@@ -2,7 +2,7 @@
 //!
 //! Method: for every effect on every joint the minimal detectable bias from the projected sensitivities (chance 0.001, power
 //! 0.8; frame, and nothing else, taken off), against the size at which the effect matters ([`super::sizes`]). A motion is
-//! worth what its worst effect is: the least of size over bias. Effects that no motion of the library shows
+//! scored by its worst effect: the least of size over bias. Effects that no motion of the library shows
 //! (the zero offset of the first joint beside a free frame) are left out of that and listed.
 //!
 //! Linear: one effect at a time, so that it shows what can be seen, not what can be separated.

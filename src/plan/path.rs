@@ -1,4 +1,4 @@
-//! Commands from rest to rest: the hand that draws every motion of the library.
+//! Commands from rest to rest: used by every motion of the library.
 //!
 //! Method: all joints share one path parameter that runs through a trapezoid of speed, so that they start and stop
 //! together; the slowest joint sets the time, rounded up to whole intervals. Rows stand one interval apart. Rounded to the
@@ -55,7 +55,7 @@ pub struct Envelope<'a> {
     pub speed_m_s: f64,
 }
 
-/// What the user asks of an envelope.
+/// What the user requests of an envelope.
 #[derive(Debug, Clone)]
 pub struct EnvelopeOptions {
     /// Joints at start and end, rad or m; `None`: chosen by the envelope.

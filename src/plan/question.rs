@@ -2,7 +2,7 @@
 //!
 //! `backlash:A2,hysteresis:A2` names two alternatives; `+` joins effects of one alternative (`backlash:A2+backlash:A2` is two gaps in
 //! series); `*` is every joint (`servo_lag:*`); sizes stand after the target (`backlash:A2:half_gap_deg=0.004`). `frame` (or
-//! `nothing`) is the alternative without any effect: what the estimated frame can swallow.
+//! `nothing`) is the alternative without any effect: what the estimated frame can absorb.
 
 use super::sizes::{self, Scale};
 use crate::diagnose::result::document::SCHEMA;

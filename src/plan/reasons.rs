@@ -78,7 +78,7 @@ pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[S
         .collect()
 }
 
-/// Why two alternatives look alike, in a sentence.
+/// Why a recording does not tell two alternatives apart, in a sentence.
 pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
     let plays = |r: &Alternative| {
         r.effects.iter().filter(|p| matches!(p.effect.nature(), Nature::Gap | Nature::GapOverPosition)).count()

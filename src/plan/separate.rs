@@ -7,7 +7,7 @@
 //! alternative; a narrow alternative inside a wider one is no way to be wrong about the narrow one, so only the wide truth counts.
 //!
 //! Assumptions: the sizes are those given; noise white, or as a diagnosis found it. How it fails: a refit that stops in a
-//! side valley promises too much; every refit starts from two screened shapes and from the alternative's own size.
+//! local minimum promises too much; every refit starts from two screened shapes and from the alternative's own size.
 
 use super::motions::Motion;
 use super::path::Envelope;
@@ -48,7 +48,7 @@ pub struct Comparison {
     pub fitted: Vec<EffectInstance>,
 }
 
-/// What a motion is worth for the question.
+/// The score of a motion for the question.
 #[derive(Debug, Clone, Default)]
 pub struct DesignScore {
     /// Every pair of alternatives, both ways.
@@ -112,7 +112,7 @@ impl Experiment<'_> {
         (problem, start, whitening)
     }
 
-    /// What a motion is worth for all sets.
+    /// The score of a motion for all sets.
     pub fn worth(&self, motion: &Motion, sets: &[Set]) -> DesignScore {
         let (mut problem, start, whitening) = self.problem(motion);
         let candidates = candidates::all(&problem);

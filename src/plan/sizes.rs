@@ -1,7 +1,7 @@
 //! Sizes at which effects matter, for those of which no size is known yet.
 //!
 //! Shop-floor magnitudes: a half gap of 0.003 deg or 5 um (Zhang (2023) measured 0.002 to 0.01 deg), a lag of 10 ms, 100 ppm of
-//! a gear, 0.1 mm of a link. Where alternatives of a found effect are asked for, lost motion is made as large as the found one,
+//! a gear, 0.1 mm of a link. Where alternatives of a found effect are requested, lost motion is made as large as the found one,
 //! with the transition so short that a log of common speed has no row in it: the hard case.
 
 use crate::effects::{ActsOn, Effect, EffectInfo, EffectInstance, TypicalSize, catalogue, entry};

@@ -112,7 +112,7 @@ pub struct MapView {
     pub quantity: String,
     /// Unit of the sizes.
     pub unit: String,
-    /// Colours by the logarithm: what differs by less than a decade looks alike.
+    /// Colours by the logarithm: what differs by less than a decade looks the same.
     pub by_decades: bool,
     /// What a hatched cell means.
     pub hatched: String,

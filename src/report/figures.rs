@@ -283,7 +283,7 @@ pub struct WaterfallView {
     pub unit: String,
     /// Name and value of the start.
     pub start: (String, f64),
-    /// Name of each step and what is left behind it.
+    /// Name of each step and what is left after it.
     pub steps: Vec<(String, f64)>,
     /// A floor that no step can pass, and its name: ("noise", 11.0).
     pub floor: Option<(String, f64)>,
@@ -313,7 +313,7 @@ pub struct Place {
     pub offset_milli: f64,
 }
 
-/// A table of words and written numbers, for what has no view of its own.
+/// A table of words and written numbers, for what has no separate view.
 #[derive(Debug, Clone, Default)]
 pub struct TableView {
     /// Headings and whether the column holds numbers (set right).

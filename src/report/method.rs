@@ -1,4 +1,4 @@
-//! Notes on method: what a figure rests on, its equation and its source, to be quoted by name.
+//! Notes on method: what a figure is based on, its equation and its source, to be quoted by name.
 //!
 //! Equations are HTML of our own, written here; words from files never get into them. MathML would need a font for mathematics
 //! on the reader's machine.

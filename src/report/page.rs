@@ -99,7 +99,7 @@ impl Page {
         if twice && !s.title.is_empty() { &s.title } else { s.content.name() }
     }
 
-    /// Robot, files and options: what the figures rest on.
+    /// Robot, files and options: what the figures are based on.
     fn provenance(&self) -> Markup {
         html! {
             @if self.robot.is_some() || !self.files.is_empty() || !self.options.is_empty() {
@@ -155,7 +155,7 @@ fn section(i: usize, s: &Section, joints: &Joints) -> Markup {
     }
 }
 
-/// The first notes, and the others behind a click; all of them on paper.
+/// The first notes, and the others after a click; all of them on paper.
 fn notes(all: &[String]) -> Markup {
     let (first, rest) = all.split_at(all.len().min(NOTES));
     html! {

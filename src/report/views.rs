@@ -178,7 +178,7 @@ impl Page {
         self
     }
 
-    /// Adds a file; of an absolute path only the name, as a page is handed on and folders are nobody's business.
+    /// Adds a file; of an absolute path only the name, as a page is passed on and folders are private.
     pub fn file(&mut self, role: impl Into<String>, name: impl Into<String>, sha256: impl Into<String>) -> &mut Self {
         let name: String = name.into();
         let path = std::path::Path::new(&name);

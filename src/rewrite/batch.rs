@@ -181,7 +181,7 @@ pub fn run(job: &Job, folder: &Path, programs: &[PathBuf], results: Results, don
     programs.par_iter().map(one).collect()
 }
 
-/// Programs that share a file with another one, and that file: which of them would be written last is nobody's choice.
+/// Programs that share a file with another one, and that file: which of them would be written last is not determined.
 fn shared(folder: &Path, programs: &[PathBuf], there: &Files) -> BTreeMap<PathBuf, String> {
     let mut owners: BTreeMap<PathBuf, Vec<&PathBuf>> = BTreeMap::new();
     for program in programs {

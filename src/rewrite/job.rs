@@ -150,7 +150,7 @@ impl Job<'_> {
             return Ok(Arc::default());
         }
         if !is_stdio(input) {
-            guard::read_note(input)?; // a damaged one might have told that it is a result
+            guard::read_note(input)?; // a damaged one might have shown that it is a result
         }
         self.notes.beside(input)
     }
@@ -251,7 +251,7 @@ impl Job<'_> {
     }
 }
 
-/// A number to six decimals, in powers of ten where nobody would count its digits.
+/// A number to six decimals, in powers of ten where it has many digits.
 fn figure(value: f64) -> String {
     if value.abs() < 1e9 { format!("{value:.6}") } else { format!("{value:.3e}") }
 }

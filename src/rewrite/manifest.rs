@@ -187,7 +187,7 @@ pub fn shard_of(key: &str, n: usize) -> usize {
     (first % n.max(1) as u64) as usize + 1
 }
 
-/// Lines of the programs that are no longer what the manifest says, by key: nobody knows whether they are to be rewritten.
+/// Lines of the programs that are no longer what the manifest has, by key: it is not known whether they are to be rewritten.
 pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
     let differs = |e: &Entry| {
         let path = root.join(below(&e.key)?);

@@ -75,7 +75,7 @@ pub fn friction_left(f: &FrictionOffset, since_s: f64, travel: f64, poses: f64) 
             let span = f64::from(last.max(2) - 1);
             if poses > span { 0.0 } else { f.gain * (1.0 - (1.0 + poses / span).powf(exponent)).exp() }
         }
-        // has a state of its own ([`super::plan`])
+        // has its own state ([`super::plan`])
         FrictionShape::Response(_) => 0.0,
     }
 }

@@ -47,7 +47,7 @@ pub struct Ready {
     pub outcome: Outcome,
     pub(super) files: Vec<File>,
     pub(super) note: Option<Output>,
-    /// The note of an earlier result in the place of a program that stays as it was.
+    /// The note of an earlier result instead of a program that stays as it was.
     pub(super) stale_note: Option<PathBuf>,
 }
 

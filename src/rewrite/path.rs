@@ -38,7 +38,7 @@ impl Turns {
 }
 
 /// Vertices `start()..end()`, numbered over the whole program; a leg carries the number of its first vertex. Turns and
-/// knots are rare, so they stand in lists of their own and long quiet runs are moved in one piece.
+/// knots are rare, so they stand in separate lists, and long runs without any are moved in one piece.
 #[derive(Debug, Default)]
 pub struct Path {
     axes: usize,

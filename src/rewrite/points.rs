@@ -63,7 +63,7 @@ impl OutputPoints {
         self.origin.reserve(points);
     }
 
-    /// Removes all points and keeps the room.
+    /// Removes all points and keeps the memory.
     pub fn clear(&mut self) {
         self.q.clear();
         self.t_s.clear();

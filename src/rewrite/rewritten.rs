@@ -11,14 +11,14 @@
 //! - *Digits.* Where new points had no place, targets carry their offset all the same: less that offset, the numbers become rounder,
 //!   all of them; those of a program as it was become longer.
 //!
-//! A judgement rests on at least four reversals, of which four in five must be made so. Neither trace remains where a program was
+//! A judgement needs at least four reversals, of which four in five must be made so. Neither trace remains where a program was
 //! rewritten with another compensator or gain, or with a ramp, and edited or resampled since.
 
 use crate::compensator::{Compensator, JointCompensator};
 use crate::rewrite::offset::Offset;
 use std::collections::HashSet;
 
-/// Fewest reversals on which a judgement rests, and the share of them that must look made: by a step, or by a short way alone.
+/// Fewest reversals that a judgement needs, and the share of them that must look made: by a step, or by a short way alone.
 const LEAST_TURNS: usize = 4;
 const SHARE: f64 = 0.5;
 const SHARE_SHORT: f64 = 0.8;
@@ -231,7 +231,7 @@ impl Column<'_> {
                 if share > FARTHEST {
                     return false;
                 }
-                // off the straight way from i to k, on which both ends carry offsets of their own
+                // off the straight way from i to k, on which each end carries its own offset
                 let step = own - share * whole;
                 let rounding = ROUNDED * self.digit.last * 2.0 + off * whole.abs();
                 let [least, most] = [gaps * (1.0 - share), gaps * (1.0 - share) + friction];
@@ -300,7 +300,7 @@ impl Column<'_> {
         let Some(&(share, off)) = shares.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
             return self.share_of_turning(i, j, k);
         };
-        // an axis with a step of its own on this way is off it; most are not
+        // an axis with its own step on this way is off it; most are not
         let straight = shares.iter().filter(|(s, o)| (s - share).abs() <= o + off).count();
         if 2 * straight > shares.len() { Share::Measured(share, off) } else { Share::Bent }
     }

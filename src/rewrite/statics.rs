@@ -99,7 +99,7 @@ impl Statics {
         !self.gears[axis].1.is_empty() || self.links.iter().any(|p| p.axis() == Some(axis))
     }
 
-    /// Joints behind gear and link stage for the commands `c`.
+    /// Joints after gear and link stage for the commands `c`.
     fn out(&self, c: &[f64], scratch: &mut Scratch) {
         if let Some(gravity) = &self.gravity {
             gravity.at(&self.chain, c, 0.0, &mut scratch.lines, &mut scratch.torque);

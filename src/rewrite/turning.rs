@@ -96,7 +96,7 @@ impl<'a> Turning<'a> {
             left.min(last.saturating_sub(2))
         };
         while self.next < known {
-            // a turn concerns its point and the one after it; quiet runs go in one piece
+            // a turn concerns its point and the one after it; runs without a turn go in one piece
             let turn = self.trackers.iter().flat_map(|t| t.turns.front()).map(|t| t.0).min();
             let quiet = turn.map_or(known, |r| r.min(known));
             if quiet > self.next {

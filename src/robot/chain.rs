@@ -216,7 +216,7 @@ impl Chain {
         p
     }
 
-    /// Calls `each(joint, [x, y, z, o])` with the frame behind every joint, base to flange, in Craig's form: for the standard
+    /// Calls `each(joint, [x, y, z, o])` with the frame after every joint, base to flange, in Craig's form: for the standard
     /// convention that is the frame before the joint's own `a` and `alpha`.
     pub fn frames(&self, q: &[f64], mut each: impl FnMut(usize, &[Vector3<f64>; 4])) {
         let mut f = self.start();

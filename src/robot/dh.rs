@@ -65,7 +65,7 @@ pub fn of_lines(lines: &[Line], tip: &Isometry3<f64>) -> Table {
         frames.push(to);
         at = to;
     }
-    // behind the last axis: along it as far as the TCP, the rest is the tool
+    // after the last axis: along it as far as the TCP, the rest is the tool
     let d = (at.inverse() * tip).translation.vector.z;
     let flange = at * Translation3::new(0.0, 0.0, d);
     rows.push(row(&at, &flange));

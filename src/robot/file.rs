@@ -118,7 +118,7 @@ pub(super) struct JointFile {
     /// Pulses of the controller per millimetre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) pulses_per_mm: Option<f64>,
-    /// The joint that drives this one, which has no command of its own.
+    /// The joint that drives this one, which has no command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) follows: Option<FollowFile>,
 }
@@ -261,7 +261,7 @@ impl RobotFile {
         Ok(robot)
     }
 
-    /// The joints, each checked, with names that differ; at least one has a command of its own.
+    /// The joints, each checked, with names that differ; at least one has its own command.
     fn build_joints(&self, doc: &Document) -> Result<Vec<Joint>> {
         let none = |found: &str, expected: &str| Err(Error::bad(doc.place(&["joints"]), found, expected));
         if self.joints.is_empty() {

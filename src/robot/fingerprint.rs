@@ -8,7 +8,7 @@ impl Robot {
     /// Hex digest of the kinematics: convention, joints (names, DH, direction, coupling), base, flange with tool. Limits, masses and
     /// further reflectors may change without making a compensator wrong, so they do not count.
     pub fn fingerprint(&self) -> String {
-        // 1 nm and 1e-9 rad: numbers that print alike are alike
+        // 1 nm and 1e-9 rad: numbers that print the same are the same
         let r = |v: f64| (v * 1e9).round() + 0.0;
         let mut text = String::from(match self.convention {
             Convention::Standard => "standard\n",

@@ -1,4 +1,4 @@
-//! Frames and tools by the controller's own names and numbers: of the robot file (`frames:`, `tools:`) or of a file of their own.
+//! Frames and tools by the controller's own names and numbers: of the robot file (`frames:`, `tools:`) or of a separate file.
 //!
 //! ```yaml
 //! schema: lostmotion/frames/1
@@ -8,7 +8,7 @@
 //!   tGripper: {xyz_mm: [0, 0, 180], rpy_deg: [0, 0, 0]}    # tooldata tGripper, tool 5, ...
 //! ```
 //!
-//! `posture_deg: [0, -90, 90, -90, -90, 0]` besides says joints near which the arm works (mm for a linear axis): they choose between arm
+//! `posture_deg: [0, -90, 90, -90, -90, 0]` gives joints near which the arm works (mm for a linear axis): they choose between arm
 //! configurations where a program does not.
 //!
 //! A frame is given in the world of the controller, a tool in the flange frame. Case does not count, nor do blanks at the ends.

@@ -32,7 +32,7 @@ impl Robot {
         self.sums(q, -1.0);
     }
 
-    /// The same arm with a command for each gear in the place of one for each axis; `None`: no gear turns by a sum, or the joints do not
+    /// The same arm with a command for each gear instead of one for each axis; `None`: no gear turns by a sum, or the joints do not
     /// allow it. A joint that turns about the line of the gear and follows the other axis of the sum takes up what the sum holds of that
     /// axis, as on the arms whose pendant shows the forearm against the horizontal.
     pub fn of_gears(&self) -> Option<Self> {
@@ -55,7 +55,7 @@ impl Robot {
         Some(robot)
     }
 
-    /// No axis of a sum has a sum of its own, so that the order does not matter.
+    /// No axis of a sum has its own sum, so that the order does not matter.
     fn sums(&self, q: &mut [f64], sign: f64) {
         for gear in &self.gap_of {
             let sum: f64 = gear.others.iter().filter_map(|&(k, c)| Some(c * q.get(k)?)).sum();

@@ -3,7 +3,7 @@
 //! Method: [`crate::numerics::least_squares`] on the position error (metres) and, for a pose, the rotation vector scaled by a
 //! length so that both count alike. The damping is one for all axes, so the step is that of least norm where there are more
 //! free axes than rows. It works where the target is reachable near the seed; it
-//! does not search other branches. It never returns NaN: it returns the best `q` seen and says why it stopped.
+//! does not search other branches. It never returns NaN: it returns the best `q` seen and reports why it stopped.
 
 use super::Robot;
 use crate::numerics::least_squares::{Dense, Flow, Options, Problem, Progress, Scaling, TerminationReason, minimise};

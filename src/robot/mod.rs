@@ -3,7 +3,7 @@
 //! Modules:
 //! - [`mod@file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
 //! - [`chain`]: forward kinematics and the analytic Jacobian (Zhang (2023) equations 2-5; Craig's convention too).
-//! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
+//! - [`inverse`]: the damped numerical inverse for any subset of joints; reports why it stopped.
 //! - [`arm`]: all joint vectors of a pose, in closed form for the arms of most makers.
 //! - [`frames`]: frames and tools by the controller's names.
 //! - [`mod@write`]: a robot back to its file.
@@ -13,7 +13,7 @@
 //! - [`gap_of`]: joints whose gap belongs to a sum of axes.
 //! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
 //!
-//! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
+//! Joint vectors `q` hold one value per *axis*, that is, per joint with its own command, in file order, in radians
 //! or metres. A joint that follows another one has no entry.
 
 #![warn(missing_docs)]
@@ -96,7 +96,7 @@ pub struct Joint {
     pub a_m: f64,
     /// Denavit-Hartenberg angle about x, rad.
     pub alpha_rad: f64,
-    /// Hayati's twist about y behind `alpha`, for nearly parallel axes.
+    /// Hayati's twist about y after `alpha`, for nearly parallel axes.
     pub beta_rad: f64,
     /// +1 or -1: sense of the command.
     pub direction: f64,
@@ -110,7 +110,7 @@ pub struct Joint {
     pub lead_m_per_rev: Option<f64>,
     /// Pulses of the controller per rad or m, with sign: programs may hold joints in pulses.
     pub pulses: Option<f64>,
-    /// The joint that this one follows; `None`: it has a command of its own.
+    /// The joint that this one follows; `None`: it has its own command.
     pub follows: Option<Follow>,
 }
 
@@ -230,12 +230,12 @@ impl Robot {
         self.axes[axis]
     }
 
-    /// The joint behind axis `axis`.
+    /// The joint that axis `axis` commands.
     pub fn axis(&self, axis: usize) -> &Joint {
         &self.joints[self.axes[axis]]
     }
 
-    /// The joints that have a command of their own, in file order.
+    /// The joints that have their own command, in file order.
     pub fn axis_joints(&self) -> impl ExactSizeIterator<Item = &Joint> + Clone {
         self.axes.iter().map(|&i| &self.joints[i])
     }

@@ -6,11 +6,11 @@
 use super::{JointKind, Robot};
 use nalgebra::Vector3;
 
-/// Reach of the smallest and of the largest machine that is believed, m. An instrument of 30 mm and a gantry of 100 m are inside.
+/// Reach of the smallest and of the largest machine that is plausible, m. An instrument of 30 mm and a gantry of 100 m are inside.
 const REACH_M: [f64; 2] = [0.005, 150.0];
 /// Travel of a revolute joint below which all limits together look like radians, deg.
 const RADIANS_DEG: f64 = 7.0;
-/// Heaviest link that is believed, kg.
+/// Heaviest link that is plausible, kg.
 const HEAVY_KG: f64 = 20_000.0;
 /// Link frames at a smaller distance and angle do the same, m and rad.
 const SAME: f64 = 1e-9;
@@ -28,7 +28,7 @@ const SLOWER: f64 = 0.1;
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
-    /// Largest distance that the links span, m, is none of a machine.
+    /// Largest distance that the links span, m, is not that of a machine.
     Reach {
         /// That distance, m.
         reach_m: f64,

@@ -3,7 +3,7 @@
 //! Method: one row a joint, base to flange, with the keys of the robot file as headings: `name`, `kind`, `theta_deg`, `d_mm`, `a_mm`,
 //! `alpha_deg`, `direction`, limits as `min_deg,max_deg` or `min_mm,max_mm`, `max_speed_deg_s`, `max_speed_mm_s`, `max_accel_deg_s2`,
 //! `max_accel_mm_s2`. A heading that is not there, or an empty cell, takes the default: a revolute joint, 0, direction 1, no limit.
-//! `base`, `flange` and `tool` are none: add them in the robot file.
+//! `base`, `flange` and `tool` are not read: add them in the robot file.
 //!
 //! Refused, with line and column: a heading that is none of these, a cell that is no number, one limit without the other.
 

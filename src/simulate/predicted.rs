@@ -1,6 +1,6 @@
 //! The predicted log as CSV.
 //!
-//! From a program: `t_s`, `cmd_*`, `enc_*` where asked for, the TCP, the robot's further reflectors. From a log: its own
+//! From a program: `t_s`, `cmd_*`, `enc_*` where requested, the TCP, the robot's further reflectors. From a log: its own
 //! columns in their order, text as it was; what is a measurement (`x_mm`..., `enc_`, `screw_`, `meas_`) is predicted in its place,
 //! and a TCP that the log has not is added. Commands have 6 decimals, positions [`POSITION_DECIMALS`] (1 nm). A log that was read
 //! through a column map keeps its names, separator and decimal sign, and each predicted column its unit, sign and scale: the same map

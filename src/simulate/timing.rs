@@ -1,7 +1,7 @@
 //! Times of program points at a constant TCP speed.
 //!
 //! A segment lasts as long as the straight distance of the TCP at the speed, at least [`SHORTEST_S`], and no less than
-//! its slowest joint needs at its `max_speed` where the robot file says one: that alone limits a move which turns a joint
+//! its slowest joint needs at its `max_speed` where the robot file states one: that alone limits a move which turns a joint
 //! about the TCP. A move that does not move the TCP, of joints without a known speed, lasts [`SHORTEST_S`] and is counted.
 
 use crate::program::Program;

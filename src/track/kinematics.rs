@@ -1,7 +1,7 @@
 //! The kinematics that a path is tracked with: nominal, of a model file, or learned.
 //!
 //! Of a model file only what moves the geometry counts here (`link_error`, `tool_error`): `rewrite --model` undoes its joint
-//! errors, static ones and lost motion alike, so that program and machine meet exactly once. A learned kinematics holds everything
+//! errors, static ones and lost motion, so that program and machine meet exactly once. A learned kinematics holds everything
 //! that is a function of the commands, in the frame of its logs.
 
 use super::LETTERS;

@@ -1,7 +1,7 @@
 //! Tracking: a Cartesian path to a joint program, by nominal, diagnosed or learned kinematics (Cursi (2022), section II-B).
 //!
 //! At each step of the path the joints' move is the bounded quadratic program of equation 1, or the numerical inverse. Equation 1 asks
-//! for the path's velocity and integrates what comes out; here the velocity leads from where the kinematics says the TCP is to the next
+//! for the path's velocity and integrates what comes out; here the velocity leads from where the kinematics puts the TCP to the next
 //! point, so that the error of a step is made up for by the next instead of being summed. On the path itself the two are the
 //! same.
 //!
@@ -16,7 +16,7 @@
 //! - [`mod@follow`]: from point to point.
 //! - [`mod@write`]: the program; [`document`]: what was done.
 //!
-//! The program is open-loop and knows nothing of lost motion: `rewrite` puts the compensation in.
+//! The program is open-loop and does not include lost motion: `rewrite` puts the compensation in.
 
 #![warn(missing_docs)]
 

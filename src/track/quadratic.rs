@@ -116,7 +116,7 @@ fn interior(p: &DMatrix<f64>, q: &DVector<f64>, lower: &[f64], upper: &[f64]) ->
     Some(x)
 }
 
-/// The minimum among the points with the same bounds as `x`; `None` where that is none of the problem.
+/// The minimum among the points with the same bounds as `x`; `None` where that is no minimum of the problem.
 fn polished(p: &DMatrix<f64>, q: &DVector<f64>, lower: &[f64], upper: &[f64], x: &[f64]) -> Option<Vec<f64>> {
     let n = x.len();
     let slope = |x: &[f64], k: usize| q[k] + (0..n).map(|j| p[(k, j)] * x[j]).sum::<f64>();

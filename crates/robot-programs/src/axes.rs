@@ -1,6 +1,6 @@
 //! The axes of a robot as far as a program knows them: names, kinds, limits, and how a controller counts them.
 //!
-//! Targets hold one value per *axis*, that is, per joint with a command of its own, in order, in radians or metres. A joint that
+//! Targets hold one value per *axis*, that is, per joint with its own command, in order, in radians or metres. A joint that
 //! follows another one (the second half of a parallelogram) has no value; it is listed so that a message can say so.
 
 use nalgebra::Isometry3;
@@ -55,12 +55,12 @@ pub struct Axis {
     pub max_accel: Option<f64>,
     /// Pulses of the controller per rad or m, with sign: programs may hold joints in pulses.
     pub pulses: Option<f64>,
-    /// Name of the joint that drives this one; `None`: it has a command of its own.
+    /// Name of the joint that drives this one; `None`: it has its own command.
     pub follows: Option<String>,
 }
 
 impl Axis {
-    /// A joint with a command of its own and without limits.
+    /// A joint with its own command and without limits.
     pub fn new(name: impl Into<String>, kind: JointKind) -> Self {
         let name = name.into();
         Self { name, kind, limits: None, max_speed: None, max_accel: None, pulses: None, follows: None }
@@ -87,7 +87,7 @@ pub struct Axes {
     /// How the control reads G-code before a program says so.
     pub control: crate::control::Control,
     joints: Vec<Axis>,
-    /// Joints with a command of their own.
+    /// Joints with their own command.
     commanded: Vec<usize>,
 }
 
@@ -123,7 +123,7 @@ impl Axes {
         &self.joints[self.commanded[axis]]
     }
 
-    /// The joints that have a command of their own, in order.
+    /// The joints that have their own command, in order.
     pub fn axis_joints(&self) -> impl ExactSizeIterator<Item = &Axis> + Clone {
         self.commanded.iter().map(|&i| &self.joints[i])
     }

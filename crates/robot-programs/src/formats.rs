@@ -56,7 +56,7 @@ pub fn endings() -> Vec<&'static str> {
     std::iter::once("csv").chain(FORMATS.iter().flat_map(|f| f.endings().iter().copied())).collect()
 }
 
-/// Whether a file in a folder is a program (of the asked format), so that the rest of a folder is none of ours.
+/// Whether a file in a folder is a program (of the requested format), so that other files of a folder are left out.
 pub fn is_program(path: &Path, asked: Option<Recognised>) -> bool {
     let Some(ending) = ending(path) else { return false };
     let has = |f: &&dyn Format| f.endings().contains(&ending.as_str());

@@ -28,7 +28,7 @@ pub struct JointPath {
 }
 
 impl JointPath {
-    /// Stands still for some seconds; no times any more where nobody knows how long.
+    /// Stands still for some seconds; no times any more where it is not known how long.
     fn dwell(&mut self, seconds: Option<f64>, mut times: Vec<f64>, q: &[f64], at: At) -> Option<Vec<f64>> {
         let (seconds, from) = (seconds?, times.last().copied());
         if let Some(from) = from.filter(|_| seconds > 0.0) {

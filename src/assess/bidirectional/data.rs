@@ -111,7 +111,7 @@ impl Scatter {
         }
     }
 
-    /// Of the final model: one state whose curve fits rests on its readings; else the larger of both. Means that lie closer to
+    /// Of the final model: one state whose curve fits depends on its readings; else the larger of both. Means that lie closer to
     /// the curve than the repeats let them do so by chance.
     pub(super) fn of_model(fit: &Fit, data: &Data, errors: Errors, adequate: Option<bool>) -> Self {
         let (means, readings) = (Self::one(Errors::Means, fit, data), Self::one(Errors::Readings, fit, data));

@@ -2,16 +2,16 @@
 //!
 //! A degree `p` leaves `SSLF = sum r_i (mean_i - curve_i)^2` with `n - p - 1` degrees of freedom; the repeats leave the pure error
 //! `SSPE` with `n_t - n`. `F = MSLF / MSPE` above its critical value: the degree lacks terms, and the next one is tried
-//! (equations 7 to 14, table I). The sum of squares is formed as it stands, not as a difference of two larger ones, so it
+//! (equations 7 to 14, table I). The sum of squares is computed directly, not as a difference of two larger ones, so it
 //! cannot be negative; the paper's table II prints -4.21e-4 with one degree of freedom for a mean formed with two.
 //!
 //! The first degree that is not rejected is chosen. Where all are rejected, the highest one whose own term is significant
-//! (its fall of `SSLF` against `MSPE`, at the same level) is: a term that explains nothing is not kept for want of a better one.
+//! (its fall of `SSLF` against `MSPE`, at the same level) is: a term that explains nothing is dropped even where no better one exists.
 
 use super::data::{Data, design};
 use crate::numerics::{fisher, linear};
 
-/// Highest degree that is tried unless the user says so: beyond it a polynomial swings between its poses.
+/// Highest degree that is tried unless the user requests more: beyond it a polynomial swings between its poses.
 pub const HIGHEST: usize = 6;
 
 /// A line of the table of lack of fit (table I). Sums of squares in m^2.

@@ -104,7 +104,7 @@ impl Model {
         (y, [y - half, y + half])
     }
 
-    /// States that have a term of their own.
+    /// States that have their own term.
     pub fn states(&self) -> impl Iterator<Item = usize> + '_ {
         self.blocks.iter().filter_map(|b| b.state)
     }

@@ -81,7 +81,7 @@ impl States {
         (0..self.names.len()).filter(|k| self.levels(*k).len() > 1).collect()
     }
 
-    /// The order in which states are reported, the reference first. `asked`: `column=value` pairs that choose the reference.
+    /// The order in which states are reported, the reference first. `asked`: the user's `column=value` pairs that choose the reference.
     pub(super) fn sorted(&self, asked: &[(String, String)], file: &str) -> Result<Vec<usize>> {
         let mut order: Vec<usize> = (0..self.all.len()).collect();
         let compare = |a: &usize, b: &usize| {
@@ -94,7 +94,7 @@ impl States {
         Ok(order)
     }
 
-    /// The first state, in the given order, that has the asked values.
+    /// The first state, in the given order, that has the requested values.
     pub fn named(&self, asked: &[(String, String)], order: &[usize], file: &str) -> Result<usize> {
         let mut wanted = Vec::new();
         for (name, value) in asked {

@@ -3,7 +3,7 @@
 //! A compensated log's own commands hold the offsets, so actual minus commanded shows the machine's lost motion again. What
 //! counts is actual minus nominal. The place is the phase of the actual TCP on the nominal circle; the nominal joints there
 //! come from the program's points by Catmull-Rom interpolation over the phase (1e-6 deg at 200 points a revolution). An
-//! error along the path has no part in it.
+//! error along the path does not count.
 
 use super::Nominal;
 use crate::program::Program;

@@ -11,7 +11,7 @@
 //! counts as error; an error that turns the whole circle into another circle or plane does not.
 //!
 //! Modules:
-//! - [`nominal`]: what the program says.
+//! - [`nominal`]: what the program commands.
 //! - [`fit`]: plane and circle.
 //! - [`measured`]: one log against it.
 //! - [`joints`]: joint errors against the nominal program at the same place.

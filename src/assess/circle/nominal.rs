@@ -20,7 +20,7 @@ const PARTS: usize = 20;
 /// Largest distance of the program's points from their circle, as a share of its radius.
 const ROUND: f64 = 0.01;
 
-/// An arc below this tells too little about its circle, deg.
+/// An arc below this does not determine its circle, deg.
 const SHORTEST_ARC_DEG: f64 = 10.0;
 
 /// Slack when revolutions are counted, deg.
@@ -40,7 +40,7 @@ pub struct NominalReversal {
     pub at_deg: f64,
 }
 
-/// What the program says about the circle.
+/// The circle as the program commands it.
 #[derive(Debug, Clone)]
 pub struct Nominal {
     /// Circle through the commanded points.

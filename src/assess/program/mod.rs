@@ -179,7 +179,7 @@ fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) ->
     Ok(Assessment { before: all.before, after: all.after, reversals: all.reversals, figures, verdict, moves, notes })
 }
 
-/// At which speed a program runs that does not tell its own.
+/// At which speed a program runs that does not state one.
 fn speed_note(before: &Source, options: &Options) -> Option<String> {
     let Source::Program(p) = before else { return None };
     if options.at_speed {
@@ -267,7 +267,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
 }
 
 impl Source<'_> {
-    /// Direction in which each joint first moves by more than [`CREEP`] of its half gap there; 0: it rests.
+    /// Direction in which each joint first moves by more than [`CREEP`] of its half gap there; 0: it is stationary.
     fn first_directions(&self, model: &Model) -> Vec<i8> {
         let columns = match self {
             Self::Program(p) => &p.q,

@@ -2,7 +2,7 @@
 //!
 //! Method: a point of a run has come some length along the commanded path. Its nearest point on the reference is looked for among
 //! the segments whose length of path lies within [`SLACK_M`] (and the difference between both lengths) of that. So a path
-//! that crosses itself, comes back on itself, or rests, is followed without ambiguity. Both ends of the reference go on straight for
+//! that crosses itself, comes back on itself, or pauses, is followed without ambiguity. Both ends of the reference go on straight for
 //! the longest step between its points: the rows of two runs end up to a row apart, and a run that is early or late along the path
 //! has no error.
 

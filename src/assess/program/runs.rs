@@ -25,7 +25,7 @@ const LONGEST_STEP_M: f64 = 0.5e-3;
 const FASTEST_HZ: f64 = 250.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
-/// Points that do not move by more than this (rad or m) rest.
+/// Points that do not move by more than this (rad or m) are stationary.
 pub(super) const REST: f64 = 1e-9;
 
 /// A reversal of a joint's command.
@@ -44,7 +44,7 @@ pub struct Measured {
     /// Where the commands put the nominal robot, and where the TCP was, m.
     pub commanded_m: Vec<Vector3<f64>>,
     pub points_m: Vec<Vector3<f64>>,
-    /// How far the TCP is from where the nominal robot has it, at the points that were asked for, m.
+    /// How far the TCP is from where the nominal robot has it, at the requested points, m.
     pub deviations_m: Vec<Vector3<f64>>,
     pub turns: Vec<TurningPoint>,
     /// Points of the program (rows of a log), stops among them, and duration.
@@ -161,7 +161,7 @@ pub fn rate_hz(model: &Model, source: &Source, options: &Options, Rows([least, m
     (rows / duration).max(fast).min(FASTEST_HZ.max(most / duration))
 }
 
-/// A program, or the commands of a log, on a modelled machine; `at`: points of the program whose deviation is asked for, increasing.
+/// A program, or the commands of a log, on a modelled machine; `at`: points of the program whose deviation is requested, increasing.
 pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64, at: &[usize]) -> Result<Measured> {
     let (motion, points, stops) = match source {
         Source::Program(program) => {

@@ -16,7 +16,7 @@ use std::ops::Range;
 const APART_M: f64 = 1e-3;
 /// Stretches of the other program among which the partner is looked for.
 const AHEAD: usize = 16;
-/// A shorter path is none, m.
+/// A shorter path is not counted, m.
 const LEAST_M: f64 = 1e-6;
 
 /// The same stretch of two programs.

@@ -27,7 +27,7 @@ pub fn difference(before: &[u8], after: &[u8]) -> TextDifference {
             (i, j) = (i + 1, j + 1);
             continue;
         }
-        // the nearest place at which both go on alike
+        // the nearest place from which both are equal again
         let meet = (1..=2 * AHEAD).find_map(|sum| {
             (0..=sum)
                 .map(|k| (k, sum - k))

@@ -4,7 +4,7 @@
 //! product of two small things. It is computed anew where those effects have changed and whitened anew where the noise has; all
 //! others are compared with another residual and another tangent by two matrix products, which cost a tenth of the sensitivities.
 //!
-//! What is screened is refitted before anything is believed, so that a sensitivity that is a little old misleads nobody.
+//! What is screened is refitted before anything is believed, so that a sensitivity that is a little old does no harm.
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext, scored};
@@ -103,8 +103,8 @@ impl ScreeningCache {
         (0..candidates.len()).into_par_iter().map(score).collect()
     }
 
-    /// Puts a version that was computed before in the place of the present one, where there is one with the effects that the
-    /// joint has now.
+    /// Replaces the present version by one that was computed before, where there is one with the effects that the joint
+    /// has now.
     fn recall(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) {
         let all = self.columns.len() * (size_of::<f64>() + size_of::<f32>());
         let versions = (MOST_BYTES / all.max(1)).min(MOST_VERSIONS);

@@ -123,7 +123,7 @@ pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate 
     transmission_error::ripple(&problem.robot, axis, cycles_per_rev)
 }
 
-/// The same with a phase of its own in each log.
+/// The same with its own phase in each log.
 pub fn ripple_by_log(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
     transmission_error::ripple_by_log(&problem.robot, axis, cycles_per_rev, problem.logs.len())
 }

@@ -33,7 +33,7 @@ const MOST_POSE_CYCLES: f64 = 256.0;
 const ALIKE: f64 = 0.9;
 
 /// Does the spacing of the samples, and the travel, tell this ripple from other curves and other ripples? At least two cycles
-/// over the travel; of poses at most half a cycle from one to the next. Other effects always count as told.
+/// over the travel; of poses at most half a cycle from one to the next. Other effects always count as distinguished.
 pub fn identifiable(problem: &Problem, placed: &EffectInstance) -> bool {
     let (Some(axis), Some(ripple)) = (placed.axis(), placed.effect.get::<TransmissionError>()) else { return true };
     let turn = placed.site(&problem.robot).rev();
@@ -172,7 +172,7 @@ fn own_phases(problem: &Problem) -> bool {
     problem.logs.len() > 1 && problem.recording() == Recording::JointSensors
 }
 
-/// Slowest ripple with a phase of its own in each log, rad per rad or per m. The splines over the travel can follow any slower one
+/// Slowest ripple with its own phase in each log, rad per rad or per m. The splines over the travel can follow any slower one
 /// ([`MOST_SPLINES`], two a cycle), so that it cannot be distinguished from another function of the position.
 fn least_wave(problem: &Problem, axis: usize) -> f64 {
     let travels = problem.logs.iter().map(|l| l.log.travel(axis)).filter(|t| *t > 0.0);

@@ -305,7 +305,7 @@ fn product(columns: &[Vec<f64>]) -> DMatrix<f64> {
 const OWN: f64 = 1e-7;
 
 /// Solution, gain and rank for the chosen columns, by a Cholesky factorisation of the scaled normal matrix that takes the
-/// function with the most of its own next and leaves out those with nothing.
+/// function with the largest part that no other has next and leaves out those with nothing.
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, pick: &[usize]) -> (DVector<f64>, f64, usize) {
     let mut solution = DVector::zeros(normal.nrows());
     let k = pick.len();

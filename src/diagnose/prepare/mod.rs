@@ -177,7 +177,7 @@ const STATIONS_APART_M: f64 = 0.02;
 /// And this many times farther than each frame misses its own points.
 const STATIONS_CLEAR: f64 = 20.0;
 
-/// Gives every log a frame of its own, where the tracker was moved between them.
+/// Gives every log its own frame, where the tracker was moved between them.
 fn separate_frames(problem: &mut Problem, h: &mut Hypothesis) {
     let measured: Vec<usize> = (0..problem.logs.len()).filter(|&l| problem.logs[l].reflectors() > 0).collect();
     if measured.len() < 2 {

@@ -7,7 +7,7 @@
 //! The servo stage is diagnosed from encoder against command where the encoder follows. Where it leads (a controller with
 //! feed-forward logs its references after its own filters), no servo effect describes it: said, with the rms.
 //!
-//! Assumptions: an encoder's zero is its own (one free number per column and log); an encoder is quiet against a gap: its
+//! Assumptions: an encoder's zero is its own (one free number per column and log); the noise of an encoder is small against a gap: its
 //! movements within five standard deviations of its noise are none. The noise is that of fourth differences, which a
 //! smooth motion does not have.
 
@@ -94,7 +94,7 @@ fn scatter(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-/// Joint sensors decide axis by axis; axes without one go with the most of the others.
+/// Joint sensors decide axis by axis; axes without one follow the majority of the others.
 fn by_joints(
     problem: &Problem,
     residual: &[f64],

@@ -128,7 +128,7 @@ pub struct Hypothesis {
 /// Prediction for one log.
 #[derive(Debug, Clone)]
 pub struct LogState {
-    /// Motor side, behind the gear, and joint positions, `[axis][row]`.
+    /// Motor side, after the gear, and joint positions, `[axis][row]`.
     pub servo: Vec<Vec<f64>>,
     pub gear: Vec<Arc<Vec<f64>>>,
     pub joint: Vec<Arc<Vec<f64>>>,
@@ -294,7 +294,7 @@ fn in_log(placed: &EffectInstance, log: usize) -> EffectInstance {
     }
 }
 
-/// Effects behind the encoder, where that drives the gear.
+/// Effects after the encoder, where that drives the gear.
 fn behind_encoder(mut effects: Vec<&Effect>, driven: bool) -> Vec<&Effect> {
     if driven {
         effects.retain(|e| e.stage() != Stage::Servo);

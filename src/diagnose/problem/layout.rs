@@ -14,7 +14,7 @@ pub enum Sensor {
     Reflector(usize),
     /// Motor side of an axis.
     Motor(usize),
-    /// An axis behind its gear.
+    /// An axis after its gear.
     Joint(usize),
 }
 

@@ -37,7 +37,7 @@ pub struct Channels {
     pub reflectors: bool,
     /// The motor side of every joint.
     pub motors: bool,
-    /// Every joint behind its gear.
+    /// Every joint after its gear.
     pub joints: bool,
 }
 
@@ -92,7 +92,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
         points_free: false,
         notes: Vec::new(),
     };
-    // what only joints measure has a zero of its own
+    // what only joints measure has its own zero
     let zeros = vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()];
     let points_m = vec![Vector3::zeros(); robot.reflectors_m.len()];
     let frames = vec![model.registration.unwrap_or_else(Isometry3::identity)];

@@ -161,7 +161,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     }
 }
 
-/// Joints on which nothing that shows in motion could be seen: they rest.
+/// Joints on which nothing that shows in motion could be seen: they are stationary.
 fn resting(d: &Diagnosis) -> Vec<String> {
     let unseen = |effect: &str, target: &str| {
         d.blind_spots.iter().any(|s| s.effect == effect && s.target == target && s.detectable_from.is_none())

@@ -58,7 +58,7 @@ pub struct Diagnosis {
     /// The logs contradict what the model takes as known; the first notes say how.
     #[serde(skip)]
     pub contradicted: bool,
-    /// What a further round would name, where there was no room for it.
+    /// What a further round would name, beyond the largest number of effects.
     #[serde(skip)]
     pub further: Option<String>,
     /// How a reader is shown the `_um` figures.
@@ -169,7 +169,7 @@ pub struct GroupTest {
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Parameter {
     pub value: f64,
-    /// None where the fit did not come to rest.
+    /// None where the fit did not converge.
     pub ci95: Option<[f64; 2]>,
 }
 

@@ -96,7 +96,7 @@ fn one_size(found: &[(f64, f64)], tests: usize) -> bool {
     chance > DISAGREE || hi - lo < MUCH * mean.abs()
 }
 
-/// Difference of two fits of one residual in 2 ln L, told by blocks: whether it is the same all over (Vuong's test of
+/// Difference of two fits of one residual in 2 ln L, judged by blocks: whether it is the same all over (Vuong's test of
 /// hypotheses that do not contain each other, with the scatter between blocks as its uncertainty).
 fn decided(problem: &Problem, residual: &[f64], one: &[f64], other: &[f64]) -> bool {
     let blocks = BLOCKS.div_ceil(problem.groups.len().max(1));
@@ -123,7 +123,7 @@ fn decided(problem: &Problem, residual: &[f64], one: &[f64], other: &[f64]) -> b
     total.abs() > DECIDED * scatter.sqrt()
 }
 
-/// Lags of all joints by one time, in the place of a clock offset that was found after `base`, which gains `gain`.
+/// Lags of all joints by one time, instead of a clock offset that was found after `base`, which gains `gain`.
 /// `None` where the offset points into the future, as no lag does.
 pub fn common_lag(
     problem: &Problem,

@@ -18,9 +18,9 @@ use rayon::prelude::*;
 
 /// Another size of a known effect is a contradiction where it leaves less than this part of the gap, rms.
 const OTHER_SIZE: f64 = 0.8;
-/// Logs are in different frames where frames of their own leave less than this part of the gap, rms.
+/// Logs are in different frames where separate frames leave less than this part of the gap, rms.
 const OWN_FRAMES: f64 = 0.5;
-/// Another frame is worth a word where alone it leaves no more than so many times what the found effects leave.
+/// Another frame is reported where alone it leaves no more than so many times what the found effects leave.
 const AS_GOOD: f64 = 1.5;
 /// Or where alone it takes all but this part of the gap.
 const NEARLY_ALL: f64 = 0.1;
@@ -42,7 +42,7 @@ pub(in crate::diagnose) fn find(problem: &Problem, fit: &Fit, known: usize) -> V
     stations(problem, fit).into_iter().chain(sizes(problem, fit, known)).collect()
 }
 
-/// Logs that share a frame and should not: each with a frame of its own is fitted far better.
+/// Logs that share a frame and should not: each with its own frame is fitted far better.
 fn stations(problem: &Problem, fit: &Fit) -> Option<Contradiction> {
     let measured = |l: &usize| problem.logs[*l].reflectors() > 0;
     let logs: Vec<usize> = (0..problem.logs.len()).filter(measured).collect();

@@ -47,7 +47,7 @@ impl End {
 }
 
 impl Course {
-    /// What could stand in the place of each found effect. Where one took the place of another, what is left has changed: rounds again.
+    /// What could replace each found effect. Where one has replaced another, what is left has changed: rounds again.
     fn alternatives(&mut self, search: &mut Search, prepared: &Prepared, rms_nuisance: f64) -> Vec<Vec<Refined>> {
         if let Some(group) = &self.group {
             return search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening);
@@ -128,7 +128,7 @@ impl Search<'_> {
         if let Some(r) = remains.as_ref().filter(|_| *recording != Recording::JointSensors) {
             fit = self.without_substitutes(fit, r, &whitening, &mut steps);
         }
-        // the noise of what is left: that of the freed residual is a little too quiet for a test
+        // the noise of what is left: that of the freed residual is a little too small for a test
         whitening = precise::noise_left(self.problem, &fit, &whitening, groups);
         Course { fit, whitening, steps, notes, group, gaps, structure, next, remains }
     }

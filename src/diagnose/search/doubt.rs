@@ -126,7 +126,7 @@ impl Search<'_> {
         fit::refit(p, &h, &free, whitening)
     }
 
-    /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
+    /// One effect instead of two, where the BIC prefers it: two wrong ones may share what one right one explains.
     pub(in crate::diagnose) fn merge(
         &mut self,
         fit: &Fit,
@@ -148,7 +148,7 @@ impl Search<'_> {
                 let free: Vec<usize> = (self.known..h.effects.len()).collect();
                 let state = p.evaluate(&h);
                 let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
-                // of two joints, the effect of the one in the place of both is what the rounds have asked already
+                // of two joints, the effect of the one instead of both is what the rounds have tried already
                 let axis = |k: usize| fit.hypothesis.effects[fit.free[k]].axis();
                 let apart = axis(a) != axis(b);
                 let but = if apart { vec![self.name_of(fit, a), self.name_of(fit, b)] } else { Vec::new() };
@@ -170,7 +170,7 @@ impl Search<'_> {
         Some(r.fit)
     }
 
-    /// What could stand in the place of the k-th found effect, itself included.
+    /// What could replace the k-th found effect, itself included.
     fn alternatives(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();

@@ -3,7 +3,7 @@
 use crate::diagnose::search::fit::Fit;
 use crate::effects::{BacklashPosition, Effect, EffectInstance};
 
-/// Part of a gap by which it varies over position at least, to be worth a schedule.
+/// Part of a gap by which it varies over position at least, to get a schedule.
 const FLAT: f64 = 0.01;
 
 /// Effects that fit within this much of 2 ln L of the named one belong to its set.
@@ -34,7 +34,7 @@ impl Refined {
     }
 }
 
-/// What could stand in the place of a found effect, the found one among them.
+/// What could replace a found effect, the found one among them.
 #[derive(Debug, Clone)]
 pub struct Alternative {
     pub effect: &'static str,

@@ -82,7 +82,7 @@ const SETTINGS: Options = Options {
     scaling: Scaling::Columns,
     model_at_end: false,
 };
-/// Gain in 2 ln L that a step promises at most where a fit that was stopped has come to rest all the same: half a standard uncertainty.
+/// Gain in 2 ln L that a step promises at most where a fit that was stopped counts as converged: half a standard uncertainty.
 const AT_REST: f64 = 0.25;
 
 /// A refit is given up where it is farther than this from its aim, in units of 2 ln L,

@@ -6,7 +6,7 @@
 //!   standard uncertainties from zero goes. Three or more make a group, which counts as one effect.
 //! - After it gravity compliance alone. What stays of an arm (tenths of a millimetre) is smooth in the pose, and scale,
 //!   coupling and slow ripple are, too: which of them it is, poses do not say, so none of them is named. What stays is
-//!   told as `unexplained`; the verdict is `unknown` only where nothing was named.
+//!   reported as `unexplained`; the verdict is `unknown` only where nothing was named.
 //! - Gaps: [`crate::diagnose::search::direction`].
 //!
 //! Gross poses: all reflectors of a pose beyond six times the median are left out, after the group was fitted.
@@ -148,7 +148,7 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
         }
         let Some((_, i, basis)) = best else {
             match tool {
-                // nothing of its own
+                // nothing that the others do not have
                 Some(i) => {
                     left.remove(i);
                     continue;

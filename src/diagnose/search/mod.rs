@@ -26,7 +26,7 @@
 //!   structure
 //! - `remaining`: is there structure that remains beyond what was found?
 //! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
-//! - `story`: the found effects told one by one: what each leaves, and what it leaves of data that it was not fitted to
+//! - `story`: the found effects one by one: what each leaves, and what it leaves of data that it was not fitted to
 //! - `supported`: effects of joint sensors must lessen what is left of blocks that were not fitted
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
 //!   wrong

@@ -9,7 +9,7 @@ use crate::diagnose::search::fit::Fit;
 
 /// Chance of a structure ratio below which structure remains.
 const STRUCTURED: f64 = 1e-5;
-/// The same where the noise is that of the freed residual, which is a little too quiet.
+/// The same where the noise is that of the freed residual, which is a little too small.
 const BEYOND_DOUBT: f64 = 1e-15;
 /// Likelihood that freeing the residual may gain beyond its degrees of freedom, in standard deviations of that.
 const SWALLOWED_BY_NOISE: f64 = 12.0;

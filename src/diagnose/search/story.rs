@@ -1,4 +1,4 @@
-//! The found effects told one by one: what each leaves, and what it leaves of data that it was not fitted to.
+//! The found effects one by one: what each leaves, and what it leaves of data that it was not fitted to.
 //!
 //! Method: the hypothesis grows from the frame alone to the last effect, refitted each time. Validation cuts every log into
 //! [`FOLDS`] x [`TURNS`] consecutive parts; each fold is predicted from parameters that were fitted to the other folds (one

@@ -21,7 +21,7 @@ pub enum Verdict {
     None,
     /// The effects are named, and none has an alternative.
     Named,
-    /// At least one effect cannot be told from an alternative with these logs.
+    /// At least one effect cannot be distinguished from an alternative with these logs.
     NamedSet,
     /// Structure remains that no effect of the catalogue describes, or the log contradicts what is taken as known.
     Unknown,

@@ -1,7 +1,7 @@
 //! The size of one deadzone: where the branch on which the tip leaves meets the place at which it rested.
 //!
 //! Model, with `w` the travel of the motor after its turn and `v` its travel before it:
-//! `P = P0 + A(v)` while the tip arrives, `P0` while it rests, `P0 + D(w - delta)` for `w > delta`; `A` and `D` are vector
+//! `P = P0 + A(v)` while the tip arrives, `P0` while it is stationary, `P0 + D(w - delta)` for `w > delta`; `A` and `D` are vector
 //! polynomials without a constant, of the least degree that suits. For a given `delta` that is linear in all else; `delta`
 //! minimises the sum of squares (grid, then golden section). Its variance is that of the linearised model,
 //! `sigma^2 / sum |(I - H) D'|^2`, `H` projecting on the other terms. No kinematics enter: robot file and machine may differ, the
@@ -171,10 +171,10 @@ fn window(s: &Stretch, rest: &Rest, bends: &Bends, warp: &Warp, noise_m: f64, sh
     let beyond: Vec<f64> = leaving.iter().map(|r| r.w - outer).filter(|w| *w >= 0.0).collect();
     let (degree, span) = branch(&beyond, bends, noise_m, shrink)?;
     let mut rows: Vec<Row> = leaving.into_iter().filter(|r| r.w <= outer + span).collect();
-    // strokes inside the gap between the turn and the one that leaves: the tip rests in all of them
+    // strokes inside the gap between the turn and the one that leaves: the tip is stationary in all of them
     let between = s.rows(turn.t_s, leaves_s).filter(|&i| s.t_s[i] < leaves_s);
     rows.extend(between.filter_map(|i| s.tip[i].map(|tip| Row { w: 0.0, tip })));
-    // rows before the turn, nearest first; those of a pause on the turn rest
+    // rows before the turn, nearest first; those of a pause on the turn do not move
     let arriving: Vec<Row> = (rest.engaged_from..s.t_s.partition_point(|t| *t <= turn.t_s))
         .rev()
         .filter_map(|i| s.tip[i].map(|tip| Row { w: -warp.travel(-turn.dir, turn, s.p[i]).abs(), tip }))

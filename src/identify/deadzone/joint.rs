@@ -127,7 +127,7 @@ impl Deadzone {
 }
 
 impl JointSweeps {
-    /// The deadzones of one round; their standard errors rest on what all fits of the joint left, together.
+    /// The deadzones of one round; their standard errors come from the residuals of all fits of the joint together.
     fn take(&mut self, crossings: &[Crossing], edges: &[Option<Edge>], stretches: &[&Stretch], logs: &[Log]) {
         let (sse, dof) = edges.iter().flatten().fold((0.0, 0.0), |(s, d), e| (s + e.sse_m2, d + e.dof));
         self.noise_m = if dof > 0.0 { (sse / dof).sqrt() } else { 0.0 };

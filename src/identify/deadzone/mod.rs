@@ -2,7 +2,7 @@
 //!
 //! Modules, one a step:
 //! - [`motion`]: the stretches of all logs in which one joint moves alone, and its turning points.
-//! - [`rest`]: at which turns the tip stops, and in which stroke it leaves again: algorithm 1, asked so that noise cannot
+//! - [`rest`]: at which turns the tip stops, and in which stroke it leaves again: algorithm 1, in a form in which noise cannot
 //!   shatter a deadzone; [`printed`]: the algorithm as it is printed, to compare with.
 //! - [`edge`]: the size of each deadzone from the rows about it, with its standard error.
 //! - [`map`]: size over position, with intervals; does it vary?
@@ -53,7 +53,7 @@ use words::NoDeadzone;
 pub struct Options {
     /// Joints to be looked at; empty: all that move.
     pub axes: Vec<usize>,
-    /// Distance from where it stopped up to which the tip rests; else five standard deviations of the noise.
+    /// Distance from where it stopped up to which the tip is stationary; else five standard deviations of the noise.
     pub rest_m: Option<f64>,
     /// Movement of a command that is noise, by axis (rad or m); else from the log. One per axis, or empty.
     pub deadband: Vec<Option<f64>>,

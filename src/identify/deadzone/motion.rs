@@ -3,7 +3,7 @@
 //! Method: row by row, the joint that moves owns the stretch; another one's movement ends it. Turning points are those of
 //! [`Track`]; where one lies between two rows it is estimated ([`turns::between_rows`]). A movement up to the dead band is
 //! noise of the command: 1.5 last digits of its column, or five times the scatter that its third differences show (an
-//! encoder in the place of a command), whichever is larger.
+//! encoder instead of a command), whichever is larger.
 //!
 //! Assumption: a command that is sampled often enough that a stroke has several rows.
 
@@ -44,7 +44,7 @@ pub struct Stretch {
     pub p: Vec<f64>,
     pub tip: Vec<Option<Vector3<f64>>>,
     pub turns: Vec<Turning>,
-    /// Command of all axes at the first row: the pose at which the others rest.
+    /// Command of all axes at the first row: the pose at which the others are stationary.
     pub pose: Vec<f64>,
 }
 

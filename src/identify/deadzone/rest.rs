@@ -1,4 +1,4 @@
-//! Algorithm 1 of Cursi (2022) against noise: where the tip rests although the motor moves.
+//! Algorithm 1 of Cursi (2022) against noise: where the tip is stationary although the motor moves.
 //!
 //! As printed, a deadzone begins at the first row at which the tip is slower than a threshold while the motor is not, and
 //! ends at the first row at which it is faster ([`super::printed`]). One noisy row ends it too early and begins the next:
@@ -65,7 +65,7 @@ pub fn find(s: &Stretch, radius_m: f64) -> Rests {
     let mut out = Rests::default();
     // turn at which the tip stopped at the edge of the gap, and the row from which its stroke was engaged
     let mut edge: Option<(usize, usize)> = None;
-    // where the tip rests, and whether a turn still waits for its answer
+    // where the tip is stationary, and whether it has not yet followed a turn
     let mut rest = beside(s, s.stroke_s(0)[0]);
     for k in 0..=s.turns.len() {
         let [from_s, to_s] = s.stroke_s(k);
@@ -78,7 +78,7 @@ pub fn find(s: &Stretch, radius_m: f64) -> Rests {
         let away = (end - start).norm();
         let rows = s.rows(from_s, to_s);
         if away <= radius_m {
-            // it rests still; a motor that went beyond its turn has taken the joint along, however little
+            // it is still stationary; a motor that went beyond its turn has taken the joint along, however little
             if let (Some((turn, _)), Some(here)) = (edge, s.turns.get(k))
                 && s.turns[turn].dir * (here.p - s.turns[turn].p) < 0.0
             {
@@ -119,7 +119,7 @@ pub fn find(s: &Stretch, radius_m: f64) -> Rests {
     out
 }
 
-/// Place at which the tip stopped: the mean of the first rows after a turn, where it rests if there is a gap at all; at
+/// Place at which the tip stopped: the mean of the first rows after a turn, where it is stationary if there is a gap at all; at
 /// the end of a log, of the last rows.
 fn beside(s: &Stretch, t_s: f64) -> Option<Vector3<f64>> {
     let at = s.t_s.partition_point(|t| *t < t_s);

@@ -24,7 +24,7 @@ const LEAST_M: f64 = 3e-4;
 /// Share of the deviation that may be left for a clock to be the cause.
 const EXPLAINED: f64 = 0.6;
 const ROUNDS: usize = 4;
-/// Movement of a joint or the TCP that is rest, rad/s, m/s.
+/// Speed of a joint or the TCP up to which it is stationary, rad/s, m/s.
 const RESTS: f64 = 1e-6;
 
 /// Logs by one clock each, and the number and shift (s) of those whose commands were shifted.

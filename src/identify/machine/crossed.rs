@@ -65,7 +65,7 @@ pub fn crossed(problem: &Problem, parts: &[Part], axis: usize) -> Option<f64> {
     Some(judges[1].fall(at, &steps[0]) + judges[0].fall(at, &steps[1]))
 }
 
-/// Normal equations of a run over all parameters, by pairs of strokes of a joint in turn; `strokes` counts on over the runs.
+/// Normal equations of a run over all parameters, by pairs of successive strokes of a joint; `strokes` counts on over the runs.
 fn halves(
     problem: &Problem,
     log: usize,
@@ -82,7 +82,7 @@ fn halves(
             let bin_of = |row: usize| l.bins.partition_point(|b| b.1 <= row).min(bins);
             turns(&rows.x).into_iter().map(bin_of).collect()
         }
-        // a log in which the joint stands still says something of the rest alone
+        // a log in which the joint is stationary determines the others alone
         None => Vec::new(),
     };
     edges.push(bins);

@@ -371,7 +371,7 @@ mod tests {
 
     #[test]
     fn a_joint_is_compensated_where_the_error_along_the_model_exceeds_one_half_beyond_doubt() {
-        // what is left is a little more than what was there: noise, of which an offset takes nothing away
+        // what is left is a little more than what was there: noise, which no offset reduces
         let noisy = |mean: f64, sigma: f64| -> Vec<Reversal> {
             (0..40).map(|i| reversal(mean + 0.05 * f64::from(i % 3 - 1), sigma, 10.5)).collect()
         };

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 /// Length of the blocks whose scores count as one, bins.
 const BLOCK: usize = 100;
-/// Stretches of a log that are left out in turn.
+/// Stretches of a log that are left out, one after the other.
 const FOLDS: usize = 6;
 /// Window after a reversal in which its error counts, s; and before it, s.
 pub const AFTER_S: f64 = 4.0;

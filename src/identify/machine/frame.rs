@@ -8,7 +8,7 @@ use crate::numerics::robust::median_of;
 use crate::robot::Robot;
 use nalgebra::Isometry3;
 
-/// Distance from the common frame from which a log gets one of its own.
+/// Distance from the common frame from which a log gets a separate one.
 const ELSEWHERE_M: f64 = 5e-3;
 /// Rows of each log that register the frame.
 const REGISTERED: usize = 400;

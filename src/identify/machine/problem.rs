@@ -433,7 +433,7 @@ impl<'a> Problem<'a> {
 
     /// What the scores of the priors have in scatter beyond their precision where a wind-up is any share of gap and wind-up together, all
     /// shares being as likely, and any mixture of its parts: an estimate that a prior draws towards zero is off by
-    /// `H^-1 P w` for a true wind-up `w`, so `P E(w w') P` takes the place of `P`.
+    /// `H^-1 P w` for a true wind-up `w`, so `P E(w w') P` replaces `P`.
     pub fn open_wind_up(&self, prior: &DMatrix<f64>) -> DMatrix<f64> {
         let mut out = DMatrix::zeros(prior.nrows(), prior.ncols());
         if self.centre.is_some() {

@@ -4,9 +4,9 @@
 //! off differently at rest, and a test may hold none at all. One friction for both then follows the logs that weigh more, and the
 //! reversals of the others end up in their noise.
 //!
-//! So each joint that has logs of both kinds is tested: by how much would the cost fall, at the present estimate, if one kind had spikes
-//! of its own (score test; Rao 1948; spikes are not negative)? The logs of dwells get columns for the difference where the fall is beyond
-//! doubt, is more than a gap of their own would give, and changes the joint's lost motion by a good part. The law's spikes are then those
+//! So each joint that has logs of both kinds is tested: by how much would the cost fall, at the present estimate, if one kind had separate
+//! spikes (score test; Rao 1948; spikes are not negative)? The logs of dwells get columns for the difference where the fall is beyond
+//! doubt, is more than a separate gap would give, and changes the joint's lost motion considerably. The law's spikes are then those
 //! of motion, which programs meet; gap, wind-up and presliding stay common to all logs.
 
 use super::bins::BinnedLog;
@@ -27,7 +27,7 @@ const FEWEST_DWELLS: usize = 3;
 /// Fall of the whitened cost, in squared standard deviations, beyond which two frictions are beyond doubt. Noise alone gives less than 45
 /// in all but 1 of 10^9 tests; friction of another form than the law's, the same in all logs, gave up to 60 on random machines.
 const BEYOND_DOUBT: f64 = 250.0;
-/// Change of the spikes together, as a share of the joint's lost motion, that is worth a friction of its own.
+/// Change of the spikes together, as a share of the joint's lost motion, that is worth a separate friction.
 const WORTH: f64 = 0.2;
 /// Rounds of fitting after a joint has been taken apart: its spike leaves the noise of the logs in the first.
 const ROUNDS: usize = 2;
@@ -96,7 +96,7 @@ fn differing(problem: &Problem, taken: &[usize]) -> Option<usize> {
     gains.filter(|(fall, _)| *fall > BEYOND_DOUBT).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, axis)| axis)
 }
 
-/// Fall of the cost if one kind of logs had spikes of its own for an axis; `None` where they would hardly change, or where gaps of their
+/// Fall of the cost if one kind of logs had its own spikes for an axis; `None` where they would hardly change, or where gaps of their
 /// own would explain more: then the gap over position misses something of its shape, and friction is not to blame.
 fn gain(problem: &Problem, axis: usize, kinds: &[Vec<usize>; 2], inverse: &DMatrix<f64>) -> Option<f64> {
     let law = problem.laws[axis].as_ref()?;

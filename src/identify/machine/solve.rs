@@ -1,4 +1,4 @@
-//! Gauss-Newton rounds, noise and discarded bins in turn.
+//! Gauss-Newton rounds, noise and discarded bins, alternately.
 
 use super::law::WINDUPS;
 use super::noise::Noise;

@@ -1,7 +1,7 @@
 //! Two views of the same logs, and the estimate between them.
 //!
 //! Autoregressive noise takes every slow part of the residual for noise, that of laws whose form is not the machine's, too. A fit that is
-//! whitened by it follows the sharp detail just after a reversal and gives up some of what stays. A fit that takes noise for uncorrelated
+//! whitened by it follows the sharp detail just after a reversal and loses some of what stays. A fit that takes noise for uncorrelated
 //! weighs each part of the error by its size, as the path error of a program does, and takes slow noise for lost motion. Where the two
 //! differ, the logs do not tell which is right; the middle has the smallest largest distance to both, and half the difference is
 //! part of its uncertainty.

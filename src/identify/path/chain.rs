@@ -228,7 +228,7 @@ pub struct ByRun {
     pub spike: f64,
 }
 
-/// The derivatives of [`evaluate`] told apart by run.
+/// The derivatives of [`evaluate`] separated by run.
 pub fn by_run(runs: &[Run], t: &[f64], p: &[f64], law: &Law) -> Vec<ByRun> {
     let mut out = vec![ByRun::default(); t.len()];
     let Some(first) = runs.first() else { return out };

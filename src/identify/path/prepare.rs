@@ -39,7 +39,7 @@ pub struct FreeJoint {
     pub p: Vec<f64>,
     /// Derivative of the TCP by the joint, m/rad or m/m.
     pub jac: Vec<Vector3<f64>>,
-    /// Rotation of the body behind the joint and the TCP in that body, per bin; `None` where a coupling forbids it.
+    /// Rotation of the body after the joint and the TCP in that body, per bin; `None` where a coupling forbids it.
     pub body: Option<Vec<(Matrix3<f64>, Vector3<f64>)>>,
 }
 
@@ -210,7 +210,7 @@ fn joint(
     FreeJoint { axis, runs, p: q.iter().map(|q| q[axis]).collect(), jac, body }
 }
 
-/// The robot cut off behind the joint of `axis`, and how many axes are left; `None` where a joint before it follows one after it.
+/// The robot cut off after the joint of `axis`, and how many axes are left; `None` where a joint before it follows one after it.
 fn body_chain(axis: usize, robot: &Robot) -> Option<(Robot, usize)> {
     let name = &robot.axis(axis).name;
     let last = robot.joints.iter().position(|j| &j.name == name)?;

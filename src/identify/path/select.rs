@@ -23,7 +23,7 @@ const ENTER: f64 = 12.0;
 const SHARE_P: f64 = 1e-3;
 /// p above which the errors of the links are not needed.
 const LINKS_P: f64 = 0.05;
-/// Spike over gap below which a stiction is not told from the gap's shape.
+/// Spike over gap below which a stiction is not distinguished from the gap's shape.
 const LEAST_SPIKE: f64 = 0.1;
 const STEPS: usize = 40;
 /// Steps of the last fit, whose intervals are printed.
@@ -105,7 +105,7 @@ pub fn select(problem: &mut Problem) -> Selected {
     }
 }
 
-/// Gaps, then a stiction on every joint, frames moved until they rest.
+/// Gaps, then a stiction on every joint, frames moved until they stay.
 fn everything(problem: &mut Problem, values: Vec<Values>, bounds: TauBounds) -> State {
     let joints = problem.joints.len();
     let mut form = Form { sticky: vec![false; joints], shared: false };

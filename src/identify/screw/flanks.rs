@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-7;
 /// Time constants that a servo needs to follow a change of speed, and the part of the gap that it may be off by then.
 const SETTLED: f64 = 6.0;
 const STEADY: f64 = 0.01;
-/// Growth of the gap's variance up to which a lag counts as told from the gap.
+/// Growth of the gap's variance up to which a lag counts as distinguished from the gap.
 const LAG_COST: f64 = 400.0;
 
 /// A value with its 95 % interval.
@@ -50,7 +50,7 @@ impl Known {
     }
 }
 
-/// What the intervals rest on.
+/// What the intervals are based on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Repeats {
     /// From strokes that repeat each other.
@@ -320,7 +320,7 @@ fn usable(pair: &Pair) -> (Vec<Row>, f64, f64) {
     (rows, centre, level)
 }
 
-/// What is left out in turn: strokes, or pieces of them where they are few.
+/// What is left out, one after the other: strokes, or pieces of them where they are few.
 fn clusters(rows: &[Row]) -> (Vec<(bool, Normal)>, Repeats, [usize; 2]) {
     let by_stroke: Vec<&[Row]> = rows.chunk_by(|a, b| a.stroke == b.stroke).collect();
     let strokes = [true, false].map(|up| by_stroke.iter().filter(|s| s[0].up == up).count());

@@ -3,7 +3,7 @@
 //! One file a step:
 //! - `columns`: what drives a joint and what measures it; the gaps between two of its columns.
 //! - [`strokes`]: strokes of the command, and how far each row is into its own.
-//! - [`tracker`]: the carriage of each prismatic joint from a tracker in an unknown frame, where no sensor of its own measures it.
+//! - [`tracker`]: the carriage of each prismatic joint from a tracker in an unknown frame, where no separate sensor measures it.
 //! - [`mod@reach`]: from which way into a stroke on every gap before a sensor is surely closed; strokes that are too short.
 //! - [`flanks`]: both flanks of one gap: slope `m`, `c_r`, `c_l` of equation 2, with intervals from the strokes.
 //! - [`start`]: on which side the log began (Figure 4).
@@ -49,7 +49,7 @@ pub type OutputPositions = std::result::Result<Vec<Option<f64>>, String>;
 
 /// A sensor that moves by this part of its joint's way, or less, stands still.
 const STILL: f64 = 1e-3;
-/// Rounds of tracker directions and gaps in turn: each takes their error down by gap over stroke.
+/// Rounds of tracker directions and gaps, alternately: each takes their error down by gap over stroke.
 const ROUNDS: usize = 3;
 
 /// What is measured on the output side.
@@ -181,7 +181,7 @@ fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut V
     Ok(series)
 }
 
-/// One joint of one log; `None` where nothing behind its motor is measured.
+/// One joint of one log; `None` where nothing after its motor is measured.
 fn of_joint(
     robot: &Robot,
     log: &Log,

@@ -10,7 +10,7 @@ use crate::robot::Joint;
 
 /// Slopes farther from 1 than this are hardly a screw's lead error.
 pub const LEAD: f64 = 0.05;
-/// A slope this near to 1 is worth no word.
+/// A slope this near to 1 is not reported.
 const PPM: f64 = 1e-5;
 /// What columns of a drive should be.
 pub const SCALE: &str = "the scale of the joint: check unit and sign of the column, `lead_mm_per_rev` in the robot file, or give a gear ratio as `scale` in a column map";
@@ -53,7 +53,7 @@ pub fn missing(why: Missing) -> &'static str {
     }
 }
 
-/// What one gap's figures rest on.
+/// What one gap's figures are based on.
 pub fn flanks(found: &Flanks, what: &str, joint: &Joint, notes: &mut Vec<String>) {
     let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
     if found.repeats == Repeats::Pieces {

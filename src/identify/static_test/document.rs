@@ -11,7 +11,7 @@ use crate::robot::{JointKind, Robot};
 use serde::Serialize;
 use serde_json::Value;
 
-/// What a registration says of the dwells behind it.
+/// What a registration reports about its dwells.
 #[derive(Serialize)]
 struct FrameFields {
     points: usize,

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 const MISFIT: f64 = 0.1;
 /// A half gap above this (rad) bends its pair's mean off the nominal place by 5e-7 of the lever, or more.
 const LARGE_RAD: f64 = 1e-3;
-/// Rounds of frame and gap in turn: each takes the error of the gap down by the square of the gap.
+/// Rounds of frame and gap, alternately: each takes the error of the gap down by the square of the gap.
 const ROUNDS: usize = 4;
 
 /// The tracker's frame and how it was found.
@@ -43,7 +43,7 @@ pub struct Frame {
     pub distrust: Option<Distrust>,
 }
 
-/// Finds the frame; `None` where every pair was measured behind its gear.
+/// Finds the frame; `None` where every pair was measured after its gear.
 pub fn find(robot: &Robot, logs: &[Log], readings: &Readings, given: Option<Isometry3<f64>>) -> Result<Option<Frame>> {
     let seen = |p: &&Pair| measured(readings, p).is_none() && !logs[p.log].tcp_m.is_empty();
     let through_tcp: Vec<&Pair> = readings.pairs.iter().filter(seen).collect();

@@ -64,7 +64,7 @@ pub struct Options {
     pub setup: Setup,
 }
 
-/// One joint's test, with everything that its figures rest on.
+/// One joint's test, with everything that its figures are based on.
 #[derive(Debug, Clone)]
 pub struct JointTest {
     /// Number of the axis, from 0.
@@ -75,7 +75,7 @@ pub struct JointTest {
     pub schedule: Option<Schedule>,
     /// Approaches without a partner from the other side at a tested angle.
     pub unpaired: usize,
-    /// Measured behind the gear instead of through the TCP.
+    /// Measured after the gear instead of through the TCP.
     pub measured: bool,
 }
 

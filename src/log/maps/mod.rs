@@ -2,7 +2,7 @@
 //!
 //! Controllers: `rtde` (Universal Robots), `rws` (ABB), `rsi` (KUKA). Trackers: `tracker`, for the names that exports commonly bear.
 //!
-//! Fails: for a maker whose export nobody describes in public, with what to do instead.
+//! Fails: for a maker whose export is not described in public, with what to do instead.
 
 use super::ColumnMap;
 use crate::error::{Error, Result};

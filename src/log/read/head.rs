@@ -51,7 +51,7 @@ impl Head {
         Ok(Self { names, line, body: skip + reader.position().byte() as usize, body_line: reader.position().line() })
     }
 
-    /// A header in one piece where another separator would cut it: says so, whatever else is wrong.
+    /// A header in one piece where another separator would cut it: reported, whatever else is wrong.
     pub(crate) fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
         self.another_separator(name, separator).unwrap_or(otherwise)
     }

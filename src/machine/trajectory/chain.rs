@@ -1,4 +1,4 @@
-//! A trajectory through the stages of one axis: behind its servo, behind its gear.
+//! A trajectory through the stages of one axis: after its servo, after its gear.
 
 use super::*;
 use crate::effects::servo_lag::{command_between, cubics};
@@ -28,7 +28,7 @@ impl CommandTrajectory {
         let still;
         if loaded {
             if self.rests(axis) {
-                // the load may change while the joint rests
+                // the load may change while the joint is stationary
                 still = vec![0i8; self.rows()];
                 track = Track::known(self.clock(), &self.cmd[axis], &still[..], &[][..])
                     .with_initial_gap_side(initial_gap_side);

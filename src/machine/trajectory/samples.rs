@@ -7,27 +7,34 @@ use crate::robot::{JointKind, Robot};
 use std::sync::OnceLock;
 
 impl Axis {
-    pub(super) fn new(robot: &Robot, axis: usize, samples: Samples, times: &[f64], rows: &[f64], quiet: f64) -> Self {
+    pub(super) fn new(
+        robot: &Robot,
+        axis: usize,
+        samples: Samples,
+        times: &[f64],
+        rows: &[f64],
+        deadband: f64,
+    ) -> Self {
         let joint = robot.axis(axis);
         let rev = match joint.kind {
             JointKind::Revolute => std::f64::consts::TAU,
             JointKind::Prismatic => joint.lead_m_per_rev.unwrap_or(1.0),
         };
         let track = match &samples {
-            Samples::Rest => Track::new(&times[..times.len().min(1)], &rows[..rows.len().min(1)], quiet),
-            Samples::Rows => Track::new(times, rows, quiet),
-            Samples::Grid { p } => Track::new(times, p, quiet),
-            Samples::Own { t_s, p, .. } => Track::new(t_s, p, quiet),
+            Samples::Rest => Track::new(&times[..times.len().min(1)], &rows[..rows.len().min(1)], deadband),
+            Samples::Rows => Track::new(times, rows, deadband),
+            Samples::Grid { p } => Track::new(times, p, deadband),
+            Samples::Own { t_s, p, .. } => Track::new(t_s, p, deadband),
         };
         let (dir, turns) = (track.dir.into_owned(), track.turns.into_owned());
         let (speed, load) = (OnceLock::new(), OnceLock::new());
         let (direction, command_speed) = (OnceLock::new(), OnceLock::new());
         let cubics = OnceLock::new();
-        Self { samples, dir, turns, rev, quiet, speed, load, direction, command_speed, cubics }
+        Self { samples, dir, turns, rev, deadband, speed, load, direction, command_speed, cubics }
     }
 }
 
-/// Movement that is none, rad or m.
+/// Movement that counts as none, rad or m.
 pub(super) fn deadband(robot: &Robot, axis: usize) -> f64 {
     NO_MOVEMENT * robot.axis(axis).kind.si_per_user_unit()
 }

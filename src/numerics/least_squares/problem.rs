@@ -1,4 +1,4 @@
-//! What a caller states and what the loop asks of a linear model.
+//! What a caller states and what the loop needs of a linear model.
 
 use super::Information;
 
@@ -20,7 +20,7 @@ pub trait Problem {
     /// Sum of squares of an evaluated point; NaN or infinite where the point is impossible.
     fn cost(&self, point: &Self::Point, state: &Self::State) -> f64;
 
-    /// Linear model at an evaluated point. It may change weights that the cost depends on: the cost is asked again.
+    /// Linear model at an evaluated point. It may change weights that the cost depends on: the cost is computed again.
     fn linearise(&mut self, point: &Self::Point, state: &Self::State) -> Self::Model;
 
     /// The point moved by `change`; what bounds cut off is cut off in `change` too.
@@ -34,7 +34,7 @@ pub trait Problem {
         f64::INFINITY
     }
 
-    /// Called at the start and after every step taken: the caller may end the fit by a criterion of its own.
+    /// Called at the start and after every step taken: the caller may end the fit by its own criterion.
     fn judge(&mut self, _point: &Self::Point, _state: &Self::State, _progress: &Progress) -> Flow {
         Flow::Continue
     }

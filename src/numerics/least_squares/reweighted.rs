@@ -2,7 +2,7 @@
 //!
 //! Method: a round solves the linear model at the present estimate (QR, [`super::Dense`]), takes the whole step, and lets the problem estimate
 //! noise, correlation and the rows that count anew (Green 1984). The cost of a round is not that of the next, so no step can be
-//! judged by it: the problem says itself when it has settled.
+//! judged by it: the problem itself reports when it has settled.
 //!
 //! Fails: [`TerminationReason::NotFinite`] where a step cannot be solved, [`TerminationReason::StepLimit`] where the rounds are used up.
 
@@ -25,7 +25,7 @@ pub trait Reweighted {
     fn take(&mut self, model: &Self::Model, step: &[f64], round: usize) -> Flow;
 }
 
-/// Runs at most `most` rounds; says why they ended.
+/// Runs at most `most` rounds; reports why they ended.
 ///
 /// # Errors
 /// What [`Reweighted::linearise`] fails with.

@@ -25,10 +25,10 @@ pub(super) fn three_best(envelope: &Envelope) -> Option<Vec<usize>> {
     best.map(|b| b.1)
 }
 
-/// Periods of the axes in [`all_joints`]: no two alike, none twice another within the first six.
+/// Periods of the axes in [`all_joints`]: no two equal, none twice another within the first six.
 const PERIODS: [f64; 8] = [2.0, 3.0, 5.0, 7.0, 8.0, 9.0, 11.0, 13.0];
 
-/// All axes at once, each a sine of its own period through its window, forwards and then the same way back.
+/// All axes at once, each a sine with its own period through its window, forwards and then the same way back.
 pub fn all_joints(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
     const UP: f64 = 0.06;
     let middle: Vec<f64> = envelope.window.iter().map(|[lo, hi]| 0.5 * (lo + hi)).collect();

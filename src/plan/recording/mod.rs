@@ -8,7 +8,7 @@
 //! - [`document`]: the plan as it is written.
 //!
 //! The plan reports before the measurement what an instrument cannot show: a joint that it hardly sees gets a reason instead of a figure.
-//! No obstacle is known to it.
+//! It does not know of obstacles.
 
 pub mod document;
 pub(crate) mod motions;
@@ -29,7 +29,7 @@ pub enum Kind {
     Static,
     /// A slow path with reversals.
     Path,
-    /// All joints at once, each with frequencies of its own.
+    /// All joints at once, each with its own frequencies.
     Excitation,
 }
 

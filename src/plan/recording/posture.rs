@@ -68,7 +68,7 @@ impl<'a> Sight<'a> {
         frames.windows(2).take(links).all(|w| apart(w[0], w[1], tcp, tracker) > CLEARANCE_M)
     }
 
-    /// Narrows each joint's window to what the tracker sees while the others rest.
+    /// Narrows each joint's window to what the tracker sees while the others are stationary.
     pub fn narrow(&self, envelope: &mut Envelope, kind: Kind, notes: &mut Vec<String>) {
         if self.tracker_m.is_none() {
             return;

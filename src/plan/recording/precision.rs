@@ -24,7 +24,7 @@ const ZERO: f64 = 0.1;
 const DECAY_S: f64 = 1.5;
 /// Prior of a half gap, deg or 0.1 mm: far wider than any.
 const GAP: f64 = 1.0;
-/// Half gap as robots have it, deg or mm: a standard deviation above a third of it tells nothing.
+/// Half gap as robots have it, deg or mm: a standard deviation above a third of it is of no use.
 const TYPICAL: [f64; 2] = [0.003, 0.005];
 /// Smallest sensitivity that counts, m per rad or per m.
 const LEAST: f64 = 1e-3;
@@ -41,7 +41,7 @@ pub struct Precision {
     pub sigma: Option<f64>,
     /// The same at one place of a static test.
     pub sigma_at_a_place: Option<f64>,
-    /// Reversals, or places, that it rests on.
+    /// Reversals, or places, that it is based on.
     pub reversals: usize,
     /// Mean sensitivity of the reading, m per rad or m per m.
     pub sensitivity_m: f64,

@@ -1,6 +1,6 @@
 //! Scales and ticks that all plots share, and the frame of a chart in x and y.
 //!
-//! Ticks stand at multiples of 1, 2 or 5 times a power of ten. A range of one value is widened, an empty one is none.
+//! Ticks stand at multiples of 1, 2 or 5 times a power of ten. A range of one value is widened, an empty one has no ticks.
 
 use crate::report::number::{number, px};
 use maud::{Markup, html};
@@ -226,7 +226,7 @@ impl Frame {
 }
 
 /// Moves sorted positions apart to at least `gap` between neighbours, each as little as may be; `range` holds them all
-/// where there is room.
+/// where there is space.
 pub fn spread(wanted: &[f64], gap: f64, range: [f64; 2]) -> Vec<f64> {
     // blocks that touch share their mean displacement (pool adjacent violators)
     let mut blocks: Vec<(f64, usize)> = Vec::new(); // (sum of wanted minus own index gaps, count)

@@ -20,7 +20,7 @@ fn label_room<'a>(labels: impl Iterator<Item = &'a str>) -> f64 {
     (12.0 + LETTER * labels.map(|l| l.chars().count().min(LABEL)).max().unwrap_or(0) as f64).max(30.0)
 }
 
-/// A label that fits the room.
+/// A label that fits into the space.
 fn cut(label: &str) -> String {
     if label.chars().count() <= LABEL {
         label.to_owned()

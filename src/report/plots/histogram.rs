@@ -67,7 +67,7 @@ fn outline(frame: &Frame, shares: &[f64], step: f64, first: f64) -> String {
     d
 }
 
-/// A line at the 95 % quantile with its words beside it, each run on a line of its own.
+/// A line at the 95 % quantile with its words beside it, each run on its own line.
 fn quantile(frame: &Frame, run: &HistogramRun, p: f64, k: usize, unit: &str) -> Markup {
     let x = frame.x.at(p);
     let right = x > frame.x.to_px - 190.0;

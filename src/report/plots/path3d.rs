@@ -1,6 +1,6 @@
 //! The path in space (Zhang (2023) figures 2 c and 11 a): nominal and measured, the errors exaggerated, seen isometrically.
 //!
-//! Orthographic projection, viewer at 45 degrees of azimuth and 35.26 degrees of elevation. The scale leaves room for a
+//! Orthographic projection, viewer at 45 degrees of azimuth and 35.26 degrees of elevation. The scale leaves space for a
 //! ball around all points, so the script may turn the view without cutting anything off; what it needs stands beside the
 //! drawing as JSON.
 

@@ -1,7 +1,7 @@
 //! Errors around the circle (Zhang (2023) figure 11 b to d): total, in plane, out of plane, in µm over the circle's angle.
 //!
 //! The total starts from the middle; the two parts have signs, so their zero is a ring between the middle and the rim. The
-//! three plots have scales of their own.
+//! each of three plots has its own scale.
 
 use super::axes::{Scale, Ticks, extent, spread, usable};
 use super::joints::{Joints, all_short, turning};
@@ -92,7 +92,7 @@ fn at(deg: f64, r: f64) -> [f64; 2] {
     [CENTRE[0] + r * c, CENTRE[1] - r * s]
 }
 
-/// The rings that have room for a label: rim, zero and hub first.
+/// The rings that have space for a label: rim, zero and hub first.
 fn labelled(rings: &[f64], scale: &Scale) -> Vec<f64> {
     let first = rings.iter().rev().take(1).chain(rings.iter().filter(|v| **v == 0.0)).chain(rings.iter().take(1));
     let mut kept: Vec<f64> = Vec::new();

@@ -45,7 +45,7 @@ const GENTLE: f64 = 20.0;
 const MOST_NODES_PER_LEG: usize = 400;
 /// Nodes per leg for friction that builds up over travel, at most: it has built up when the step is done.
 const MOST_FOR_TRAVEL: f64 = 8.0;
-/// Rounds in which command and friction of a stroke are found in turn.
+/// Rounds in which command and friction of a stroke are found alternately.
 const RESPONSE_PASSES: usize = 12;
 /// They end where friction changes by no more than this share of it: what the last of as many halvings changes.
 const SETTLED: f64 = 2e-4;

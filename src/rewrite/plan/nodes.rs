@@ -1,4 +1,4 @@
-//! Nodes of a stroke on the legs of the path: where the command has a value of its own.
+//! Nodes of a stroke on the legs of the path: where the command has its own value.
 
 use super::turn::Stroke;
 use super::{COARSE, Clock, FINE, GENTLE, MOST_FOR_TRAVEL, MOST_NODES_PER_LEG, NEAREST, Place, Plan};
@@ -44,7 +44,7 @@ impl Plan<'_> {
             let step_here =
                 if first.is_none() { self.step_share(stroke, &leg, clock, u0, elapsed, jump_m) } else { None };
             let shares = self.shares(stroke, &leg, step_here, first.is_some(), elapsed);
-            // the step takes time of its own at constant speed
+            // the step takes additional time at constant speed
             let mut extra = 0.0;
             if let (Some(s), Clock::Speed(v)) = (step_here, clock) {
                 let to_step = leg.tcp_m * s;

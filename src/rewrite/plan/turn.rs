@@ -2,7 +2,7 @@
 //!
 //! Nodes are laid ([`super::nodes`]), what the machine does at each is written down, the command is solved for
 //! ([`super::super::stroke`]), thinned, and handed to the vertices and legs of the path. At constant speed the step itself takes
-//! time, so that nodes and command are found in turn.
+//! time, so that nodes and command are found alternately.
 
 use super::{CUT, Clock, Plan, RESPONSE_PASSES, SETTLED, Work, fades_in_time};
 use crate::compensator::response::State;
@@ -262,7 +262,7 @@ impl Stroke {
     }
 }
 
-/// Command of a stroke whose friction responds: what friction does depends on the command, so both are found in turn. Returns
+/// Command of a stroke whose friction responds: what friction does depends on the command, so both are found alternately. Returns
 /// the state of friction at the end of the stroke.
 fn respond(r: &Response, before: &State, start: f64, first: usize, work: &mut Work) -> State {
     let n = work.machine.len();

@@ -4,7 +4,7 @@
 //! through the place in its middle on the arc as it was (of a short piece of RAPID nearer to its start: [`LeastArc`]), moved by the offset between
 //! those at its ends. No piece is shorter than a
 //! controller needs to tell its circle: the point that parts it goes on along the arc, where a step then takes that much longer;
-//! where there is no room the goal alone carries the step.
+//! where there is no space the goal alone carries the step.
 //!
 //! [`settle`] comes last, once it is known which offsets can be written: the point on the way of every arc moves by what the ends move.
 //! Where it cannot, and on arcs that are no larger than a gap, an arc through its three points may go elsewhere: it stays as it is.
@@ -59,7 +59,7 @@ fn places(line: &Line, [radius_m, angle]: [f64; 2], least_rad: f64, points: &[Ne
         let (group, following) = rest.split_at(count);
         rest = following;
         let after = |out: &[NewPoint]| out.last().map_or(0.0, |p| p.share) + least;
-        // a turn at the start of the arc needs no point of its own, and a step at its end is that of the goal
+        // a turn at the start of the arc needs no additional point, and a step at its end is that of the goal
         if let Some(last) = group.last().filter(|_| count > 1) {
             let share = first.share.min(1.0 - 2.0 * least);
             if share >= after(&out) - 0.5 * least && after(&out) <= 1.0 - 2.0 * least {

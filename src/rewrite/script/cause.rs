@@ -27,7 +27,7 @@ pub enum Cause {
     /// Several frames or tools may be in force.
     #[error("a Cartesian target of which it is not certain which frame or tool is in force")]
     SeveralPlaces,
-    /// Frames and tools that the program names and nobody gives.
+    /// Frames and tools that the program names and that are not given.
     #[error("a Cartesian target whose {} nobody gives", named(frames, tools))]
     NotGiven {
         /// Names of the frames.
@@ -41,7 +41,7 @@ pub enum Cause {
     /// Several tools may be in force on a straight way to joint values.
     #[error("a straight way to joint values on which it is not certain which tool is in force")]
     SeveralTools,
-    /// Tools that go straight to joint values and that nobody gives.
+    /// Tools that go straight to joint values and that are not given.
     #[error("a straight way to joint values of {}, which nobody gives", named(&[], tools))]
     ToolNotGiven {
         /// Names of the tools.

@@ -16,11 +16,11 @@ const KEPT: usize = 8 << 20;
 #[derive(Debug, Default)]
 pub struct Contexts {
     folders: Folders,
-    texts: Mutex<Kept>,
+    texts: Mutex<Cached>,
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct Cached {
     by_path: HashMap<PathBuf, Text>,
     bytes: usize,
 }
@@ -41,7 +41,7 @@ impl Contexts {
         let mut kept = lock();
         kept.bytes += path.as_os_str().len() + read.bytes.len();
         if kept.bytes > KEPT {
-            *kept = Kept::default();
+            *kept = Cached::default();
         }
         kept.by_path.insert(path.to_path_buf(), read.clone());
         read

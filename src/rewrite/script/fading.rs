@@ -1,4 +1,4 @@
-//! Friction that fades in seconds, on moves whose speed nobody knows: their gaps alone are compensated, and a note says so.
+//! Friction that fades in seconds, on moves whose speed is not known: their gaps alone are compensated, and a note says so.
 
 use super::Task;
 use super::run::Run;

@@ -70,7 +70,7 @@ pub struct Choices {
     pub solve_within_m: Option<f64>,
     /// Share of the moves that must be editable, 0 to 1.
     pub require_coverage: Option<f64>,
-    /// TCP speed in the place of what joint speeds would make it, m/s.
+    /// TCP speed instead of what joint speeds would make it, m/s.
     pub speed_m_s: Option<f64>,
     /// Frames and tools by the controller's names, besides those of the robot file.
     pub frames: Frames,

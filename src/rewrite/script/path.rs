@@ -34,7 +34,7 @@ const MOST_POINTS: usize = 200_000;
 const STILL: f64 = 1e-9;
 /// A move that turns no joint by more leads to where the robot stands: the rounding of a pose's last digits, rad or m.
 const NO_MOVE: f64 = 2e-6;
-/// Movement up to which a turn on a way gets no point of its own, rad or m.
+/// Movement up to which a turn on a way gets no additional point, rad or m.
 const TURN: f64 = 1e-7;
 /// Way to the start of a stretch: TCP speed, m/s, share of the joints' largest speeds, and least duration, s.
 const JOIN_M_S: f64 = 0.25;

@@ -253,7 +253,7 @@ struct Cutter<'a> {
     plain: Arc<Tooled>,
     out: Cut,
     run: Run,
-    /// Where the axes stand that were told to go somewhere, before a run has begun.
+    /// Where the axes stand that were commanded before a run has begun.
     known: Vec<Option<f64>>,
     /// Joints at the last place of the program where they are known, else those of its first joint target; `None`: the arm may have
     /// gone over into another configuration since.
@@ -364,7 +364,7 @@ impl Cutter<'_> {
         let given = |k: usize| target.values.get(k).map(|v| v.si);
         // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
         // the place of one that is not known would be written into new points. Only an axis that no target names
-        // does not matter: nobody writes it.
+        // does not matter: it is not written.
         let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
         let all: Vec<Option<f64>> = (0..dof).map(|k| given(k).or(before(k))).collect();
         let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);

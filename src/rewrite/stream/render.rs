@@ -105,7 +105,7 @@ impl Task {
         self.edits.written(axis)
     }
 
-    /// Writes the text of the task to `out`; blocks that nobody else holds go to `free`.
+    /// Writes the text of the task to `out`; blocks without another holder go to `free`.
     pub fn print(&mut self, out: &mut Vec<u8>, free: &mut dyn FnMut(Block)) -> Result<()> {
         let mut front = 0;
         let timed = !self.settled.t_s.is_empty();

@@ -1,6 +1,6 @@
 //! Workers, all alike, that take pieces of a program through: read | hash | parse | engine | print | hash | write.
 //!
-//! Parsing and printing are done side by side, everything else in the order of the program, each at a [`Turn`] of its own, so that
+//! Parsing and printing are done side by side, everything else in the order of the program, each at its own [`Turn`], so that
 //! one worker reads while another hashes and a third one writes. The calling thread is one of the workers: where no other thread can
 //! be had, it does everything.
 
@@ -30,7 +30,7 @@ struct Reading {
 pub struct Middle<E> {
     pub placing: Placing,
     stage: Option<E>,
-    /// `None`: nobody wants bytes.
+    /// `None`: no bytes are needed.
     pending: Option<Pending>,
     pub stats: RewriteStats,
     axes: usize,

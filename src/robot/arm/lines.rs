@@ -64,7 +64,7 @@ pub fn angle(axis: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> Option<
 
 /// Shorter parts across an axis count as on it.
 const ON_AXIS: f64 = 1e-9;
-/// How far beyond its largest value a sine may be asked for: rounding, at the edge of the reach.
+/// How far beyond its largest value a sine may be: rounding, at the edge of the reach.
 const EDGE: f64 = 1e-9;
 
 /// What solves an equation in one angle.

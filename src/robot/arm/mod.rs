@@ -65,7 +65,7 @@ pub enum Form {
 }
 
 impl Arm {
-    /// The arm of a robot; `None`: it does not have six revolute axes of their own.
+    /// The arm of a robot; `None`: it does not have six revolute axes, each with its own command.
     pub fn of(robot: &Robot) -> Option<Self> {
         if robot.dof() != 6 || robot.joints.iter().any(|j| j.kind != JointKind::Revolute) {
             return None;
@@ -158,7 +158,7 @@ pub fn nearest_turns(q: &mut [f64], near: &[f64]) {
     }
 }
 
-/// A solution on the arm's own geometry; `None`: it is none.
+/// A solution on the arm's own geometry; `None`: it is no solution there.
 fn polished(robot: &Robot, pose: &Pose, q: Vec<f64>) -> Option<Vec<f64>> {
     let reached = |q: &[f64]| {
         let is = robot.forward(q);

@@ -1,7 +1,7 @@
 //! Posture of an arm with a spherical wrist: what makers' configurations name.
 //!
 //! Seen from the side towards which the arm reaches at all joints zero:
-//! - front: the wrist's centre is on that side of axis 1; else it is after it (KUKA: overhead area).
+//! - front: the wrist's centre is on that side of axis 1; else it is behind it (KUKA: overhead area).
 //! - elbow up: the forearm is bent forward from the line of the upper arm, so that the elbow stands above the line from
 //!   shoulder to wrist where the arm is in front.
 

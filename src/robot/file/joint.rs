@@ -112,7 +112,7 @@ fn pulses(j: &JointFile, kind: JointKind, near: &dyn Fn(&str) -> Place) -> Resul
     Ok(pulses)
 }
 
-/// The joint that this one follows: of the same kind, with a command of its own.
+/// The joint that this one follows: of the same kind, with its own command.
 fn follows(j: &JointFile, f: &FollowFile, all: &[JointFile], near: &dyn Fn(&str) -> Place) -> Result<Follow> {
     match all.iter().position(|k| k.name.eq_ignore_ascii_case(&f.joint)) {
         Some(d) if all[d].follows.is_none() && f.ratio.is_finite() && all[d].kind == j.kind => {

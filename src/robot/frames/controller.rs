@@ -12,7 +12,7 @@ use super::Frames;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use std::collections::BTreeMap;
 
-/// Frames of a controller's file; `None`: it is none that is known.
+/// Frames of a controller's file; `None`: no controller is known that writes it.
 pub(super) fn read(text: &str) -> Option<Frames> {
     if text.contains("$MNUFRAME") || text.contains("$MNUTOOL") {
         return Some(fanuc(text));

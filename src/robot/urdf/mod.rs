@@ -5,7 +5,7 @@
 //! `base` and `flange`. The result is compared with the URDF's own chain at random joint positions.
 //!
 //! The links `base` and `tool0` are the controller's world and flange (REP 199): where they exist, `base` and `flange` of the robot
-//! file are counted from them, so that poses of programs mean the same here as on the controller. A tip behind `tool0` is the tool.
+//! file are counted from them, so that poses of programs mean the same here as on the controller. A tip after `tool0` is the tool.
 //!
 //! Numbers of a URDF are often rounded: `1.5708` for a quarter turn. An angle that is a multiple of 45 degrees to its written
 //! digits is taken as that multiple, and reported.
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(found.robot.links.len(), 3);
     }
 
-    /// An arm of one joint as ROS descriptions are built: world and flange of the controller are links of their own.
+    /// An arm of one joint as ROS descriptions are built: world and flange of the controller are separate links.
     const DESCRIBED: &str = r#"<robot name="arm"><link name="base_link"/><link name="base"/><link name="link_1"/><link name="flange"/>
       <link name="tool0"/><link name="gun"/>
       <joint name="J1" type="revolute"><parent link="base_link"/><child link="link_1"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
@@ -147,7 +147,7 @@ mod tests {
             assert!((at.position - Vector3::new(reach_m, 0.0, 0.1)).norm() < 1e-12, "{tip:?}: {}", at.position);
             assert!((at.rotation * Vector3::z() - Vector3::x()).norm() < 1e-12);
             assert!((found.robot.tool.translation.z - (reach_m - 0.5)).abs() < 1e-12, "{tip:?}");
-            // the file says the same
+            // the file has the same
             let again = Robot::parse("r", &found.robot.to_yaml().unwrap()).unwrap();
             assert!((again.forward(&[0.3]).position - found.robot.forward(&[0.3]).position).norm() < 1e-12);
             assert_eq!(again.fingerprint(), found.robot.fingerprint());

@@ -241,7 +241,7 @@ fn ends_of(joints: &[Node], moves: impl Fn(&Node) -> bool) -> Vec<String> {
     ends
 }
 
-/// The link `tool0` that fixed joints hold at `link`, by whatever way: what a controller calls its flange.
+/// The link `tool0` that fixed joints connect to `link`, through any number of links: what a controller calls its flange.
 fn flange_below(joints: &[Node], link: &str) -> Option<String> {
     let mut open = vec![link.to_string()];
     for k in 0..joints.len() {

@@ -93,7 +93,7 @@ impl Edits {
         self.cells.clone_from(&other.cells);
     }
 
-    /// To be told of every block before its rows are written.
+    /// Call it with every block before its rows are written.
     pub fn begin(&mut self, block: &Block) {
         self.note_written();
         self.cells.clear();

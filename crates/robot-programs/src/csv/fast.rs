@@ -16,6 +16,8 @@ pub(super) const MOST_PURE: usize = 16;
 const CHUNK: usize = 64;
 
 /// The row at `start` if it holds short numbers alone (none padded): its end; their places and mantissas.
+///
+/// `row = number {"," number} newline`
 #[inline(always)]
 fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [Packed]) -> Option<usize> {
     let mut at = start;
@@ -183,7 +185,7 @@ impl pulp::NullaryFnOnce for Both<'_> {
 
 impl Parser {
     /// Rows of short numbers alone, as far as they go; gives the place after the last. Long texts are read at two places
-    /// side by side: each number waits for the one before it, and the processor has room for two such chains.
+    /// side by side: each number waits for the one before it, and the processor runs two such chains at once.
     pub(super) fn pure_rows(&mut self, text: &[u8], at: usize, end: usize, block: &mut Block) -> Result<usize> {
         let middle = at + (end - at) / 2;
         let middle = memchr::memchr(b'\n', &text[middle..end]).map_or(end, |k| middle + k + 1);
@@ -246,6 +248,9 @@ impl Parser {
         end
     }
 
+    /// The cells of a row: plain numbers where they are read, anything without quotes where they are not.
+    ///
+    /// `row = (number | {any}) {"," (number | {any})} newline`
     #[inline(always)]
     fn plain_cells(&self, text: &[u8], start: usize, block: &mut Block, base: usize) -> Option<usize> {
         let mut at = start;

@@ -27,6 +27,8 @@ pub struct Header {
 
 impl Header {
     /// Reads the header row at `record`; `line` stands in messages.
+    ///
+    /// `header = name {"," name} newline`
     pub fn parse(text: &[u8], record: &Record, robot: &Axes, name: &str, line: u64) -> Result<Self> {
         let names: Vec<String> = record
             .cells

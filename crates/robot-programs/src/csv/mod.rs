@@ -9,6 +9,8 @@
 //! - [`mod@print`]: a number in the style of the one it replaces.
 //! - [`edit`]: new values in, rows out; [`slot`]: one changed number; [`plain`]: rows of plain numbers alone, which nearly all are.
 //!
+//! Reference: Y. Shafranovich, RFC 4180 (2005), with blanks around cells and lines of `#` comments.
+//!
 //! `docs/program-csv.md` has what is kept and what may change.
 
 pub mod edit;

@@ -31,6 +31,8 @@ pub fn plain(text: &[u8], at: usize) -> Option<(Read, usize)> {
 }
 
 /// Reads any finite decimal number that fills `text` (no spaces, no quotes).
+///
+/// `number = ["+" | "-"] {digit} ["." {digit}] [("e" | "E") ["+" | "-"] digit {digit}]`, with one digit at least
 pub fn any(text: &[u8]) -> Option<Read> {
     if let Some(number) = Decimal::read(text) {
         return Some(number.into());
@@ -53,6 +55,8 @@ pub fn any(text: &[u8]) -> Option<Read> {
 }
 
 /// Whether a number that fills `text` is written plainly: `-123.4567`, no plus, no exponent, no padding zeros.
+///
+/// `plain = ["-"] ("0" | nonzero {digit}) ["." digit {digit}]`
 pub fn is_plain(text: &[u8]) -> bool {
     let body = text.strip_prefix(b"-").unwrap_or(text);
     let (whole, fraction) = match body.iter().position(|&b| b == b'.') {

@@ -91,11 +91,13 @@ impl Parser {
     }
 
     /// Reads the rows that begin between `at` and `end` as far as they are whole; gives the place after the last.
+    ///
+    /// `rows = {row | {blank} ["#" comment] newline}`
     pub(super) fn rows(&mut self, text: &[u8], mut at: usize, end: usize, block: &mut Block) -> Result<usize> {
         block.first_point = self.point;
         block.decimals.resize(self.header.slots.len(), 0);
         if !self.pure.is_empty() {
-            // room for rows of this length; more where they become shorter
+            // memory for rows of this length; more where they become shorter
             let rows = text.len() / (3 * self.pure.len());
             block.tokens.reserve(rows / 2 * self.pure.len());
             block.mantissas.reserve(rows / 2 * self.pure.len());
@@ -142,6 +144,8 @@ impl Parser {
     }
 
     /// Any row; `None`: it is cut.
+    ///
+    /// `row = cell {"," cell} newline`
     fn any_row(&mut self, text: &[u8], start: usize, block: &mut Block) -> Result<Option<usize>> {
         let mut record = std::mem::take(&mut self.record);
         let seen = record.find(text, start, self.ended);
@@ -213,6 +217,8 @@ impl Parser {
     }
 
     /// Whether the line at `at` is a comment or blank.
+    ///
+    /// `aside = {blank} ["#" comment] newline`
     pub(super) fn aside(&mut self, text: &[u8], at: usize) -> Aside {
         let first = at + text[at..].iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
         match text.get(first) {

@@ -219,7 +219,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Text that has not been copied, and room for what is written.
+/// Text that has not been copied, and space for what is written.
 struct Rest<'a> {
     text: &'a [u8],
     cursor: usize,

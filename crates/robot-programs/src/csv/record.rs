@@ -24,6 +24,9 @@ pub enum Seen {
 
 impl Record {
     /// Finds the cells of the row at `start`; `last`: no more text follows.
+    ///
+    /// `row = cell {"," cell} newline`,
+    /// `cell = {blank} '"' {any | '"' '"'} '"' {blank} | {any}`
     pub fn find(&mut self, text: &[u8], start: usize, last: bool) -> Seen {
         self.cells.clear();
         self.breaks = 0;
@@ -76,6 +79,8 @@ impl Record {
 }
 
 /// The content of a cell without the spaces and quotes around it.
+///
+/// `cell = {blank} ['"'] {any} ['"'] {blank}`
 pub fn content(text: &[u8], (start, end): (usize, usize)) -> (usize, usize) {
     let trim = |mut s: usize, mut e: usize| {
         while s < e && matches!(text[s], b' ' | b'\t') {

@@ -58,7 +58,7 @@ impl SlotEdit {
         value > self.safe[0] && value < self.safe[1]
     }
 
-    /// The number that takes the place of the one with this text; near a limit that it keeps, rounded so that it still keeps it.
+    /// The number that replaces the one with this text; near a limit that it keeps, rounded so that it still keeps it.
     /// `None`: it is no decimal.
     fn decimal(&self, text: &[u8], new: &New) -> Option<Decimal> {
         let own = Decimal::read(text)?;

@@ -1,6 +1,6 @@
 //! A number of a program as it is written: an integer and the place of its point, exactly.
 //!
-//! A [`Decimal`] is read from digits, compared, offset and printed in integers; a binary fraction takes no part in it, but for the
+//! A [`Decimal`] is read from digits, compared, offset and printed in integers, without a binary fraction but for the
 //! offset that is added. Numbers with an exponent, and those of more than 18 digits, are no decimals: they go through the
 //! standard library.
 //!
@@ -59,7 +59,7 @@ impl Decimal {
         Self::signed(mantissa < 0, mantissa.unsigned_abs(), decimals)
     }
 
-    /// The same with a sign of its own.
+    /// The same with its own sign.
     #[inline]
     pub fn signed(negative: bool, magnitude: u64, decimals: u8) -> Option<Self> {
         (magnitude < POW10_INT[usize::from(MOST)] && decimals <= MOST).then_some(Self { magnitude, decimals, negative })

@@ -5,7 +5,7 @@
 
 use super::{Decimal, POW10_INT};
 
-/// Longest number that [`fixed`] writes: sign, 8 digits, point, and room for whole words.
+/// Longest number that [`fixed`] writes: sign, 8 digits, point, and space for whole words.
 pub const ROOM: usize = 32;
 /// [`fixed`] writes integers below this.
 pub const MOST_FIXED: u64 = 100_000_000;

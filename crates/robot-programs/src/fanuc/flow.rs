@@ -117,7 +117,7 @@ fn number(word: &[u8]) -> Option<u64> {
 
 /// Labels that a statement names besides being one: all to which it may jump.
 ///
-/// `... ("LBL" | "MRK") "[" number ... "]" ...`
+/// `statement = ... ("LBL" | "MRK") "[" number ... "]" ...`
 fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
     let mut out = Vec::new();
     for word in words {

@@ -67,6 +67,8 @@ pub(super) fn assigns(statement: &[u8]) -> bool {
 
 /// Whether an instruction neither moves nor jumps: its first word, what stands after it in that word, the second word, and
 /// how many words there are.
+///
+/// `quiet = ("LOCK" | "UNLOCK") "PREG" | "TC_ONLINE" ("(" ... | "ENABLE" | "DISABLE") | "WEAVE" ("[" ... | "END") | register "[" ... | setting ("[" | "=") ...`
 fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
     let after = rest.first().or(second.first()).copied();
     match name {
@@ -114,7 +116,7 @@ pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Event> {
     (named || ends).then_some(if ends { Event::Off(bit) } else { Event::On(bit) })
 }
 
-/// An action at the end of a quiet instruction may jump or call: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.
+/// An action at the end of an instruction that does not move may jump or call: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.
 fn jumps(text: &Text, words: &[Range<usize>]) -> bool {
     words.iter().any(|w| ["LBL[", "MRK[", ",CALL", ",AUFRUF"].iter().any(|l| has(text.slice(w.clone()), l.as_bytes())))
 }

@@ -143,6 +143,8 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
 }
 
 /// The path by the motion's letter, and the word of its goal; `None`: the letter is not known, or there is no goal.
+///
+/// `path = "J" | "L" | "A" | "C" via`
 fn read_path(text: &Text, words: &[Range<usize>], said: &mut MotionInstruction) -> Option<usize> {
     let letter = words.first().map_or(&[][..], |w| text.slice(w.clone()));
     let mut goal = 1;
@@ -211,6 +213,8 @@ fn close(said: &mut MotionInstruction, why: &str) {
 const PLAIN: [&str; 9] = ["PTH", "MPTH", "LDC", "BREAK", "TA", "TB", "DB", "PSPI", "INDEP"];
 
 /// What an option says where the robot ends elsewhere than at its goal, or does not go straight to it.
+///
+/// `option = "MROT" | "RTCP" | "SEARCH[" ...`
 fn otherwise(upper: &[u8], path: PathKind) -> Option<&'static str> {
     match upper {
         b"MROT" => Some("MROT: the wrist takes the shorter turn, whatever the position says"),
@@ -278,7 +282,7 @@ fn read_options(
     }
 }
 
-/// An offset; whether its register stands in the next word. By a register the position stands in a frame of its own.
+/// An offset; whether its register stands in the next word. By a register the position stands in its own frame.
 ///
 /// `offset = ["TOOL_"] "OFFSET" [",PR[" index "]"]`
 fn read_offset(upper: &[u8], next: &[u8], said: &mut MotionInstruction) -> bool {

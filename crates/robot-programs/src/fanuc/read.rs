@@ -65,7 +65,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }
 
-/// What makes another frame or tool of one: told while the program runs.
+/// What makes another frame or tool of one while the program runs.
 const SET: &str = "as the program sets it";
 
 struct Reader<'a> {
@@ -309,7 +309,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A pose that is moved by a position register: in a frame, or for a tool, of its own.
+/// A pose that is moved by a position register: in its own frame, or for its own tool.
 fn displaced(mut pose: PoseGoal, offset: &Option<(bool, String)>) -> PoseGoal {
     if let Some((of_tool, text)) = offset {
         let place = if *of_tool { &mut pose.tool } else { &mut pose.frame };

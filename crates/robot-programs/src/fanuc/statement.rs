@@ -99,7 +99,7 @@ impl Assembly<'_> {
     fn line(&mut self, k: usize) -> Result<()> {
         match line_of(self.text, k) {
             Line::Blank => {}
-            // the end of a statement on a line of its own, or an empty statement without a number
+            // the end of a statement on a separate line, or an empty statement without a number
             Line::End => self.done.extend(self.open.take()),
             Line::Rule if self.nested => self.nested = false,
             Line::Colon(colon, number) => self.after_colon(k, colon, number)?,

@@ -95,7 +95,7 @@ fn motion_of(program: &Program, step: usize) -> Result<&Motion> {
     })
 }
 
-/// New goals: in place where every move to the position wants the same, else positions of their own.
+/// New goals: in place where every move to the position wants the same, else separate positions.
 fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Patches, appended: &mut Appended) -> Result<()> {
     // target, step, and its joints or the numbers of its pose
     let mut wanted: Vec<(usize, usize, &[f64])> = Vec::with_capacity(edits.steps.len());

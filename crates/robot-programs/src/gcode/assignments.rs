@@ -27,6 +27,8 @@ pub(super) struct Assignments {
 
 impl Assignments {
     /// Whether a line assigns, and what; `None`: it does not.
+    ///
+    /// `assignment = {("N" | "/") {digit}} ["IF" condition "THEN"] "#" name "=" expression`
     pub(super) fn of(line: &[u8]) -> Option<Self> {
         if !line.contains(&b'=') {
             return None;
@@ -102,6 +104,8 @@ enum Name {
 }
 
 /// A line in capitals without comments, and whether anything stands after one.
+///
+/// `line = {any | "(" comment ")"} [";" comment]`
 fn without_comments(line: &[u8]) -> (String, bool) {
     let mut out = String::with_capacity(line.len());
     let (mut comment, mut had, mut after) = (false, false, false);
@@ -121,6 +125,8 @@ fn without_comments(line: &[u8]) -> (String, bool) {
 }
 
 /// A line without its number and what switches it off; whether it may be switched off.
+///
+/// `body = {("N" | "/") {digit}} ...`
 fn body(compact: &str) -> (&str, bool) {
     let (mut rest, mut optional) = (compact, false);
     while let Some(after) = rest.strip_prefix(['N', '/']) {
@@ -131,6 +137,8 @@ fn body(compact: &str) -> (&str, bool) {
 }
 
 /// The name that is assigned, and what stands after its `=`.
+///
+/// `assignment = "#" ("<" name ">" | digit {digit} | computed) "=" ...`
 fn head(text: &str) -> Option<(Name, &str)> {
     let rest = text.strip_prefix('#')?;
     if let Some(named) = rest.strip_prefix('<') {
@@ -159,6 +167,8 @@ fn head(text: &str) -> Option<(Name, &str)> {
 }
 
 /// After a computed name: `#1` of `##1`, `[...]`.
+///
+/// `computed = "#" {"#"} {digit} | "[" ... "]"`
 fn bracket_end(text: &str) -> Option<usize> {
     if !text.starts_with('[') {
         let after = text.trim_start_matches('#').trim_start_matches(|c: char| c.is_ascii_digit());
@@ -178,7 +188,9 @@ fn bracket_end(text: &str) -> Option<usize> {
     None
 }
 
-/// `[5221]`.
+/// The number of `[5221]`.
+///
+/// `number = "[" digit {digit} "]"`
 fn single_number(text: &str) -> Option<u32> {
     text.strip_prefix('[')?.strip_suffix(']')?.parse().ok()
 }
@@ -198,6 +210,8 @@ fn cuts_a_name(line: &str) -> bool {
 const OPERATORS: [&str; 11] = ["MOD", "AND", "OR", "XOR", "EQ", "NE", "GT", "GE", "LT", "LE", "DIV"];
 
 /// Numbers, names, operators and functions: a letter that stands alone, or a word of another kind, is a word of the block.
+///
+/// `expression = {digit | "." | "+" | "-" | "*" | "/" | "#" ["<" ... ">"] | "[" | "]" | "," | operator | function "["}`
 fn is_expression(value: &str) -> bool {
     let bytes = value.as_bytes();
     let (mut at, mut depth, mut inside) = (0, 0i32, false);

@@ -53,7 +53,7 @@ pub(super) struct Block {
     pub special: Option<&'static str>,
 }
 
-/// Words of a block that find room without asking for more.
+/// Words of a block for which memory is reserved at once.
 const ROOM: usize = 8;
 /// What some editors put before UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";

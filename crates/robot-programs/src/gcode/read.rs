@@ -1,7 +1,7 @@
 //! Modal state, positions, steps.
 //!
 //! A position is known as long as every word since it was is known. Whatever lets it slip (a call, a label, a block that cannot be
-//! told) ends what is known, and with it what relative words lead to. Before such a place, and before a G92, the last move must
+//! determined) ends what is known, and with it what relative words lead to. Before such a place, and before a G92, the last move must
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 
@@ -44,6 +44,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
 }
 
 /// Whether a line names variables in which a control keeps places: `#5041`, `#<_x>`, or a computed one.
+///
+/// `place = "#" ("<_" ... | "5" digit ... | "[" ...)`
 fn reads_places(line: &[u8]) -> bool {
     (0..line.len()).filter(|&at| line[at] == b'#').any(|at| {
         let rest = &line[at + 1..];

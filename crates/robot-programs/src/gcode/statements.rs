@@ -106,7 +106,7 @@ struct Rest {
 }
 
 impl Statements {
-    /// With room for those of a text.
+    /// With memory for those of a text.
     pub fn of_text(text: &Text, axes: usize) -> Self {
         let places = Vec::with_capacity(text.likely_steps() * axes.min(3));
         Self { kept: BySteps::of_text(text), places, frames: Vec::new() }

@@ -64,6 +64,8 @@ impl Survey {
     }
 
     /// Whether a block is a plain move of which nothing is new but its numbers: places and a feed, with a G0 or G1 that was met before.
+    ///
+    /// `block = {("X" | "Y" | "Z" | "F") number | "G0" | "G1"}`
     fn knows(&self, block: &Block) -> bool {
         let Block { words, comments, optional, percent, flow, label: _, keyword, assignment, folded, special } = block;
         let known = |w: &lex::Word| match (w.letter, w.value) {
@@ -114,6 +116,9 @@ struct Look {
 }
 
 impl Look {
+    /// What a block tells of the program.
+    ///
+    /// `block = {"G" number | "M" number | word}`
     fn block(&mut self, text: &Text, k: usize, block: &Block) {
         self.lathe_words |= turns(block);
         self.survey.hidden |= flow_hides(text, k, block);
@@ -244,6 +249,9 @@ fn is_brackets(mut rest: &str) -> bool {
 }
 
 /// `GOTO 10`, `DO1`, `END1`, `WHILE [...] DO1`, `IF [...] GOTO 10`, `IF [...] THEN #1=2`, without blanks.
+///
+/// `flow = "GOTO" target | ("DO" | "END") number | "IF" condition ("GOTO" target | "THEN" ["#" ...]) | "WHILE" condition "DO" number`,
+/// `target = ["#"] number | brackets`
 fn is_plain_flow(line: &str) -> bool {
     let number = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit());
     let target = |rest: &str| {
@@ -280,6 +288,8 @@ fn names(block: &Block, letters: &[u8]) -> bool {
 
 /// Signs of a lathe: a limit or a constant cutting speed of the spindle, increments as U and W, a G90 or G94 with places and no motion
 /// beside it.
+///
+/// `lathe = "G96" | "G50" "S" | "U" | "W" | ("G90" | "G94") ("X" | "Z")`
 fn turns(block: &Block) -> bool {
     let has = |codes: &[u32]| {
         block.words.iter().any(|w| w.letter == b'G' && w.value.is_some_and(|v| codes.contains(&code(v.0))))
@@ -291,6 +301,8 @@ fn turns(block: &Block) -> bool {
 }
 
 /// Words of several letters that steer the order of blocks.
+///
+/// `flow = ... "GOTO" ... | "IF" | "THEN" | "WHILE" | "DO" | "END"`
 pub(super) fn is_flow(keyword: &str) -> bool {
     keyword.contains("GOTO") || matches!(keyword, "IF" | "THEN" | "WHILE" | "DO" | "END")
 }
@@ -323,6 +335,8 @@ pub(super) fn homes(block: &Block) -> bool {
 
 /// The work frame that a G54 to G59.3 on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`. A P that is no
 /// number chooses a frame that is no other line's.
+///
+/// `frame = "G54" ["P" number] | "G54.1" "P" number | "G" number`
 pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
     const NUMBERED: u32 = 100_000;
     const COMPUTED: u32 = 1 << 31;
@@ -345,7 +359,7 @@ pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
     }
 }
 
-/// A G word times ten; what is no such word becomes one that nobody knows.
+/// A G word times ten; what is no such word becomes one that is not known.
 pub(super) fn code(v: f64) -> u32 {
     let tenths = (v * 10.0).round();
     if (v * 10.0 - tenths).abs() < 1e-6 && (0.0..99_990.0).contains(&tenths) { tenths as u32 } else { 99_999 }

@@ -105,6 +105,8 @@ impl Variables {
 }
 
 /// The name of a variable at a `#`, and where it ends; `None`: it is computed.
+///
+/// `name = "#" ("<" {any} ">" | digit {digit})`
 fn name(line: &[u8], hash: usize) -> Option<(String, usize)> {
     let rest = &line[hash + 1..];
     match rest.first()? {
@@ -176,6 +178,9 @@ impl Reader<'_> {
         Some(value)
     }
 
+    /// An operand.
+    ///
+    /// `one = ("+" | "-") one | bracket | name | number | function`
     fn one(&mut self) -> Option<f64> {
         self.depth += 1;
         if self.depth > DEEPEST {
@@ -207,6 +212,9 @@ impl Reader<'_> {
         value
     }
 
+    /// A function and its value.
+    ///
+    /// `function = ("SIN" | "COS" | "TAN" | "ABS" | "SQRT") bracket`
     fn function(&mut self) -> Option<f64> {
         let rest = &self.line[self.at..];
         let len = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();

@@ -20,6 +20,8 @@ const STILL_PRINTER: &[u32] = &[
 ];
 /// Whether a block chooses a tool or an offset, which moves the frame: a T word where no M6 changes tools (a turret), D and H without
 /// the G word that takes them.
+///
+/// `change = "T" number | "D" number | "H" number`
 fn changes_tool(block: &Block, survey: &Survey) -> bool {
     if block.words.iter().any(lex::is_firmware) {
         return false; // their words are their own
@@ -77,7 +79,7 @@ impl Reader<'_> {
         self.certain_words(k, block, None)
     }
 
-    /// A block that an operator may switch off: where it leads is not told, and modes that it changes are not certain after it.
+    /// A block that an operator may switch off: where it leads is not determined, and modes that it changes are not certain after it.
     fn optional(&mut self, k: usize, block: Block) -> Result<()> {
         let before = self.modes();
         let (modal_macro, strange, feed_mode) = (self.modal_macro.clone(), self.strange.clone(), self.feed_mode);
@@ -97,6 +99,9 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The words of a block that certainly runs.
+    ///
+    /// `block = {M_word | G_word | axis_word | "F" number | ...}`
     fn certain_words(&mut self, k: usize, block: Block, unclear: Option<String>) -> Result<()> {
         let mut unclear = unclear.or_else(|| block.special.map(String::from));
         let ending = self.m_words(k, &block, &mut unclear);
@@ -219,6 +224,8 @@ impl Reader<'_> {
     }
 
     /// A mode that the word sets; false where it is none.
+    ///
+    /// `mode = "G17" | "G18" | "G19" | "G20" | "G21" | "G40" | "G41" | "G42" | "G43" | "G49" | "G54" ... | "G90" | "G91" | "G93" | "G94" | "G95"`
     fn mode(&mut self, k: usize, block: &Block, c: u32) -> bool {
         match c {
             170 => self.plane = Some([b'X', b'Y', b'Z']),

@@ -271,7 +271,7 @@ impl Writer<'_> {
                 from.unwrap_or(0.0)
             };
             let value = (want - base) / s.unit[a];
-            // an axis that nobody asked to move loses no digit
+            // an axis that no edit moves loses no digit
             if s.goal[a].is_some_and(|g| (g - want).abs() <= SAME) {
                 let off = |d: u8| {
                     let power = POW10[usize::from(d)]; // at most FULL

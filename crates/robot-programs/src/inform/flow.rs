@@ -2,8 +2,6 @@
 //! nothing.
 //!
 //! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
-//! Grammar read here: `*LABEL`, `JUMP *LABEL [IF condition]`, `JUMP JOB:NAME [IF ...]`, `RET [IF ...]`, `CALL JOB:NAME [arguments] [IF ...]`,
-//! `IFTHEN`, `ELSEIF`, `ELSE`, `ENDIF`, `SWITCH`, `CASE value`, `DEFAULT`, `ENDSWITCH`, `WHILE`, `ENDWHILE`, `FOR`, `NEXT`.
 
 use super::read::{begin_of, is_plain_move, stands, still, upper, words};
 use super::shared::job_name;
@@ -31,12 +29,19 @@ pub(super) enum Flow {
 }
 
 /// The job that a word names: `JOB:NAME`.
+///
+/// `job = "JOB:" name ["(" ...]`
 fn job_of(word: &str) -> Option<String> {
     let name = word.strip_prefix("JOB:")?.split('(').next()?;
     (!name.is_empty()).then(|| name.to_string())
 }
 
 /// An instruction by its words, in upper case.
+///
+/// `flow = label | jump | "RET" ["IF" ...] | "CALL" job ... | block`,
+/// `label = "*" name`, `jump = "JUMP" (label | job) ["IF" ...]`
+/// `block = ("IFTHEN" | "IFTHENEXP" | "SWITCH" | "WHILE" | "WHILEEXP" | "FOR") ... | ("ELSEIF" | "ELSEIFEXP") ... | "ELSE" | "CASE" value | "DEFAULT"`,
+/// `block = "ENDIF" | "ENDSWITCH" | "ENDWHILE" | "NEXT" ... | ("ANDIF" | "ORIF") ...`
 pub(super) fn read(words: &[String]) -> Flow {
     let Some(first) = words.first().map(String::as_str) else { return Flow::Other };
     let second = words.get(1).map(String::as_str).unwrap_or_default();
@@ -77,6 +82,9 @@ struct Does {
 }
 
 impl Does {
+    /// Reads a job; one that cannot be read may do anything.
+    ///
+    /// `instruction = "CALL" job ... | "JUMP" job ... | flow | word {word}`
     fn of(text: &Text) -> Self {
         let (Some(name), Some(begin), false) = (job_name(text), begin_of(text), text.unread) else {
             return Self { moves: true, ..Self::default() };
@@ -121,6 +129,8 @@ fn counting(all: &[Arc<Does>]) -> BTreeSet<String> {
 }
 
 /// Overlaid motions (bits, in the order of `overlaid`) that may be on before each line, whichever way the job came there; empty: never.
+///
+/// `instruction = on | off | flow | "JUMP" ... | {word | label}`
 pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str)]) -> Vec<u32> {
     let named = |word: &str| memchr::memmem::find(&text.bytes, word.as_bytes()).is_some();
     if !overlaid.iter().any(|(on, off)| named(on) || named(off)) {
@@ -195,6 +205,8 @@ impl StillJobs {
 
 /// Labels to which nothing jumps but from instructions between which and the label nothing moves: a job that waits there comes from
 /// where it stands.
+///
+/// `instruction = flow | "JUMP" ... | {word | label}`
 pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &StillJobs) -> BTreeSet<String> {
     let mut stretch = 0_u64;
     let mut defined: BTreeMap<String, Vec<u64>> = BTreeMap::new();

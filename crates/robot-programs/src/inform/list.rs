@@ -19,6 +19,9 @@ pub(super) struct List {
 
 impl List {
     /// Reads the headers and the list; returns the first line (from 0) of the instructions.
+    ///
+    /// `job = "/JOB" {section} "//INST" ...`,
+    /// `section = "//POS" {header | position} | "//NAME" ... {"/" ... | "'" ...} | "//" ... {line}`
     pub(super) fn read(&mut self, text: &Text) -> Result<usize> {
         let lines = text.line_count();
         let mut section = Section::default();
@@ -65,6 +68,8 @@ impl List {
     }
 
     /// Skips the headers of the instructions; notes whose axes the job moves, and whether a base axis is one of them.
+    ///
+    /// `head = {blank | "///GROUP1" group {("," | "+") group} | "//" ...}`
     pub(super) fn groups(&mut self, text: &Text, from: usize) -> usize {
         let mut k = from;
         while k < text.line_count() {
@@ -83,6 +88,10 @@ impl List {
         k
     }
 
+    /// A header of the list: it holds for the positions after it.
+    ///
+    /// `header = npos | ("///USER" | "///TOOL" | "///RCONF") ... | "///PULSE" | "///ANGLE" | "///RECTAN" | "///POSTYPE" meaning | "/" ...`,
+    /// `meaning = "PULSE" | "ANGLE" | "BASE" | "ROBOT" | "USER" | word`
     pub(super) fn header(&mut self, text: &Text, k: usize, line: &[u8], section: &mut Section) -> Result<()> {
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         let (word, rest) = line.split_at(end);
@@ -110,6 +119,9 @@ impl List {
         Ok(())
     }
 
+    /// The counts of the positions.
+    ///
+    /// `npos = "///NPOS" count "," count "," count "," count "," count "," count`
     pub(super) fn npos(&mut self, text: &Text, k: usize) -> Result<()> {
         let span = text.line_span(k);
         if !self.counts.is_empty() {
@@ -125,6 +137,9 @@ impl List {
         Ok(())
     }
 
+    /// A line of the list.
+    ///
+    /// `position = name "=" number {"," number}`
     pub(super) fn position(&mut self, text: &Text, k: usize, section: Section) -> Result<()> {
         let (start, line) = (text.line_span(k).start, text.line(k));
         let equals = line.iter().position(|&b| b == b'=').unwrap_or(line.len());
@@ -177,6 +192,8 @@ impl List {
 }
 
 /// Fields between commas, without the spaces around them.
+///
+/// `fields = field {"," field}`
 fn fields(text: &Text, span: Range<usize>) -> Vec<Range<usize>> {
     let commas = memchr::memchr_iter(b',', text.slice(span.clone())).count();
     let mut found = Vec::with_capacity(commas + 1);

@@ -96,6 +96,8 @@ impl Kind {
     }
 
     /// `EC00012`: kind, number, digits of the number.
+    ///
+    /// `position = ("C" | "BC" | "EC" | "P" | "BP" | "EX") digit {digit}`, at most six digits
     fn read(word: &[u8]) -> Option<(Self, u32, usize)> {
         let letters = word.iter().take_while(|b| b.is_ascii_alphabetic()).count();
         let (name, digits) = word.split_at(letters);

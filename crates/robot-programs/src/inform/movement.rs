@@ -1,7 +1,7 @@
 //! A move of an INFORM job: its word, its positions, its tags, and where that leads.
 //!
 //! Whatever is not known on the line closes the move to new points; what may change its goal makes the goal one that cannot be
-//! told. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
+//! determined. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
 //! the robot file does not say how many make a degree.
 
 use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader};
@@ -39,6 +39,9 @@ struct MoveLine {
 }
 
 impl MoveLine {
+    /// A move whose word is read, and nothing else yet.
+    ///
+    /// `word = ["S"] ("MOVJ" | "MOVL" | "MOVC" | "MOVS") | "IMOV" | ... "MOV" ...`
     fn new(word: &str, second_group: bool) -> Self {
         let path = match word {
             "MOVJ" | "SMOVJ" => PathKind::Joint,
@@ -70,6 +73,9 @@ impl MoveLine {
     }
 
     /// A word that is no position: speed, blending, a condition.
+    ///
+    /// `tag = ("VJ" | "V" | "VR" | "VE" | "PL" | "CR" | "ACC" | "DEC") "=" value | "NWAIT" | "ENWAIT" | condition | word`,
+    /// `condition = ("UNTIL" | "SRCH" | "NSRCH" | "IF") {word}`
     fn tag(&mut self, w: &Range<usize>, name: &str) {
         let (key, value) = name.split_once('=').map_or((name, None), |(a, b)| (a, Some(b)));
         match key {
@@ -101,6 +107,9 @@ impl MoveLine {
 }
 
 impl Reader<'_> {
+    /// A move on line `k`; `word`: its first word in upper case.
+    ///
+    /// `move = word {position | tag} ["+" word {position}]`
     pub(super) fn movement(&mut self, k: usize, words: &[Range<usize>], word: &str) -> Result<()> {
         let text = self.text;
         let second = words.iter().skip(1).position(|w| text.slice(w.clone()).starts_with(b"+")).map(|p| p + 1);
@@ -185,6 +194,8 @@ impl Reader<'_> {
     }
 
     /// Where a move leads; also says whether it is fixed or closed by what its positions are.
+    ///
+    /// `goal = (C_position | P_position) [BC_position | BP_position] [EC_position | EX_position]`
     fn goal(&mut self, k: usize, references: &[Reference], m: &mut Move) -> Result<Goal> {
         let list = self.list;
         let mut key: Vec<usize> = references.iter().map(Reference::position).collect();
@@ -254,6 +265,8 @@ impl Reader<'_> {
     }
 
     /// A Cartesian target: X, Y, Z, Rx, Ry, Rz of the C line under the headers in force there.
+    ///
+    /// `position = name "=" x "," y "," z "," rx "," ry "," rz ["," ...]`
     fn pose(&mut self, key: Vec<usize>, meaning: Meaning) -> Goal {
         let list = self.list;
         let position = &list.positions[key[0]];
@@ -312,6 +325,8 @@ impl Reader<'_> {
     }
 
     /// A joint target: numbers of the C line are axes first, then those of BC and EC.
+    ///
+    /// `position = name "=" axis {"," axis}`
     fn joints(&mut self, k: usize, key: Vec<usize>, m: &mut Move) -> Result<Goal> {
         let (text, robot, list) = (self.text, self.robot, self.list);
         let all: Vec<Number> =
@@ -387,12 +402,16 @@ impl Reader<'_> {
 }
 
 /// The number of a header: `///TOOL 3`, `///USER 1`.
+///
+/// `header = word number ["," ...]`
 fn header_number(line: &[u8]) -> Option<u32> {
     let words = String::from_utf8_lossy(line).into_owned();
     words.split_ascii_whitespace().nth(1)?.split(',').next()?.parse().ok()
 }
 
 /// `///RCONF 0,0,0,0,0,0,...`; the first six are known.
+///
+/// `rconf = "///RCONF" bit "," bit "," bit "," bit "," bit "," bit ["," ...]`
 fn configuration(line: &[u8]) -> Option<Configuration> {
     let words = String::from_utf8_lossy(line).into_owned();
     let (_, list) = words.trim().split_once(|c: char| c.is_ascii_whitespace())?;
@@ -403,6 +422,8 @@ fn configuration(line: &[u8]) -> Option<Configuration> {
 }
 
 /// `LP000`, `P[I000]`, `PX001`: positions that only the controller knows.
+///
+/// `position = ["L"] ("P" | "BP" | "EX" | "PX" | "C" | "BC" | "EC") ("[" | digit) ...`
 fn looks_like_position(word: &str) -> bool {
     let word = word.strip_prefix('L').unwrap_or(word);
     ["P", "BP", "EX", "PX", "C", "BC", "EC"]

@@ -61,7 +61,7 @@ const PROCESS: &[(&str, bool)] = &[
     ("LASERON", true),
     ("LASEROF", false),
 ];
-/// Instructions that lay a motion of their own over the path until the second of them.
+/// Instructions that lay another motion over the path until the second of them.
 const OVERLAID: &[(&str, &str)] = &[
     ("WVON", "WVOF"),
     ("COMARCON", "COMARCOF"),
@@ -140,6 +140,9 @@ pub(super) fn is_known(word: &str) -> bool {
 }
 
 /// The words of a line, each with its bytes; a comment (`'`, or `//` after a space) is left out.
+///
+/// `line = {blank | word} ["'" comment | "//" comment]`,
+/// `word = {any | '"' {any} '"'}`
 pub(super) fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
     let (start, line) = (text.line_span(k).start, text.line(k));
     let mut quoted = false;
@@ -173,6 +176,8 @@ pub(super) fn upper(text: &Text, span: &Range<usize>) -> String {
 
 /// Whether a line is a move of a form that is met nearly everywhere, to a position with a `C` and its number, and names nothing else:
 /// it runs nothing, sets nothing and clears nothing.
+///
+/// `move = ("MOVJ" | "MOVL") "C" digit {digit} {("VJ=" | "V=" | "PL=") {digit | "."}}`
 pub(super) fn is_plain_move(line: &[u8]) -> bool {
     let Some(rest) = [b"MOVJ C", b"MOVL C"].iter().find_map(|head| line.strip_prefix(&head[..])) else { return false };
     let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
@@ -196,6 +201,8 @@ pub(super) fn still(text: &Text, k: usize, words: &[String]) -> bool {
 }
 
 /// The first line of a job's instructions; `None`: it has none.
+///
+/// `head = "//INST" {"/" ...}`
 pub(super) fn begin_of(text: &Text) -> Option<usize> {
     let is = |k: &usize| text.line(*k).trim_ascii().eq_ignore_ascii_case(b"//INST");
     let begin = (0..text.line_count()).find(is)? + 1;
@@ -203,6 +210,8 @@ pub(super) fn begin_of(text: &Text) -> Option<usize> {
 }
 
 /// Numbers of the position variables that instructions other than moves name: their values are not certain.
+///
+/// `instruction = {label} word {variable | word}`
 fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> {
     let mut found = BTreeSet::new();
     for k in begin..text.line_count() {
@@ -231,6 +240,9 @@ pub(super) struct FramesSet([BTreeSet<Option<u32>>; 2]);
 impl FramesSet {
     const WORDS: [&str; 2] = ["UF#", "TL#"];
 
+    /// Reads what the instructions from line `begin` set.
+    ///
+    /// `frame = ("UF#" | "TL#") "(" number ")"`
     fn of(text: &Text, begin: usize) -> Self {
         let mut found = Self::default();
         for k in begin..text.line_count() {
@@ -254,6 +266,8 @@ impl FramesSet {
 }
 
 /// Words of an instruction that sets a user frame or a tool that it names; none of any other. Those that are listed only use it.
+///
+/// `setting = {label} word ... ("UF#" | "TL#") ...`
 fn sets_frame(text: &Text, k: usize) -> Vec<String> {
     const USE: [&str; 9] = ["CNVRT", "MSHIFT", "SFTON", "CALL", "JUMP", "GETPOS", "GETS", "GETE", "REFP"];
     if memchr::memchr(b'#', text.line(k)).is_none() {
@@ -276,6 +290,9 @@ struct Counted {
 }
 
 impl Counted {
+    /// Reads the numbers in the instructions from line `begin`.
+    ///
+    /// `step = "STEP#" "(" number ")"`
     fn of(text: &Text, begin: usize) -> Option<Self> {
         let mut found: Option<Self> = None;
         for k in begin..text.line_count() {
@@ -361,6 +378,8 @@ impl Reader<'_> {
     }
 
     /// Labels, jumps, blocks and calls; `false`: it is none of them.
+    ///
+    /// `flow = label | jump | call | block`, as [`flow::read`] reads them
     fn flow(&mut self, k: usize, words: &[Range<usize>]) -> bool {
         let at = At { file: 0, line: k as u64 + 1 };
         let words: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
@@ -413,6 +432,9 @@ impl Reader<'_> {
         self.script.notes.push(Note { place: At { file: 0, line }, text });
     }
 
+    /// All instructions from line `begin`.
+    ///
+    /// `instructions = {blank | "'" comment | instruction} "END" {blank | "'" comment}`
     fn instructions(&mut self, begin: usize) -> Result<()> {
         self.step(begin.saturating_sub(1), StepKind::Break(Break::Start), None);
         let mut ended = false;
@@ -440,6 +462,8 @@ impl Reader<'_> {
     }
 
     /// One instruction; `true`: it is `END`.
+    ///
+    /// `instruction = move | "+" ... | flow | process | overlay | "TIMER" ... | stand | jump | loop | frame | still | "END" | call`
     fn instruction(&mut self, k: usize) -> Result<bool> {
         let words = words(self.text, k);
         let Some(first) = words.first() else { return Ok(false) };
@@ -494,6 +518,9 @@ impl Reader<'_> {
         OVERLAID.iter().enumerate().filter(|(n, _)| bits & 1 << n != 0).map(|(_, p)| p.0).collect()
     }
 
+    /// A position that is named by something else than a move of the first group stays as it is.
+    ///
+    /// `position = ["+"] kind digit {digit}`
     pub(super) fn pin(&mut self, word: &Range<usize>) {
         let name = self.text.slice(word.clone());
         let name = name.strip_prefix(b"+").unwrap_or(name);
@@ -521,6 +548,8 @@ impl Reader<'_> {
     }
 
     /// `TIMER T=0.50`.
+    ///
+    /// `timer = "TIMER" "T=" number`
     fn seconds(&self, words: &[Range<usize>]) -> Option<f64> {
         let value = words.get(1).map(|w| upper(self.text, w))?;
         number::read(value.strip_prefix("T=")?.as_bytes()).map(|n| n.0).filter(|s| *s >= 0.0)

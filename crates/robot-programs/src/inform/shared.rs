@@ -55,6 +55,8 @@ fn called_files(path: &Path, folder: &Path, own: &[u8], seen: &Folders) -> Vec<P
 const MOST_CALLED: usize = 256;
 
 /// Names after `CALL JOB:`, in upper case.
+///
+/// `call = "JOB:" name ["(" ...]`
 fn called(bytes: &[u8]) -> BTreeSet<String> {
     let bytes = bytes.to_ascii_uppercase();
     let name = |at: usize| {
@@ -66,6 +68,8 @@ fn called(bytes: &[u8]) -> BTreeSet<String> {
 }
 
 /// Whether an instruction may move to `P001`.
+///
+/// `move = ... "MOV" ... "P" digit ...`
 fn moves_to_variables(bytes: &[u8]) -> bool {
     let variable = |w: &[u8]| matches!(w, [b'P' | b'p', digit, ..] if digit.is_ascii_digit());
     let moves = |l: &[u8]| l.to_ascii_uppercase().windows(3).any(|w| w == b"MOV");
@@ -107,6 +111,8 @@ impl Shared {
     }
 
     /// One line; `there`: names of the jobs that stand here.
+    ///
+    /// `line = "/" ... | "'" comment | position "=" ... | {label} word {word}`
     fn line(&mut self, text: &Text, k: usize, own: bool, there: &BTreeSet<String>) {
         let line = text.line(k).trim_ascii();
         if is_plain_move(line) {
@@ -159,6 +165,8 @@ impl Shared {
 }
 
 /// What a line runs or goes to that does not stand here, wherever in the line it is ordered.
+///
+/// `run = ("JUMP" | "CALL" | "PSTART") ("JOB:" name | word) ...`
 fn runs(words: &[String], there: &BTreeSet<String>) -> Option<String> {
     let mut jobs = words.iter().filter_map(|w| w.split_once("JOB:").map(|(_, job)| job)).peekable();
     let jump = words.windows(2).any(|w| w[0] == "JUMP" && !w[1].starts_with('*'));
@@ -171,6 +179,8 @@ fn runs(words: &[String], there: &BTreeSet<String>) -> Option<String> {
 }
 
 /// `CLEAR P100 10`, `CLEAR ALL`: position variables that are not named one by one.
+///
+/// `clear = "CLEAR" (variable | "ALL") ...`
 pub(super) fn clears_positions(words: &[String]) -> bool {
     let positions = |w: &String| {
         let (numbers, any) = variables(w);
@@ -181,6 +191,8 @@ pub(super) fn clears_positions(words: &[String]) -> bool {
 
 /// Numbers of the position variables that a word names, whatever is glued to them (`P105(3)`, `P105,P001`; `PX001` is P001 with its
 /// base axes), and whether it names one by a number that is not written (`P[I000]`).
+///
+/// `variable = "P" ["X"] (digit {digit} | "[" ...)`
 pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
     let bytes = word.as_bytes();
     let (mut numbers, mut any) = (Vec::new(), false);
@@ -206,6 +218,8 @@ pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
 }
 
 /// `//NAME TEST`.
+///
+/// `name = "//NAME" name`
 pub(super) fn job_name(text: &Text) -> Option<String> {
     let line = (0..text.line_count().min(8))
         .map(|k| text.line(k).trim_ascii())

@@ -1,7 +1,7 @@
 //! Edits to patches.
 //!
 //! A position is changed in place where all moves that lead to it want the same. Else the first wish keeps the line (or, where
-//! one move stays as it was, the line stays), and every other wish gets a line of its own. New lines take the next free
+//! one move stays as it was, the line stays), and every other request gets its own line. New lines take the next free
 //! numbers and stand after the last line of their kind, under the headers of the line that they were copied from: these are
 //! repeated where others are in force there, as controllers do themselves, and those in force before are repeated after the new
 //! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number that stands anywhere changes its
@@ -233,7 +233,7 @@ impl<'a> Writer<'a> {
         Ok((line, uses))
     }
 
-    /// In place, or a line of its own for each wish.
+    /// In place, or a separate line for each request.
     fn goals(&mut self) -> Result<()> {
         for references in self.references().chunk_by(|a, b| a.0 == b.0) {
             let placed = self.wishes(references).and_then(|(line, uses)| self.place(line, &uses));

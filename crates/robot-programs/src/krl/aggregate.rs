@@ -19,7 +19,7 @@ pub(super) struct Component {
     pub value: Option<(Range<usize>, f64, number::Style)>,
 }
 
-/// The name of a component: short ones, which all are, need no memory of their own.
+/// The name of a component: short ones, which all are, need no separate memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Label {
     Short([u8; 8]),
@@ -60,6 +60,8 @@ impl Label {
     }
 
     /// The name of an axis, as [`axis_name`] tells it.
+    ///
+    /// `axis = ("A" | "E") ("1" | "2" | "3" | "4" | "5" | "6")`
     fn is_axis(&self) -> bool {
         match self {
             Self::Short(bytes) => matches!(bytes, [b'A' | b'E', b'1'..=b'6', 0, ..]),
@@ -182,6 +184,8 @@ pub(super) fn finest(value: f64) -> f64 {
 }
 
 /// A1 to A6, E1 to E6.
+///
+/// `axis = ("A" | "E") ("1" | "2" | "3" | "4" | "5" | "6")`
 pub(super) fn axis_name(name: &str) -> bool {
     matches!(name.as_bytes(), [b'A' | b'E', b'1'..=b'6'])
 }

@@ -1,4 +1,4 @@
-//! A point's second form: a declaration of its own with a free name, in an inline form together with all that it couples.
+//! A point's second form: a separate declaration with a free name, in an inline form together with all that it couples.
 
 use super::aggregate::Aggregate;
 use super::form::{Reference, references};
@@ -66,7 +66,7 @@ impl Taken {
 
 /// A point's second form.
 pub(super) enum Clone {
-    /// A name of its own; the old one.
+    /// Its own name; the old one.
     Name { old: String, new: String },
     /// The values in line.
     Inline(Vec<u8>),

@@ -51,6 +51,9 @@ impl Data {
         name.value().ok().filter(|_| name.holds == Holds::Pose)?.isometry()
     }
 
+    /// Collects what the texts declare, assign and use.
+    ///
+    /// `text = {declaration | assignment | statement}`
     pub fn collect(texts: &[Text]) -> Result<Self> {
         let mut data = Self::default();
         let mut line = Vec::new();
@@ -99,6 +102,9 @@ impl Data {
     }
 
     /// A declaration whose type is token `kind` of its line: `DECL [GLOBAL] [CONST] E6AXIS XP1={...},XP2`.
+    ///
+    /// `declaration = {"DECL" | "GLOBAL" | "CONST"} type item {"," item}`,
+    /// `item = name ["[" ... "]"] ["=" (aggregate | expression)]`
     pub(super) fn declare(&mut self, text: &Text, at: Declared, line: &[Token], kind: usize) -> Result<()> {
         let Some(type_word) = line.get(kind) else { return Ok(()) };
         let holds = match &*in_upper(text, type_word) {
@@ -167,6 +173,8 @@ impl Data {
     }
 
     /// Frame data of an inline form: the first name from token `k` on with a value. The program's own come first.
+    ///
+    /// `declaration = ... "FDAT" name "=" "{" ... "TOOL_NO" number ... "BASE_NO" number ... "}"`
     fn declare_frame_data(&mut self, text: &Text, at: Declared, line: &[Token], mut k: usize) {
         while let Some(item) = item(line, k) {
             if item.value.is_some() {
@@ -181,6 +189,8 @@ impl Data {
     }
 
     /// Assignments, and uses besides motions. `at`: the routine, and whether the line certainly runs in it.
+    ///
+    /// `statement = name "=" [aggregate] ... | name "." ... "=" ... | call | motion | ...`
     fn uses(&mut self, text: &Text, file: usize, k: usize, at: (usize, bool), line: &[Token]) -> Result<()> {
         let (routine, certain) = at;
         let goal = motion::goal_word(text, line);
@@ -231,7 +241,7 @@ impl Data {
         Ok(())
     }
 
-    /// The value that a data list gives a point on a line of its own; `elsewhere`: another module's list.
+    /// The value that a data list gives a point on a separate line; `elsewhere`: another module's list.
     pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>, elsewhere: bool) {
         let name = &mut self.names[n];
         if name.given.is_some() || value.is_none() || (name.context && !elsewhere) {

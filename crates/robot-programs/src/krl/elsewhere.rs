@@ -14,6 +14,8 @@ use std::collections::HashSet;
 
 impl Data {
     /// What other modules declare for all. A file that cannot be read declares nothing.
+    ///
+    /// `list = "DEFDAT" name ["PUBLIC"] {declaration | assignment}`
     pub(super) fn declared_elsewhere(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
         let lists = texts.iter().enumerate().filter(|(_, t)| t.context && is_list(t));
@@ -46,7 +48,7 @@ impl Data {
         self.imports(texts);
         let unread = texts.iter().find(|t| t.context && !is_read(t));
         if let Some(unread) = unread {
-            // it may give a point of a public list a name of its own, and assign that
+            // it may give a point of a public list another name, and assign that
             let public: Vec<bool> = texts.iter().map(|t| !t.context && is_public(t)).collect();
             for name in self.names.iter_mut().filter(|n| public.get(n.file).copied().unwrap_or_default()) {
                 let why =
@@ -177,6 +179,8 @@ fn is_basis(text: &Text) -> bool {
 }
 
 /// `XHOME`, `XHOME1` to `XHOME5`.
+///
+/// `home = "XHOME" ["1" | "2" | "3" | "4" | "5"]`
 fn is_home(name: &str) -> bool {
     matches!(name, "XHOME" | "XHOME1" | "XHOME2" | "XHOME3" | "XHOME4" | "XHOME5")
 }

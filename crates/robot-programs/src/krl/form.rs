@@ -14,7 +14,7 @@ const SET: [&str; 6] = ["$BWDSTART", "$H_POS", "PDAT_ACT", "LDAT_ACT", "CPDAT_AC
 const CALLED: [&str; 2] = ["BAS", "SET_CD_PARAMS"];
 
 /// Whether a statement is one of a form's own settings: running it twice is running it once. Whatever else stands in a fold
-/// was typed there by somebody and may count, switch, or wait.
+/// was typed there by hand and may count, switch, or wait.
 ///
 /// `setting = ("BAS" | "SET_CD_PARAMS") "(" ... | variable "=" value`
 pub(super) fn setting(text: &Text, line: &[Token]) -> bool {
@@ -37,6 +37,8 @@ pub(super) struct Reference {
 
 /// Where the fold from line `fold` to the motion on line `to` means the point `name` (without its `X`): in the fold's text
 /// and parameters, in the form's settings, in the motion. Tools and bases may have the same name.
+///
+/// `form = ";" fold {setting} motion`
 pub(super) fn references(text: &Text, fold: usize, to: usize, name: &str) -> Vec<Reference> {
     let mut out = Vec::new();
     let mut line = Vec::new();

@@ -85,6 +85,8 @@ impl Going {
     }
 
     /// How a statement says that the tool turns from there on; `word`: its first word.
+    ///
+    /// `statement = "$ORI_TYPE" "=" ["#"] word | "LDAT_ACT" "=" (name | aggregate) | "LDAT_ACT" "." "ORI_TYP" "=" ["#"] word`
     pub fn turning(&self, text: &Text, line: &[Token], word: &str) -> Option<Turning> {
         match word {
             "$ORI_TYPE" => Some(choice(text, line, "$ORI_TYPE").map_or(Turning::Otherwise, |k| turning(&k))),

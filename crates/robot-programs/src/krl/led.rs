@@ -1,7 +1,7 @@
 //! What leads the robot away from its points, line by line: a conveyor (`CONVEYOR.FOLLOW`), a sensor (`RSI_ON`), offsets of the joints
 //! (`$JOINT_OFFSET[1]=0.2`).
 //!
-//! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What a routine leaves behind may hold in
+//! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What is on at the end of a routine may hold in
 //! all of them, from their start; what it ends without having begun it, too.
 
 use super::lex::{Kind, Token, first_word, tokens, upper};
@@ -39,7 +39,7 @@ impl Led {
             let of = |r: &Vec<Event>| held::before_each(r, start | held::from_before(r));
             routines.iter().map(of).collect::<Vec<Vec<u32>>>()
         };
-        // what is left behind by one may be on in all
+        // what is on at the end of one may be on in all
         let behind = left(0).iter().filter_map(|states| states.last()).fold(0, |all, s| all | s);
         let each = left(behind).into_iter().flat_map(|mut states| {
             states.pop();
@@ -57,6 +57,8 @@ impl Led {
 }
 
 /// Whether any of the words stands in the text.
+///
+/// `lead = "RSI_O" ... | "$JOINT_OFFSET" ... | "CONVEYOR" ...`
 fn mentions(text: &Text) -> bool {
     let is = |at: Option<usize>, word: &[u8]| {
         at.and_then(|at| text.bytes.get(at..at + word.len())).is_some_and(|b| b.eq_ignore_ascii_case(word))

@@ -26,7 +26,7 @@ pub(super) struct Name {
     pub global: bool,
     /// Declared in another module: it is never written.
     pub context: bool,
-    /// An array: its elements are names of their own.
+    /// An array: its elements are separate names.
     pub array: bool,
     /// The array of an element.
     pub of: Option<usize>,

@@ -21,7 +21,7 @@ const LARGEST: usize = 16 << 20;
 const DEEPEST: usize = 8;
 
 /// The other files of the project of the program at `path`, whose own data list `own` tells among those that are there. None where
-/// there are too many: then nobody knows what assigns a point of all modules.
+/// there are too many: then it is not known what assigns a point of all modules.
 pub(super) fn files(
     path: &Path,
     own: impl Fn(&dyn Fn(&Path) -> bool) -> Option<PathBuf>,

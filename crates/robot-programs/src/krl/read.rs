@@ -87,6 +87,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
 }
 
 /// Refuses a data list alone, and a text without a routine.
+///
+/// `program = ... ("DEF" | "DEFFCT" | "GLOBAL") ... | "DEFDAT" ...`
 fn whole(text: &Text) -> Result<()> {
     let mut line = Vec::new();
     for k in 0..text.line_count() {
@@ -108,6 +110,8 @@ fn whole(text: &Text) -> Result<()> {
 }
 
 /// Frame data that the program changes (`FP1.BASE_NO=3`): which base and tool they name is not certain.
+///
+/// `assignment = name ["." field] "=" value`
 fn changed_frame_data(text: &Text, data: &mut Data) {
     if data.numbers.is_empty() {
         return;
@@ -126,6 +130,8 @@ fn changed_frame_data(text: &Text, data: &mut Data) {
 }
 
 /// What the text sets in BASE_DATA and TOOL_DATA, wherever it stands.
+///
+/// `assignment = ("BASE_DATA" | "TOOL_DATA") "[" number "]" "=" value`
 fn lists(text: &Text, data: &Data) -> Lists {
     let mut all = Lists::default();
     let (mut line, mut routine) = (Vec::new(), 0);
@@ -148,6 +154,8 @@ fn lists(text: &Text, data: &Data) -> Lists {
 
 /// Whether control may come to a line from elsewhere than from the line before: by a label or the start of a routine (`true`: nothing
 /// above it may have run), after a call or at a loop.
+///
+/// `join = name ":" | routine | "LOOP" | "FOR" | "WHILE" | "REPEAT" | ... call ...`
 fn joins(text: &Text, line: &[Token], word: &str, second: &str) -> Option<bool> {
     let label = line.len() == 2 && line[0].kind == Kind::Word && line[1].is(b':');
     let more = || matches!(word, "LOOP" | "FOR" | "WHILE" | "REPEAT") || !calls(text, line).is_empty();
@@ -155,6 +163,8 @@ fn joins(text: &Text, line: &[Token], word: &str, second: &str) -> Option<bool> 
 }
 
 /// $BASE and $TOOL after a branch, a label or a call: known where the file sets none, or always the same.
+///
+/// `setting = "BAS" "(" ... ")" | assignment`
 fn later(text: &Text, data: &Data, going: &Going, lists: &Lists) -> ([Option<Frame>; 2], Turning) {
     let mut set = Settings::default();
     let mut turning = Turning::Evenly;
@@ -201,6 +211,8 @@ fn later(text: &Text, data: &Data, going: &Going, lists: &Lists) -> ([Option<Fra
 }
 
 /// What may make any base mean something else after a branch, a label or a call: `$IPO_MODE`, `$WORLD`.
+///
+/// `assignment = ("$IPO_MODE" | "$WORLD" | ...) "=" value`
 fn carried(text: &Text, data: &Data) -> (Option<String>, Option<String>) {
     let (mut carried, mut moved) = (None, None);
     let mut line = Vec::new();
@@ -235,6 +247,8 @@ struct Site {
 }
 
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
+///
+/// `setting = ... ("$ORI_TYPE" | "$CIRC_TYPE") ...`
 fn steers_arcs(text: &Text) -> bool {
     memchr::memchr_iter(b'$', &text.bytes).any(|at| {
         let sets = |word: &[u8]| text.slice(at..at + word.len()).eq_ignore_ascii_case(word);

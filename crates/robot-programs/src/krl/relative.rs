@@ -110,6 +110,8 @@ impl Stands {
     }
 
     /// Where a straight relative motion leads from here, in the frame and for the tool in force at it.
+    ///
+    /// `relative = aggregate {"C_..."} ["#" "TOOL"] ["WITH" ...]`
     pub fn moved(
         &self,
         text: &Text,

@@ -322,6 +322,8 @@ impl Settings {
 }
 
 /// What a motion (or a spline block) sets for itself: `WITH $TOOL=STOOL2(FP1), $BASE=SBASE(FP1.BASE_NO)`; base and tool.
+///
+/// `with = "WITH" ... ("$BASE" | "$TOOL") [part] "=" ("STOOL2" | "STOOL" | "SBASE") "(" frame_data ... | ... "=" frame`
 pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, routine: usize) -> [Option<Frame>; 2] {
     let Some(at) = line.iter().position(|t| t.kind == Kind::Word && upper(text, t) == "WITH") else {
         return [None, None];

@@ -41,6 +41,9 @@ struct Does {
 struct Routines(Vec<Does>);
 
 impl Routines {
+    /// Reads what the routines of a text do.
+    ///
+    /// `routine = ["GLOBAL"] ("DEF" | "DEFFCT") ... name "(" ... {statement}`
     fn of(text: &Text) -> Self {
         let mut all: Vec<Does> = Vec::new();
         let mut line = Vec::new();
@@ -124,6 +127,8 @@ const STILL: [&str; 46] = [
 ];
 
 /// Whether a statement may move the arm, or what its points mean, besides what it calls.
+///
+/// `statement = assignment | name ":" | name "(" ... | "BAS" ... | motion | ... "CONVEYOR" ... | word ...`
 fn acts(text: &Text, line: &[Token], word: &str, second: &str) -> bool {
     let unknown = || {
         let label = line.len() == 2 && line[1].is(b':');

@@ -27,6 +27,8 @@ pub struct Switch {
 }
 
 /// Token of the name that the move of an item leads to, as [`goal_name`] tells it; numbers in the move itself have none.
+///
+/// `call = motion arguments`
 pub fn goal_of(p: &Parsed, item: &Item) -> Option<usize> {
     let ItemKind::Call { .. } = item.kind else { return None };
     let motion = words::motion(p.words.at(item.span.start))?;
@@ -38,6 +40,8 @@ pub fn goal_of(p: &Parsed, item: &Item) -> Option<usize> {
 }
 
 /// Arguments of a motion instruction.
+///
+/// `call = motion arguments`
 pub fn motion_of(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>)> {
     let ItemKind::Call { .. } = item.kind else { return None };
     let motion = words::motion(p.words.at(item.span.start))?;
@@ -45,6 +49,8 @@ pub fn motion_of(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>)> {
 }
 
 /// Token of the name that a move leads to. Other uses of a name count as reading it, so that its value stays.
+///
+/// `goal = name {"{" | number | "," | "}"}`
 pub fn goal_name(p: &Parsed, motion: Motion, args: &[Arg]) -> Option<usize> {
     let span = point_of(p, &args.get(positional(args, motion.target)?)?.span);
     let index = span.clone().skip(1).all(|i| matches!(p.tokens[i].kind, Kind::Number | Kind::Mark(b'{' | b',' | b'}')));
@@ -53,6 +59,8 @@ pub fn goal_name(p: &Parsed, motion: Motion, args: &[Arg]) -> Option<usize> {
 }
 
 /// The point that `Offs` or `RelTool` displaces; else the expression itself.
+///
+/// `point = ("Offs" | "RelTool") "(" point {"," argument} ")" | expression`
 fn point_of(p: &Parsed, span: &Span) -> Span {
     if span.len() <= 4 || !matches!(p.words.at(span.start), "offs" | "reltool") {
         return span.clone();
@@ -62,6 +70,8 @@ fn point_of(p: &Parsed, span: &Span) -> Span {
 }
 
 /// Splits at commas, and each argument at its backslashes.
+///
+/// `arguments = [argument] {"," [argument]}`; a comma within brackets belongs to its argument
 pub fn arguments(p: &Parsed, span: Span) -> Vec<Arg> {
     let mut out = Vec::with_capacity(4);
     let mut start = span.start;
@@ -81,6 +91,10 @@ pub fn arguments(p: &Parsed, span: Span) -> Vec<Arg> {
     out
 }
 
+/// Splits an argument into its expression and its switches.
+///
+/// `argument = [name ":="] expression {switch}`,
+/// `switch = "\" name [":=" expression]`
 pub fn argument(p: &Parsed, span: Span) -> Arg {
     let bytes = |s: &Span| match (p.tokens.get(s.start), s.end.checked_sub(1).and_then(|k| p.tokens.get(k))) {
         (Some(a), Some(b)) if s.start < s.end => a.start()..b.end(),

@@ -130,6 +130,8 @@ impl<'a> Facts<'a> {
     }
 
     /// Notes what an item does with names.
+    ///
+    /// `item = name ":=" expression | instruction | expression`
     fn mark(&mut self, item: &Item, goal: Option<usize>) {
         let place = (Some(item.routine), item.module);
         let first = item.span.start;
@@ -163,6 +165,8 @@ impl<'a> Facts<'a> {
     }
 
     /// Notes what an instruction does with the arguments whose values it takes and does not set; the token after them.
+    ///
+    /// `instruction = name argument {"," argument}`
     fn mark_inputs(&mut self, item: &Item, name: &str, place: (Option<usize>, usize)) -> usize {
         let first = item.span.start;
         // a routine of the file with that name is another one
@@ -183,6 +187,8 @@ impl<'a> Facts<'a> {
     }
 
     /// Names in an expression are read, or passed to something that may set them: `callee` is the token of that.
+    ///
+    /// `expression = {name | name "(" expression ")" | "." field | "\" switch | token}`
     fn mark_span(&mut self, span: Span, place: (Option<usize>, usize), goal: Option<usize>, callee: Option<usize>) {
         let mut callees: Vec<Option<usize>> = Vec::new();
         for i in span {
@@ -320,6 +326,8 @@ pub fn value_of(text: &Text, p: &Parsed, d: &Decl) -> Vec<u8> {
 }
 
 /// Names of the procedures and functions that an item calls, in lower case.
+///
+/// `call = procedure ... | function "(" ...`
 pub fn called<'a>(p: &'a Parsed, item: &Item) -> impl Iterator<Item = &'a str> {
     let procedure = matches!(item.kind, ItemKind::Call { .. }).then_some(item.span.start);
     let quiet = matches!(item.kind, ItemKind::Start | ItemKind::Label);

@@ -28,6 +28,8 @@ impl Builder<'_> {
     }
 
     /// A declared target: declaration and indices (from 1).
+    ///
+    /// `target = name ["{" index {"," index} "}"]`
     fn name_of(&self, span: &Span, item: &Item) -> std::result::Result<(usize, Vec<usize>), String> {
         let p = self.f.p;
         let name = self.f.word(span.start);
@@ -73,6 +75,9 @@ impl Builder<'_> {
         Some(node)
     }
 
+    /// The joint target of a move: written in it, or declared.
+    ///
+    /// `goal = aggregate | name ["{" index {"," index} "}"]`
     pub fn joint_goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text) = (self.f.p, self.f.text);
         if p.tokens[span.start].kind == Kind::Mark(b'[') {
@@ -157,6 +162,9 @@ impl Builder<'_> {
 
     /// `Offs(p1,0,0,100)`, `RelTool(p1,0,0,-50\Rz:=90)` with numbers that are known: the point, the displacement, and whether it
     /// counts along the tool. RelTool turns about the x, y and z of the tool, in this order, after it has moved.
+    ///
+    /// `displacement = ("Offs" | "RelTool") "(" point "," number "," number "," number {turn} ")"`,
+    /// `turn = "\" ("Rx" | "Ry" | "Rz") ":=" number`
     fn displacement(&mut self, span: &Span, item: &Item) -> Option<(Span, Isometry3<f64>, bool)> {
         let p = self.f.p;
         let of_tool = match self.f.word(span.start) {
@@ -191,6 +199,8 @@ impl Builder<'_> {
     }
 
     /// The configuration that a target of a six-axis arm orders: its third part.
+    ///
+    /// `confdata = "[" cf1 "," cf4 "," cf6 "," cfx "]"`
     fn configuration(&self, node: &Node) -> Solution {
         let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
         let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
@@ -201,6 +211,10 @@ impl Builder<'_> {
         })
     }
 
+    /// The pose of a move: written in it, declared, or displaced from one of these.
+    ///
+    /// `goal = displacement | robtarget | name ["{" index {"," index} "}"]`,
+    /// `robtarget = "[" trans "," rot "," confdata "," extax "]"`
     pub fn pose_goal(
         &mut self,
         span: &Span,
@@ -259,6 +273,8 @@ impl Builder<'_> {
     }
 
     /// Position of the point on the way of an arc, m, and its orientation where it is known.
+    ///
+    /// `via = displacement | robtarget | name ["{" index {"," index} "}"]`
     #[allow(clippy::type_complexity)]
     pub fn via(&mut self, span: &Span, item: &Item) -> Option<(Vector3<f64>, Option<UnitQuaternion<f64>>)> {
         if let Some((base, by, of_tool)) = self.displacement(span, item) {
@@ -339,6 +355,8 @@ impl Builder<'_> {
     }
 
     /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name.
+    ///
+    /// `wobjdata = "[" robhold "," ufprog "," ufmec "," pose "," pose "]"`
     fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Frame {
         if self.displaced {
             self.displaced = false;
@@ -368,6 +386,8 @@ impl Builder<'_> {
     }
 
     /// Tool of a robtarget: `tool0`, tool data in the text, else by its name.
+    ///
+    /// `tooldata = "[" robhold "," pose "," loaddata "]"`
     fn tool(&mut self, tool: Option<Arg>, item: &Item) -> Frame {
         let Some(arg) = tool else { return Frame::Unknown("it names no tool".into()) };
         if self.predefined(&arg.span, item) == Some("tool0") {
@@ -388,7 +408,9 @@ impl Builder<'_> {
     }
 }
 
-/// `[[x,y,z],[q1,q2,q3,q4]]`.
+/// A frame of tool or work object data.
+///
+/// `pose = "[" trans "," rot "]"`, `trans = "[" three numbers "]"`, `rot = "[" four numbers "]"`
 fn frame_of(node: &Node) -> Option<Isometry3<f64>> {
     let (xyz, [w, x, y, z]) = (node.get(0)?.numbers::<3>()?, node.get(1)?.numbers::<4>()?);
     Some(Isometry3::from_parts(Translation3::from(Vector3::from(xyz) * 1e-3), unit(w, x, y, z)?))

@@ -12,6 +12,10 @@ use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, num
 const PLACEHOLDERS: [&str; 14] =
     ["smt", "exp", "var", "ddn", "rdn", "tdn", "par", "arg", "id", "alt", "lbl", "cse", "eit", "dim"];
 
+/// Cuts a text into its tokens and its comments.
+///
+/// `text = {blank | "!" comment | header | string | number | word | ":=" | placeholder | mark}`,
+/// `header = "%%%" {any} "%%%"`
 pub fn lex(text: &Text) -> Result<Lexed> {
     not_too_long(text)?;
     let bytes = text.bytes.as_slice();
@@ -72,6 +76,8 @@ pub fn lex(text: &Text) -> Result<Lexed> {
 }
 
 /// Byte after a string that begins at `start`; a doubled quote is part of it.
+///
+/// `string = '"' {any | '"' '"'} '"'`, on one line
 fn string_end(text: &Text, start: usize) -> Result<usize> {
     let bytes = &text.bytes;
     let mut i = start + 1;
@@ -86,6 +92,8 @@ fn string_end(text: &Text, start: usize) -> Result<usize> {
 }
 
 /// Length of a placeholder at the start of `bytes`.
+///
+/// `placeholder = "<" ("SMT" | "EXP" | "VAR" | "DDN" | ...) ">"`
 fn placeholder(bytes: &[u8]) -> Option<usize> {
     let end = bytes.iter().take(6).position(|&b| b == b'>')?;
     let word = std::str::from_utf8(&bytes[1..end]).ok()?.to_ascii_lowercase();

@@ -65,6 +65,8 @@ fn file_name(path: &Path) -> String {
 }
 
 /// Names of the files that a `.pgf` names, in lower case.
+///
+/// `list = {... "<Module>" path "<" ...}`
 fn listed(bytes: &[u8]) -> Vec<String> {
     let list = String::from_utf8_lossy(bytes).to_ascii_lowercase();
     let name = |rest: &str| Some(rest.split('<').next()?.trim().rsplit(['/', '\\']).next()?.to_string());
@@ -287,6 +289,8 @@ fn connected<'a, 't>(own: &Parsed, all: &'a [(usize, &'t Text, Parsed)]) -> Vec<
 }
 
 /// Whether a text may hold `PROC main`.
+///
+/// `main = "PROC" {blank} "main"`
 fn starts(text: &Text) -> bool {
     let upper = text.bytes.to_ascii_uppercase();
     let after = |at: usize| upper.get(at + 4..).unwrap_or_default().trim_ascii_start();

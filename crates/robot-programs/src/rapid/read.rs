@@ -101,6 +101,9 @@ pub struct Parsed {
     pub items: Vec<Item>,
 }
 
+/// Reads the tokens of a file as modules.
+///
+/// `file = module {module}`
 pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
     let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).to_lowercase());
     let out = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
@@ -155,6 +158,8 @@ impl Parser<'_> {
     }
 
     /// A name that is not reserved.
+    ///
+    /// `name = word`, not a reserved one
     fn name(&mut self, what: &str) -> Result<String> {
         if self.kind(self.i) != Some(Kind::Word) || words::is_reserved(self.word(self.i)) {
             return Err(self.bad(self.i, what));
@@ -163,6 +168,8 @@ impl Parser<'_> {
         Ok(self.word(self.i - 1).to_string())
     }
 
+    /// `module = "MODULE" name ["(" {token} ")"] {part} "ENDMODULE"`,
+    /// `part = ["LOCAL"] record | ["LOCAL"] alias | ["LOCAL"] routine | declaration | placeholder`
     fn module(&mut self) -> Result<()> {
         if self.word(self.i) != "module" {
             return Err(self.bad(self.i, "`MODULE name`"));
@@ -203,6 +210,7 @@ impl Parser<'_> {
         }
     }
 
+    /// `record = "RECORD" {token} "ENDRECORD"`
     fn record(&mut self) -> Result<()> {
         while self.word(self.i) != "endrecord" {
             if self.i >= self.out.tokens.len() {
@@ -214,6 +222,7 @@ impl Parser<'_> {
         Ok(())
     }
 
+    /// `alias = "ALIAS" {token} ";"`
     fn until_semicolon(&mut self) -> Result<()> {
         self.i += 1;
         self.i = self.statement_end(self.i)? + 1;
@@ -221,6 +230,8 @@ impl Parser<'_> {
     }
 
     /// The `;` that ends the statement of which `i` is a token.
+    ///
+    /// `rest = {token} ";"`; none of the tokens is a word that begins a statement or a block
     pub(super) fn statement_end(&self, mut i: usize) -> Result<usize> {
         loop {
             match self.kind(i) {
@@ -239,6 +250,8 @@ impl Parser<'_> {
         }
     }
 
+    /// `declaration = ["LOCAL" | "TASK"] storage (type name {token} [":=" expression] | [type] placeholder {token}) ";"`,
+    /// `storage = "CONST" | "VAR" | "PERS"`
     pub(super) fn declaration(&mut self, routine: Option<usize>) -> Result<()> {
         let first = self.i;
         let local = self.word(self.i) == "local";
@@ -294,6 +307,7 @@ impl Parser<'_> {
         self.out.items.push(Item { routine, module, span, kind });
     }
 
+    /// `routine = ("PROC" name parameters | "FUNC" type name parameters | "TRAP" name) {statement} ("ENDPROC" | "ENDFUNC" | "ENDTRAP")`
     fn routine(&mut self, local: bool) -> Result<()> {
         let head = self.i;
         let kind = self.word(self.i).to_string();
@@ -317,6 +331,9 @@ impl Parser<'_> {
     }
 
     /// `(INOUT jointtarget j \switch s, VAR num n{*} | PERS num m)`.
+    ///
+    /// `parameters = "(" [parameter {("," | "|" | "\") parameter}] ")"`,
+    /// `parameter = {token} name ["{" {token} "}"]`
     fn parameters(&mut self, id: usize) -> Result<()> {
         self.expect_mark(b'(')?;
         let mut last: Option<usize> = None;

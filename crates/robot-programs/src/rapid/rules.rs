@@ -22,6 +22,8 @@ pub fn entry_routine(p: &Parsed, own: &dyn Fn(&Item) -> bool) -> Option<usize> {
 }
 
 /// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.
+///
+/// `watch = ("ConfJ" | "ConfL") ["\" "Off"]`
 pub fn configured_first(p: &Parsed) -> Configured {
     let watched = |name: &str| {
         let of = |item: &&Item| p.words.at(item.span.start) == name;
@@ -43,7 +45,7 @@ pub struct Going {
 }
 
 impl Going {
-    /// At the start of each routine: what any of them leaves behind may hold there.
+    /// At the start of each routine: what holds at the end of any of them may hold there.
     pub fn first(p: &Parsed) -> Self {
         let mut first = Self::default();
         let mut now = Self::default();
@@ -59,6 +61,8 @@ impl Going {
     }
 
     /// After an item.
+    ///
+    /// `setting = "SingArea" "\" ("Wrist" | "LockAxis4" | ...) | lead ["\" "Off"] ...`
     pub fn follow(&mut self, p: &Parsed, item: &Item) {
         if !matches!(item.kind, ItemKind::Call { .. }) {
             return;
@@ -86,6 +90,8 @@ pub enum External {
 
 impl External {
     /// Of the list of a target.
+    ///
+    /// `extax = "[" six numbers "]" | expression`
     pub fn of(text: &Text, node: Option<&Node>) -> Self {
         let Some(node) = node else { return Self::Unknown };
         let written = || String::from_utf8_lossy(text.slice(node.bytes())).to_ascii_lowercase();

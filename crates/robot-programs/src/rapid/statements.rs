@@ -10,6 +10,8 @@ use crate::error::Result;
 
 impl Parser<'_> {
     /// First of the words after `i`; a `;` before it is refused.
+    ///
+    /// `head = {token} stop`
     fn until(&self, mut i: usize, stops: &[&str], expected: &str) -> Result<usize> {
         loop {
             match self.kind(i) {
@@ -21,6 +23,8 @@ impl Parser<'_> {
     }
 
     /// The head of a handler: `ERROR (numbers)`, `UNDO`, `BACKWARD`.
+    ///
+    /// `handler = ("ERROR" | "UNDO" | "BACKWARD") ["(" {token} ")"]`
     fn handler(&mut self, id: usize) -> Result<()> {
         let i = self.i;
         self.i += 1;
@@ -37,6 +41,11 @@ impl Parser<'_> {
         Ok(())
     }
 
+    /// A statement, or the head or the end of a block; `end`: what ends the routine.
+    ///
+    /// `statement = declaration | handler | condition | block | simple`,
+    /// `block = ("WHILE" | "FOR") {token} "DO" | "ENDWHILE" | "ENDFOR" | "ELSEIF" {token} "THEN" | "ELSE" | "ENDIF"`,
+    /// `block = "TEST" {token} | ("CASE" | "DEFAULT") {token} ":" | "ENDTEST"`
     pub(super) fn statement(&mut self, id: usize, end: &str) -> Result<()> {
         let i = self.i;
         let word = self.word(i).to_string();
@@ -88,6 +97,8 @@ impl Parser<'_> {
     }
 
     /// `IF condition THEN`, or `IF condition statement;`.
+    ///
+    /// `condition = "IF" expression ("THEN" | simple)`
     fn condition(&mut self, id: usize) -> Result<()> {
         let first = self.i + 1;
         let mut depth = 0usize;
@@ -126,6 +137,12 @@ impl Parser<'_> {
         Ok(())
     }
 
+    /// A statement that is no block; `alone`: the one statement of a compact IF.
+    ///
+    /// `simple = placeholder [";"] | ";" | name ":" | (leave | connect | assignment | call | late) ";"`,
+    /// `leave = ("GOTO" | "RETURN" | "EXIT" | "RAISE" | "RETRY" | "TRYNEXT") {token}`,
+    /// `connect = "CONNECT" {token} "WITH" {token}`,
+    /// `call = name {token}`, `late = "%" {token}`
     fn simple(&mut self, id: usize, end: &str, alone: bool) -> Result<()> {
         let i = self.i;
         let word = self.word(i).to_string();
@@ -176,6 +193,8 @@ impl Parser<'_> {
     }
 
     /// Whether the statement at `i` is `name{..}.field := ...`.
+    ///
+    /// `assignment = name {"{" {token} "}" | "." field} ":=" ...`
     fn assigns(&self, i: usize) -> bool {
         let mut k = i + 1;
         loop {

@@ -239,6 +239,10 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// An instruction that is no motion, or a call of a procedure.
+    ///
+    /// `call = "SyncMoveOn" ... | "SyncMoveOff" ... | ("ConfJ" | "ConfL") ["\" "Off"] | wait | procedure ...`,
+    /// `wait = "WaitTime" arguments | ...`
     fn call(&mut self, item: &Item) {
         let token = item.span.start;
         let name = self.f.word(token);
@@ -266,6 +270,8 @@ impl Builder<'_> {
     }
 
     /// An expression as an aggregate or number: written there, or declared and certain.
+    ///
+    /// `value = name | aggregate`
     pub fn node(&mut self, span: &Span, item: &Item) -> Option<Node> {
         let p = self.f.p;
         if span.len() == 1 && p.tokens[span.start].kind == Kind::Word {
@@ -299,6 +305,8 @@ impl Builder<'_> {
     }
 
     /// A number: written there, declared and certain, or an expression of such.
+    ///
+    /// `number = plain | name | expression of these`
     pub fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
         if let Some((v, ..)) = plain(self.f.text, self.f.p, span) {
             return Some(v);
@@ -350,6 +358,8 @@ impl fold::Known for Names {
 }
 
 /// The expression as a plain number, its style and bytes.
+///
+/// `plain = ["+" | "-"] digits`
 fn plain(text: &Text, p: &Parsed, span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
     let (a, b) = (p.tokens.get(span.start)?, p.tokens.get(span.end.checked_sub(1)?)?);
     if span.is_empty() {

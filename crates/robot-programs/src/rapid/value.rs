@@ -65,6 +65,8 @@ impl Node {
 }
 
 /// The expression in `span` as an aggregate; `None` where it is none.
+///
+/// `aggregate = list`
 pub fn aggregate(text: &Text, tokens: &[Token], span: Span) -> Option<Node> {
     let tokens = tokens.get(span)?;
     let (node, used) = list(text, tokens, 0, 0)?;
@@ -72,6 +74,9 @@ pub fn aggregate(text: &Text, tokens: &[Token], span: Span) -> Option<Node> {
 }
 
 /// The list at token `at`, and the token after it.
+///
+/// `list = "[" element {"," element} "]"`,
+/// `element = list | number | expression`
 fn list(text: &Text, tokens: &[Token], at: usize, depth: usize) -> Option<(Node, usize)> {
     let open = tokens.get(at).filter(|t| t.kind == Kind::Mark(b'['))?;
     if depth >= DEEPEST {
@@ -96,6 +101,8 @@ fn list(text: &Text, tokens: &[Token], at: usize, depth: usize) -> Option<(Node,
 }
 
 /// A number or any other expression at token `at`.
+///
+/// `element = number | expression`, up to a comma or a `]` outside of brackets
 fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
     let mut depth = 0usize;
     let mut k = at;
@@ -120,6 +127,9 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
 /// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, the external axes as axes 7 and on.
 ///
 /// `Ok(Err(reason))`: the values cannot be determined from the text.
+///
+/// `jointtarget = "[" axes "," axes "]"`,
+/// `axes = "[" six elements "]" | expression`
 ///
 /// # Errors
 /// Where the lists are not two of six.
@@ -177,6 +187,8 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
 }
 
 /// Numbers of a robtarget `[[x,y,z],[q1,q2,q3,q4],...]`; `None`: one is no plain number.
+///
+/// `robtarget = "[" trans "," rot ... "]"`, `trans = "[" three numbers "]"`, `rot = "[" four numbers "]"`
 pub fn pose(node: &Node) -> Option<Vec<Option<Value>>> {
     let form = PoseForm::Quaternion;
     let (xyz, turn) = (node.get(0)?.list()?, node.get(1)?.list()?);

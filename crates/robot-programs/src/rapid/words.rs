@@ -95,7 +95,7 @@ pub enum Leads {
     Joints,
     /// A robtarget.
     Pose,
-    /// Nobody knows where it ends.
+    /// Where it ends is not known.
     Search,
     /// External axes alone.
     External,
@@ -144,6 +144,8 @@ pub fn motion(name: &str) -> Option<Motion> {
 }
 
 /// `ArcL`, `ArcC`, `ArcL1Start`, `ArcCEnd`, `ArcMoveL`, ...
+///
+/// `arc = "Arc" ("L" | "C" | "Move" ("L" | "C" | "J")) {digit} ["Start" | "End"]`
 fn arc(name: &str) -> Option<Motion> {
     let rest = name.strip_prefix("arc")?;
     let (moves, rest) = rest.strip_prefix("move").map_or((false, rest), |r| (true, r));

@@ -316,7 +316,7 @@ fn spaced(text: &Text, site: &Site) -> bool {
     comma.and_then(|c| rest.get(c + 1)) == Some(&b' ')
 }
 
-/// A new declaration after an old one: on a line of its own, after the old one's comment, or on the same line where more
+/// A new declaration after an old one: on a separate line, after the old one's comment, or on the same line where more
 /// code follows there.
 fn beside(text: &Text, old: &Range<usize>, declaration: &str) -> Patch {
     let line = text.line_of(old.end.saturating_sub(1)) as usize - 1;

@@ -16,7 +16,7 @@ impl<T> Default for BySteps<T> {
 }
 
 impl<T> BySteps<T> {
-    /// With room for the steps of a text.
+    /// With memory for the steps of a text.
     pub fn of_text(text: &Text) -> Self {
         Self(Vec::with_capacity(text.likely_steps()))
     }
@@ -104,7 +104,7 @@ impl<S> Default for Steps<S> {
 }
 
 impl<S> Steps<S> {
-    /// With room for the steps of a text.
+    /// With memory for the steps of a text.
     pub fn of_text(text: &Text) -> Self {
         let steps = Vec::with_capacity(text.likely_steps());
         Self { steps, sites: BySteps::of_text(text), ..Self::default() }

@@ -1,7 +1,7 @@
 //! What shall be different about a program, move by move.
 //!
 //! Nearly every move of a program may get another goal, and few get more than that: goals stand one after the other
-//! ([`StepEdits`]), the rest has a list of its own. Whoever asks gets an [`EditRef`], which shows an [`Edit`] as it was put in.
+//! ([`StepEdits`]), the rest has a separate list. A caller gets an [`EditRef`], which shows an [`Edit`] as it was put in.
 
 use super::{Quantity, TargetRef};
 
@@ -149,7 +149,7 @@ struct Rest {
 }
 
 impl StepEdits {
-    /// With room for edits of so many steps and so many values of their goals.
+    /// With memory for edits of so many steps and so many values of their goals.
     pub fn with_capacity(steps: usize, values: usize) -> Self {
         Self { rows: Vec::with_capacity(steps), goals: Vec::with_capacity(values), ..Self::default() }
     }
@@ -202,7 +202,7 @@ impl StepEdits {
         self.rows.get(..until)?.iter().rposition(|row| row.edited)
     }
 
-    /// The edit of a step, in the place of any that it has.
+    /// The edit of a step, instead of any that it has.
     pub fn insert(&mut self, step: usize, edit: Edit) {
         let own = self.rows.get(step).copied().unwrap_or(STAYS);
         let mut row = Row { edited: true, len: 0, goal: NONE, rest: NONE };

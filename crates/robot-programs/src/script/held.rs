@@ -22,7 +22,7 @@ pub enum Event {
     Middle,
     /// Its end.
     Close,
-    /// A jump to behind a block that is open.
+    /// A jump to the end of an open block.
     Leave,
     /// States, as bits, that go on.
     On(u32),

@@ -1,22 +1,22 @@
-//! New bytes in the place of others: most are the digits of a number, of which a program may have a million.
+//! New bytes instead of others: most are the digits of a number, of which a program may have a million.
 
 use super::Text;
 use crate::error::{Error, Result};
 use std::ops::Range;
 
-/// Bytes to be put in the place of others.
+/// Bytes that replace others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patch {
     /// Index of the text.
     pub file: usize,
     /// Bytes that go; empty: an insertion.
     pub span: Range<usize>,
-    /// What takes the place of the span.
+    /// What replaces the span.
     pub bytes: Vec<u8>,
 }
 
 impl Patch {
-    /// New bytes in the place of a span of a file.
+    /// New bytes instead of a span of a file.
     pub fn new(file: usize, span: impl Into<Range<usize>>, bytes: impl Into<Vec<u8>>) -> Self {
         Self { file, span: span.into(), bytes: bytes.into() }
     }
@@ -45,12 +45,12 @@ pub struct PatchRef<'a> {
     pub file: usize,
     /// Bytes that go; empty: an insertion.
     pub span: Range<usize>,
-    /// What takes the place of the span.
+    /// What replaces the span.
     pub bytes: &'a [u8],
 }
 
 impl Patches {
-    /// With room for so many patches, most of them of numbers.
+    /// With memory for so many patches, most of them of numbers.
     pub fn with_capacity(numbers: usize) -> Self {
         const BYTES: usize = 9;
         Self { heads: Vec::with_capacity(numbers), bytes: Vec::with_capacity(numbers * BYTES) }

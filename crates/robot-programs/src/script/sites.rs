@@ -131,7 +131,7 @@ impl<'a> EditRequest<'a> {
     }
 
     /// A written time shared out over the new points of a move and its goal: a text for each leg, with at least `decimals`. The last
-    /// takes the place of the time. `least_s`: shortest legs, of which the first that fits is taken. `None`: none fits.
+    /// replaces the time. `least_s`: shortest legs, of which the first that fits is taken. `None`: none fits.
     pub fn legs(edit: EditRef, time: &Time, least_s: &[f64], decimals: u8) -> Option<Vec<String>> {
         let (_, total_s, style) = time;
         let shares: Vec<f64> = edit.before.iter().map(|p| p.share).collect();
@@ -147,7 +147,7 @@ pub fn in_place(numbers: Vec<Number>) -> impl Iterator<Item = Patch> {
     numbers.into_iter().map(|(span, new)| Patch::new(0, span, new))
 }
 
-/// Bytes of a span with others in the place of some, in order.
+/// Bytes of a span with some of them replaced, in order.
 pub fn substituted<'a>(
     text: &Text,
     span: &Range<usize>,

@@ -1,7 +1,7 @@
 //! The targets of a program in columns: a large program has a million numbers, and most are written like many others.
 //!
 //! A number keeps its value, its first byte and the index of its *form* (bytes, style, weights of digits): sixteen bytes. Readers push a
-//! [`Target`] with all of it; whoever asks gets a [`TargetRef`], which shows the same.
+//! [`Target`] with all of it; a caller gets a [`TargetRef`], which shows the same.
 
 use super::number::Style;
 use super::pose::PoseForm;
@@ -164,7 +164,7 @@ impl Targets {
         self.rows.is_empty()
     }
 
-    /// With room for the targets of a text.
+    /// With memory for the targets of a text.
     pub fn of_text(text: &Text) -> Self {
         let mut all = Self::default();
         all.rows.reserve(text.likely_steps());
@@ -177,7 +177,7 @@ impl Targets {
         self.push_numbers(target.pose, target.name.as_deref(), target.at, target.values);
     }
 
-    /// The same without a list of its own.
+    /// The same without a separate list.
     pub fn push_numbers(
         &mut self,
         pose: Option<PoseForm>,

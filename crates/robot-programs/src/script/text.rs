@@ -95,7 +95,7 @@ impl Text {
 
     /// What `find` finds out about the text, which its clones share: a file that is the context of many programs is looked over once.
     pub fn known<T: Any + Send + Sync>(&self, find: impl FnOnce(&Self) -> T) -> Arc<T> {
-        // one that failed while it looked has left nothing behind
+        // one that failed while it looked has stored nothing
         let lock = || self.known.0.lock().unwrap_or_else(PoisonError::into_inner);
         let there = lock().iter().find_map(|known| Arc::clone(known).downcast().ok());
         there.unwrap_or_else(|| {

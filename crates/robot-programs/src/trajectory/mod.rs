@@ -1,6 +1,6 @@
 //! ROS trajectories: `trajectory_msgs/JointTrajectory` in YAML and JSON, alone or within another message.
 //!
-//! A trajectory is a mapping with `joint_names` and `points`; every one in a file is a run of its own. Points hold positions
+//! A trajectory is a mapping with `joint_names` and `points`; every one in a file is a separate run. Points hold positions
 //! (rad, m) in the order of `joint_names`, a time, and perhaps velocities, accelerations and efforts. Joints are those of the
 //! robot by name; other joints move on as written. Points are passed, not cut, so that the radius of their corners is 0.
 //! What is edited, and how new points fit into a controller's splines: docs/program-trajectory.md.

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::script::{Text, number};
 use std::ops::Range;
 
-/// What we know of a point; anything else in it is somebody's own.
+/// Known keys of a point; any other belongs to another program.
 const KEYS: [&str; 5] = ["positions", "velocities", "accelerations", "effort", "time_from_start"];
 
 /// A number as it is written.
@@ -85,6 +85,8 @@ pub fn content(text: &Text, tree: &Tree) -> Result<Content> {
 }
 
 /// Goes down to the mappings that are trajectories. `shared`: an outer node that an alias repeats.
+///
+/// `message = {"joint_names" ":" joint_names | "points" ":" points | key ":" message} | "[" {message} "]" | word`
 fn search(
     text: &Text,
     tree: &Tree,
@@ -145,6 +147,9 @@ fn only_once(text: &Text, map: &Node) -> Result<()> {
     Ok(())
 }
 
+/// A trajectory by its names and its points.
+///
+/// `joint_names = list of name`, `points = list of point`
 fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<Trajectory> {
     alone(text, names)?;
     alone(text, points)?;
@@ -209,6 +214,9 @@ fn alone(text: &Text, node: &Node) -> Result<()> {
     Ok(())
 }
 
+/// A point, and the place of its time.
+///
+/// `point = {("positions" | "velocities" | "accelerations" | "effort") ":" numbers | "time_from_start" ":" time | key ":" ...}`
 fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
     alone(text, node)?;
     if matches!(node.kind, Kind::Scalar { .. }) && node.word(text) == "..." {
@@ -243,6 +251,8 @@ fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
 }
 
 /// Numbers of a point, none or one per joint.
+///
+/// `numbers = null | list of number`
 fn list_of(text: &Text, list: &Node, what: &str, joints: usize) -> Result<Vec<Num>> {
     alone(text, list)?;
     if list.is_null(text) {
@@ -265,6 +275,9 @@ fn list_of(text: &Text, list: &Node, what: &str, joints: usize) -> Result<Vec<Nu
     Ok(numbers)
 }
 
+/// A number as it is written.
+///
+/// `number = ["+" | "-"] digits`, without quotes
 fn num(text: &Text, node: &Node) -> Result<Num> {
     alone(text, node)?;
     let bytes = text.slice(node.span());
@@ -287,6 +300,9 @@ fn whole(text: &Text, node: &Node, most: f64) -> Result<Num> {
     Err(text.bad(node.at(), found(text, node), format!("one whole number from 0 to {most}")))
 }
 
+/// A time as it is written, and in seconds.
+///
+/// `time = number | "[" seconds "," nanoseconds "]" | {("sec" | "secs") ":" seconds | ("nanosec" | "nsecs") ":" nanoseconds}`
 fn time(text: &Text, node: &Node) -> Result<(Time, f64)> {
     alone(text, node)?;
     if node.kind == Kind::List {

@@ -72,6 +72,8 @@ impl Node {
     }
 
     /// Its word: quotes are taken off, escapes left as they are.
+    ///
+    /// `word = '"' {any} '"' | "'" {any} "'" | {any}`
     pub fn word<'a>(&self, text: &'a Text) -> Cow<'a, str> {
         let bytes = text.slice(self.span());
         let inner = match (self.kind, bytes) {
@@ -82,6 +84,8 @@ impl Node {
     }
 
     /// Whether nothing is written here: `key:`, `null`, `~`.
+    ///
+    /// `null = "" | "~" | "null" | "Null" | "NULL"`
     pub fn is_null(&self, text: &Text) -> bool {
         self.kind == Kind::Scalar { plain: true }
             && matches!(text.slice(self.span()), b"" | b"~" | b"null" | b"Null" | b"NULL")
@@ -106,6 +110,8 @@ impl Tree {
     }
 
     /// Reads whatever YAML or JSON has.
+    ///
+    /// `text = {document}`, `document = word | list | mapping | alias`, each with its anchor and its tag
     pub(super) fn parse(text: &Text) -> Result<Self> {
         let skipped = if text.bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
         let bytes = text.bytes.get(skipped..).unwrap_or_default();
@@ -189,6 +195,8 @@ impl Tree {
 }
 
 /// A character for every byte.
+///
+/// `text = ("{" | "[") {any} | {any}`: in the first a tab is a blank
 fn characters(bytes: &[u8]) -> String {
     let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
     let tabs_are_spaces = matches!(first, Some(b'{' | b'['));
@@ -202,6 +210,8 @@ fn characters(bytes: &[u8]) -> String {
 }
 
 /// Length of a quoted word: up to its closing quote.
+///
+/// `word = "'" {any | "'" "'"} "'" | '"' {any | "\" any} '"'`
 fn quoted(bytes: &[u8]) -> usize {
     let Some(quote) = bytes.iter().position(|b| matches!(b, b'\'' | b'"')) else { return bytes.len() };
     let mark = bytes[quote];
@@ -219,6 +229,8 @@ fn quoted(bytes: &[u8]) -> usize {
 }
 
 /// After the closing bracket, from the end of the last entry on: only blanks, commas, colons and comments stand between.
+///
+/// `rest = {any | "#" comment} bracket`
 fn closing(bytes: &[u8], from: usize, bracket: u8) -> usize {
     let mut k = from;
     while let Some(&b) = bytes.get(k) {
@@ -241,6 +253,8 @@ fn malformed(text: &Text, skipped: usize, e: &ScanError) -> crate::error::Error 
 }
 
 /// Every `#` after a blank or at the start of a line, outside of words.
+///
+/// `comment = "#" {any}`, to the end of the line
 fn comments(bytes: &[u8], leaves: &[Span]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for at in memchr::memchr_iter(b'#', bytes) {

@@ -113,7 +113,7 @@ impl Writer<'_> {
         Ok(knots)
     }
 
-    /// Positions by column: those of the robot's joints as asked, the others of their own spline.
+    /// Positions by column: those of the robot's joints as requested, the others of their own spline.
     fn asked(&self, p: &Point, own: &[State], q: Option<&[f64]>) -> Result<Vec<f64>> {
         let Some(q) = q else { return Ok(own.iter().map(|s| s.p).collect()) };
         let of = |(axis, s): (&Option<usize>, &State)| match axis {
@@ -134,7 +134,7 @@ impl Writer<'_> {
         let leading = ours.max_by(|a, b| way(a).total_cmp(&way(b))).unwrap_or_default();
         let mut last_s = before.t_s;
         let mut x = 0.0;
-        // on a way with turns of its own shares are those of the time
+        // on a way with its own turns shares are those of the time
         let timed = !super::turns(before, p, self.axes).is_empty();
         for n in new {
             x = if timed { n.share } else { spline::time_share(order, leading.0, leading.1, h_s, n.share, x) };

@@ -45,6 +45,9 @@ struct Lexer<'a> {
 
 impl Lexer<'_> {
     /// Passes what begins with byte `b`: the kind of its token; `None`: it makes none.
+    ///
+    /// `token = blank | newline | "#" comment | "$" ... | string | number | word | compare | mark`,
+    /// `compare = ("=" | "!" | "<" | ">") "="`
     fn token(&mut self, b: u8) -> Result<Option<Kind>> {
         let (bytes, at) = (self.bytes, self.at);
         let (kind, end) = match b {

@@ -115,7 +115,7 @@ pub struct Builder<'a> {
     pub led: Option<&'static str>,
     /// The same before each open block, or at the end of one of its branches: a block may be passed by.
     led_before: Vec<Option<&'static str>>,
-    /// What the functions of the file leave behind of that.
+    /// What of that is on at the end of each function of the file.
     led_by: HashMap<String, Option<&'static str>>,
     /// The function with which the program starts; `None`: none.
     entry_def: Option<usize>,
@@ -212,6 +212,9 @@ impl Builder<'_> {
         self.moving.get(name).copied().unwrap_or_else(|| !words::is_quiet(name))
     }
 
+    /// What an item of the script does.
+    ///
+    /// `item = call | ("run" | "kill" | "join") ... | "set_tcp" ... | assignment | other`
     fn item(&mut self, item: &Item) -> Result<()> {
         let token = item.span.start;
         if let Some(t) = self.p.tokens.get(token) {

@@ -90,7 +90,7 @@ fn element(text: &Text, tokens: &[Token], words: &Words, mut span: Span) -> Opti
 /// `expression = sum of numbers, brackets and "d2r" "(" sum ")"`
 fn folded(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
     let tokens = tokens.get(span.clone())?;
-    // what is replaced stands on one line, so that no comment goes with it
+    // what is replaced stands on one line, so that no comment is removed with it
     let bytes = tokens.first()?.start()..tokens.last()?.end();
     if text.slice(bytes.clone()).contains(&b'\n') {
         return None;
@@ -100,7 +100,7 @@ fn folded(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::St
     Some((value, style, bytes))
 }
 
-/// Decimals of a number that takes the place of an expression.
+/// Decimals of a number that replaces an expression.
 const FOLDED_DECIMALS: u8 = 6;
 
 /// `d2r` and no names.
@@ -183,7 +183,7 @@ pub fn pose_values(text: &Text, tokens: &[Token], words: &Words, span: &Span) ->
     let value = |e: &Element| {
         let digit = 10f64.powi(-i32::from(e.style.decimals));
         let (start, end) = (e.bytes.start, e.bytes.end);
-        // degrees in a pose have a unit of their own
+        // degrees in a pose have their own unit
         (!e.degrees).then_some(Some(Value { si: e.value, start, end, style: e.style, digit, finest: FINEST }))
     };
     list.iter().map(value).collect::<Option<Vec<_>>>().filter(|v| v.len() == 6)

@@ -19,7 +19,7 @@ pub struct Motion {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionKind {
     Move,
-    /// A set point of a stream, with a time of its own.
+    /// A set point of a stream, with its own time.
     Servo,
     /// By an arc or a process, no points on the way.
     Arc,
@@ -46,7 +46,7 @@ pub fn motion(name: &str) -> Option<Motion> {
     }
 }
 
-/// Functions that neither move the robot nor change what targets mean, beside those told by their first letters.
+/// Functions that neither move the robot nor change what targets mean, beside those known by their first letters.
 const QUIET: &str = "\
     abs acos asin assert atan atan2 binary_list_to_integer ceil configurable_digital_out cos d2r r2d exp \
     enter_critical exit_critical floor get integer_to_binary_list interpolate_pose length list_length log \

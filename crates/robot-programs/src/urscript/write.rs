@@ -3,7 +3,7 @@
 //! A goal is written in place. A list variable that other moves or readers need with its old value gets a clone: a new
 //! assignment after the old one, with its qualifier and a fresh name, to which the move is turned. A new point is a copy of the
 //! move's own call in front of it, with a list instead of its target, and its share of `t=`. Blends must not overlap on this
-//! controller: the copy's `r=` is at most the room that it has, the move's own is shrunk where it is asked for.
+//! controller: the copy's `r=` is at most the space that it has, the move's own is shrunk where it is asked for.
 
 use super::moves::CYCLE_S;
 use super::steps::{Built, Site};

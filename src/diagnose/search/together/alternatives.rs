@@ -41,7 +41,7 @@ pub(super) fn winds_up(effects: &[EffectInstance], target: Target) -> bool {
     effects.iter().any(|p| p.target == target && winds(p))
 }
 
-/// Wind-up in the place of the k-th free effect, where that is a gap and the joint has no wind-up yet.
+/// Wind-up instead of the k-th free effect, where that is a gap and the joint has no wind-up yet.
 fn windup(problem: &Problem, machine: &MachineFit, k: usize, support: f64) -> Option<Alternative> {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let i = fit.free[k];

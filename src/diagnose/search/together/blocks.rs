@@ -62,7 +62,7 @@ impl Blocks {
         Self::over(&folds(problem), columns, y)
     }
 
-    /// The same with folds of one's own: ranges of the long vector.
+    /// The same with given folds: ranges of the long vector.
     pub fn over(folds: &[Vec<std::ops::Range<usize>>], columns: &[&[f64]], y: &[f64]) -> Self {
         let k = columns.len();
         let sums: Vec<(DMatrix<f64>, DVector<f64>, f64)> = folds

@@ -1,4 +1,4 @@
-//! Effects that were left out for want of support, as a part of the uncertainty of those that were not.
+//! Effects that were left out for lack of support, as a part of the uncertainty of those that were not.
 //!
 //! Method: a term that held-out blocks do not support may still be there, and what it does is then taken for something else: a
 //! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool, gravity for lengths of the arm. Such terms are set beside the fit as columns under their weak prior; the
@@ -26,7 +26,7 @@ use rayon::prelude::*;
 const WINDUP: f64 = 1.0 / 3.0;
 /// Masses and centres of mass of a robot file, in parts of them, one standard deviation.
 const MASSES: f64 = 0.15;
-/// Bend of a joint that is not worth a column, rad.
+/// Bend of a joint below which it gets no column, rad.
 const NO_BEND: f64 = 1e-7;
 /// m/s^2.
 const GRAVITY: f64 = 9.80665;

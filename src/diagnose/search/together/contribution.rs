@@ -8,7 +8,7 @@ use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// An effect is worth a name where it moves the TCP by this part of what is left with everything found, rms.
+/// An effect is named where it moves the TCP by this part of what is left with everything found, rms.
 pub const WORTH: f64 = 0.2;
 
 /// rms per coordinate of what each free effect moves, beyond a movement of the frame; the largest log.

@@ -181,7 +181,7 @@ fn chosen(table: &Table, list: &[&Candidate], starts: &[usize]) -> (Vec<usize>, 
     (pick, joined)
 }
 
-/// Gaps that vary over position: the hypothesis with a curve in the place of every gap that the held-out blocks want so.
+/// Gaps that vary over position: the hypothesis with a curve instead of every gap for which the held-out blocks prefer it.
 pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let mut h = fit.hypothesis.clone();

@@ -96,7 +96,7 @@ fn left(
     (structure, remains)
 }
 
-/// Part of what was explained, in squares, that must remain to be worth telling.
+/// Part of what was explained, in squares, that must remain to be reported.
 const WORTH: f64 = 0.01;
 /// Chance below which structure remains.
 const STRUCTURED: f64 = 1e-5;

@@ -7,7 +7,7 @@
 //! stays where it lessens the gap on held-out blocks after the refit, too. It never gets a physical name.
 //!
 //! Fails where structure belongs to one log alone (a slip, a walk): over time a curve is tried where there are several logs,
-//! and must hold on either half of them; none stands for it that half of the log contradicts. A level that goes with a zero offset or the frame is left to these: intervals are those of the shape.
+//! and must hold on either half of them; none stands for it that half of the log contradicts. A level that a zero offset or the frame has, too, is left to these: intervals are those of the shape.
 
 pub(crate) mod curves;
 
@@ -242,7 +242,7 @@ fn of_curves(problem: &Problem, effects: &[EffectInstance], free: &[usize]) -> P
     prior
 }
 
-/// Standard uncertainties of a curve's values by their covariance: of its shape, as its level goes with zeros and frame.
+/// Standard uncertainties of a curve's values by their covariance: of its shape, as zeros and frame have its level, too.
 pub fn sigma(placed: &EffectInstance, covariance: &DMatrix<f64>) -> Vec<f64> {
     let n = covariance.nrows();
     let width = if placed.effect.get::<Empirical>().is_some_and(Empirical::is_of_tcp) { 3 } else { 1 };

@@ -27,7 +27,7 @@ use series::PairSeries;
 
 /// Below this probability of any creep the dwells' means are taken as they are.
 const LEAST_PROBABILITY: f64 = 0.02;
-/// From this probability on the means are taken back to rest; below it they stay, and only the joint's interval tells of the doubt.
+/// From this probability on the means are taken back to rest; below it they stay, and only the joint's interval shows the doubt.
 /// Of joints without any creep one in a hundred exceeds it by chance, as the prior gives creep one half.
 const CREEPS: f64 = 0.99;
 /// Pairs from which creep can be distinguished from the noise.

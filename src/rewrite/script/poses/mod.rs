@@ -58,7 +58,7 @@ pub struct Poses {
     frames: Frames,
     by_tool: BTreeMap<String, Arc<Tooled>>,
     pub missing: Missing,
-    /// Joints in whose configuration the arm works where nothing else tells, rad or m; `None`: nobody says.
+    /// Joints in whose configuration the arm works where nothing else determines it, rad or m; `None`: not given.
     pub posture: Option<Arc<[f64]>>,
 }
 
@@ -118,7 +118,7 @@ impl Poses {
         }
     }
 
-    /// One more move that waits for tools that nobody gives.
+    /// One more move that waits for tools that are not given.
     pub fn waits_for(&mut self, cause: &Cause) {
         let Cause::ToolNotGiven { tools } = cause else { return };
         for name in tools {
@@ -127,7 +127,7 @@ impl Poses {
     }
 }
 
-/// A frame by what is known of it; names that nobody gives are added to `missing`. Of several the one that all are.
+/// A frame by what is known of it; names that are not given are added to `missing`. Of several the one that all are.
 fn resolved(
     frame: &Frame,
     base: Isometry3<f64>,

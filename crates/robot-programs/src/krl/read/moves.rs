@@ -76,7 +76,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The goal, or why nobody knows where it is as the robot goes: led by a sensor, turned otherwise, holding the part.
+    /// The goal, or why it is not known where it is as the robot goes: led by a sensor, turned otherwise, holding the part.
     fn as_the_robot_goes(&self, k: usize, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
         match (goal, self.led.by(k)) {
             (goal @ Goal::Opaque(_), _) => goal,
@@ -214,7 +214,7 @@ impl Reader<'_> {
         }
         *end = Some(next);
         *others = Some(Arc::default());
-        // numbers in the motion itself belong to nobody else
+        // numbers in the motion itself belong to it alone
         let chosen = factors.iter().position(|f| f.inline).or_else(|| factors.iter().position(|f| f.name.is_some()));
         let Some(chosen) = chosen else { return Ok(Goal::Opaque("the goal is computed".into())) };
         let factor = &factors[chosen];
@@ -317,7 +317,7 @@ impl Reader<'_> {
         of(self.data.names[n].value().ok()?)
     }
 
-    /// The bytes of the point on the way of an arc that several arcs may take the place of: a CIRC of its own, whose orientation
+    /// The bytes of the point on the way of an arc that several arcs may replace: a separate CIRC, whose orientation
     /// nothing in the program steers. An inline form couples its point on the way, and a spline its neighbours.
     fn via_of_splittable(&self, line: &[Token], at: usize, word: Word, goal: &Goal) -> Option<Range<usize>> {
         let Goal::Pose(pose) = goal else { return None };

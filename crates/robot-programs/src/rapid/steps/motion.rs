@@ -1,7 +1,7 @@
 //! A motion instruction as a step: its target, speed, zone and tool, and why no point may be added before it.
 //!
 //! Grammar (ABB, Technical reference manual, RAPID Instructions, Functions and Data types): `MoveJ [\Conc] ToPoint [\ID] Speed [\V] | [\T] Zone [\Z]
-//! [\Inpos] Tool [\WObj]`; `MoveC` has `CirPoint` before `ToPoint`; process instructions (`ArcL`, `SpotL`) have arguments of their own
+//! [\Inpos] Tool [\WObj]`; `MoveC` has `CirPoint` before `ToPoint`; process instructions (`ArcL`, `SpotL`) have their own arguments
 //! between speed and tool.
 
 use super::super::arguments::{Arg, Switch, positional};
@@ -35,6 +35,8 @@ fn switch(args: &[Arg], name: &str) -> Option<Switch> {
 
 impl Builder<'_> {
     /// Adds the steps of a motion instruction; `alone`: it is the one statement of an IF.
+    ///
+    /// `motion = word argument {"," argument} ";"`
     ///
     /// # Errors
     /// Bad input where it has no target, or a target that is none.
@@ -86,6 +88,9 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Which argument is what.
+    ///
+    /// `arguments = [via ","] target "," speed "," ... zone "," ... tool ...`; each by its name (`ToPoint:=`) or by its place
     fn places(&mut self, item: &Item, motion: &Motion, args: &[Arg]) -> Result<Places> {
         let p = self.f.p;
         let token = item.span.start;
@@ -107,6 +112,9 @@ impl Builder<'_> {
     }
 
     /// Speed and radius of the zone, m; the time of `\T` goes into the site.
+    ///
+    /// `pace = "\" "T" ":=" seconds | "\" "V" ":=" number | speeddata`,
+    /// `corner = "\" "Z" ":=" number | zonedata`
     fn pace(
         &mut self,
         item: &Item,
@@ -137,6 +145,9 @@ impl Builder<'_> {
         (speed, blend_m)
     }
 
+    /// Where the motion leads.
+    ///
+    /// `goal = target ["\" "WObj" ":=" wobjdata] ["\" ("Corr" | "Track" | "Weave") ...]`
     fn goal(
         &mut self,
         item: &Item,
@@ -210,7 +221,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The goal of a motion that something leads off its path: an instruction before it, or a switch of its own.
+    /// The goal of a motion that something leads off its path: an instruction before it, or its own switch.
     fn led_away(&self, goal: Goal, switch: Option<&str>) -> Goal {
         match (&self.going.led, switch) {
             (Some(by), _) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
@@ -219,7 +230,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Which argument is the point on the way of a MoveC that several may take the place of: nothing in the program may steer the
+    /// Which argument is the point on the way of a MoveC that several may replace: nothing in the program may steer the
     /// orientation on arcs.
     fn via_of_splittable(&self, item: &Item, goal_at: usize, args: &[Arg]) -> Option<usize> {
         let at = goal_at.checked_sub(1)?;
@@ -251,6 +262,9 @@ impl Builder<'_> {
         }
     }
 
+    /// The speed of speed data.
+    ///
+    /// `speeddata = "[" number ... "]" | name`
     fn speed(&mut self, span: &Span, item: &Item) -> Speed {
         if let Some(node) = self.node(span, item) {
             return node.get(0).and_then(Node::number).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3));
@@ -263,6 +277,8 @@ impl Builder<'_> {
     }
 
     /// Radius of a zone, m.
+    ///
+    /// `zonedata = "[" ("TRUE" | "FALSE") "," number ... "]" | name`
     fn zone(&mut self, arg: &Arg, item: &Item) -> Option<f64> {
         if let Some(node) = self.node(&arg.span, item) {
             // [finep, pzone_tcp, ...]

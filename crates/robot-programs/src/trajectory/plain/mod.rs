@@ -17,6 +17,8 @@ const DEEPEST: usize = 16;
 const LONGEST_KEY: usize = 512;
 
 /// The tree of a plain text; `None`: it is not plain.
+///
+/// `text = value | ["---" newline] block`
 pub fn tree(bytes: &[u8]) -> Option<Tree> {
     let mut reader = Reader { bytes, at: 0, depth: 0, nodes: Vec::new(), comments: Vec::new(), json: false };
     let first = bytes.iter().position(|b| !matches!(b, b' ' | b'\n' | b'\t'))?;
@@ -50,6 +52,8 @@ struct Reader<'a> {
 }
 
 /// Whether a byte can stand in a word.
+///
+/// `word_byte = letter | digit | "_" | "." | "/" | "+" | "-"`
 fn of_word(b: u8) -> bool {
     b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'/' | b'+' | b'-')
 }
@@ -76,6 +80,8 @@ impl Reader<'_> {
     }
 
     /// Goes to the first word of the next line that has one, from the start of a line; its indentation. `None`: there is none.
+    ///
+    /// `lines = {{blank} ["#" comment] newline} {blank}`
     fn next_line(&mut self) -> Option<usize> {
         loop {
             let start = self.at;
@@ -101,6 +107,8 @@ impl Reader<'_> {
 
     /// Goes over the end of a line on which nothing more stands, to the first word after it; its indentation, `None` at the end of
     /// the text.
+    ///
+    /// `rest = {blank} ["#" comment] newline`
     fn end_of_line(&mut self) -> Option<Option<usize>> {
         self.blanks();
         if self.peek() == Some(b'#') && self.at.checked_sub(1).and_then(|k| self.bytes.get(k)) == Some(&b' ') {
@@ -128,6 +136,8 @@ impl Reader<'_> {
     }
 
     /// A word without quotes.
+    ///
+    /// `word = {letter | digit | "_" | "." | "/" | "+" | "-"}`, no mark of a document or of a list
     fn word(&mut self) -> Option<()> {
         let start = self.at;
         while self.peek().is_some_and(of_word) {
@@ -141,6 +151,8 @@ impl Reader<'_> {
     }
 
     /// A word in quotes, without escapes and other quotes.
+    ///
+    /// `word = '"' {any} '"' | "'" {any} "'"`
     fn quoted(&mut self) -> Option<()> {
         let (start, quote) = (self.at, self.peek()?);
         self.at += 1;
@@ -155,6 +167,8 @@ impl Reader<'_> {
     }
 
     /// A word, in quotes or without.
+    ///
+    /// `single = quoted | word`
     fn single(&mut self) -> Option<()> {
         match self.peek()? {
             b'"' | b'\'' => self.quoted(),
@@ -163,6 +177,8 @@ impl Reader<'_> {
     }
 
     /// A value in brackets, or a word within them.
+    ///
+    /// `value = "[" [value {"," value}] "]" | "{" [key value {"," key value}] "}" | single`
     fn brackets(&mut self) -> Option<()> {
         let (start, from) = (self.at, self.nodes.len());
         let (closing, kind) = match self.peek()? {
@@ -194,6 +210,8 @@ impl Reader<'_> {
     }
 
     /// A key and its colon.
+    ///
+    /// `key = single ":"`
     fn key(&mut self) -> Option<()> {
         let quoted = self.peek()? == b'"';
         self.single()?;
@@ -202,11 +220,15 @@ impl Reader<'_> {
     }
 
     /// Whether a list goes on here.
+    ///
+    /// `dash = "-" (blank | newline)`
     fn dash(&self) -> bool {
         self.peek() == Some(b'-') && matches!(self.bytes.get(self.at + 1), Some(b' ' | b'\n'))
     }
 
     /// A list or mapping by lines, from its first word; the indentation of the line after it, `None` at the end of the text.
+    ///
+    /// `block = item {item} | entry {entry}`
     fn block(&mut self, indent: usize) -> Option<Option<usize>> {
         self.depth += 1;
         (self.depth <= DEEPEST).then_some(())?;
@@ -226,6 +248,8 @@ impl Reader<'_> {
     }
 
     /// An item of a list.
+    ///
+    /// `item = "-" blank (value | block)`
     fn item(&mut self, indent: usize) -> Option<Option<usize>> {
         let dash = self.at;
         self.at += 1;
@@ -244,6 +268,8 @@ impl Reader<'_> {
     }
 
     /// Whether a key stands here.
+    ///
+    /// `key = word ":" ...`
     fn is_key(&self) -> bool {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let word = rest.iter().position(|b| !of_word(*b)).unwrap_or(rest.len());
@@ -251,6 +277,8 @@ impl Reader<'_> {
     }
 
     /// A key with its value.
+    ///
+    /// `entry = key (value | newline block)`
     fn entry(&mut self, indent: usize) -> Option<Option<usize>> {
         self.is_key().then_some(())?;
         self.key()?;
