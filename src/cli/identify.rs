@@ -15,7 +15,8 @@ use std::path::PathBuf;
 /// Estimate the half gaps and the friction of the joints from measurement logs.
 ///
 /// Without a subcommand, all logs of a machine are fitted together: any number of bidirectional dwell tests, paths and
-/// excitation motions. The fit estimates the half gap of every joint over its position, its friction (which builds up with
+/// excitation motions, with the TCP of a tracker, the distance of a ballbar (r_mm, r_um) or the reading of a dial gauge
+/// (dial_um). The fit estimates the half gap of every joint over its position, its friction (which builds up with
 /// travel after a reversal, until the servo corrects it), its wind-up, the geometry, the tracker's frame and the time lags,
 /// all with their covariance. Each subcommand evaluates one kind of test alone.
 #[derive(Debug, clap::Args)]
@@ -35,6 +36,8 @@ pub struct Args {
     #[command(flatten)]
     pub input: common::LogArgs,
     #[command(flatten)]
+    pub setups: common::SetupsArgs,
+    #[command(flatten)]
     pub result: common::ResultArgs,
 }
 
@@ -53,7 +56,9 @@ pub fn run(args: Args) -> Result<()> {
         (Some(Command::Path(a)), _) => super::identify_path::run(*a),
         (Some(Command::Deadzone(a)), _) => deadzone::run(a),
         (Some(Command::Screw(a)), _) => screw::run(a),
-        (None, Some(robot)) => machine::run(machine::Args { robot, input: args.input, result: args.result }),
+        (None, Some(robot)) => {
+            machine::run(machine::Args { robot, input: args.input, setups: args.setups, result: args.result })
+        }
         (None, None) => Err(bad(Place::file("--robot"), "no robot and no log", "--robot FILE --log FILE")),
     }
 }

@@ -55,7 +55,7 @@ fn load_by(
 pub fn refuse_repeats(logs: &[Log]) -> Result<()> {
     let alike = |a: &Log, b: &Log| {
         (&a.t_s, &a.cmd, &a.tcp_m, &a.reflectors_m) == (&b.t_s, &b.cmd, &b.tcp_m, &b.reflectors_m)
-            && (&a.enc, &a.meas, &a.screw) == (&b.enc, &b.meas, &b.screw)
+            && (&a.enc, &a.meas, &a.screw, &a.instruments) == (&b.enc, &b.meas, &b.screw, &b.instruments)
     };
     for (i, log) in logs.iter().enumerate() {
         // packed or not, under whatever name

@@ -44,6 +44,7 @@ pub(super) fn undo(log: &mut Log) -> Vec<String> {
         let lost = held.unknown_end(|from, to| log.cmd.iter().any(|c| c[from] != c[to]));
         log.cmd = held.between(t_s, &log.cmd);
         log.tcp_m.iter_mut().skip(lost).for_each(|p| *p = None);
+        log.instruments.singles_mut().for_each(|c| c.iter_mut().skip(lost).for_each(|v| *v = None));
     }
     for (what, group) in [("encoders", &mut log.enc), ("screws", &mut log.screw), ("joint sensors", &mut log.meas)] {
         // a sensor that misses rows has no rows in a row

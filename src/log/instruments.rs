@@ -30,6 +30,11 @@ impl Instruments {
         [&self.distance_m, &self.distance_off_m, &self.dial_m].into_iter().find_map(|c| c.as_deref())
     }
 
+    /// The same to change, all that there are.
+    pub(super) fn singles_mut(&mut self) -> impl Iterator<Item = &mut Vec<Option<f64>>> {
+        [&mut self.distance_m, &mut self.distance_off_m, &mut self.dial_m].into_iter().flatten()
+    }
+
     /// Any reading of the TCP other than its position.
     pub fn has_scalar(&self) -> bool {
         self.scalar().is_some()

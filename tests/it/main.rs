@@ -40,6 +40,7 @@ mod identify_screw;
 mod identify_static;
 mod identify_static_bench;
 mod identify_together;
+mod instruments;
 mod job;
 mod job_deadzone;
 mod join;

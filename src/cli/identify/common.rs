@@ -7,9 +7,10 @@ use crate::error::{Place, is_stdio};
 use crate::gaps::file::{to_json, to_yaml};
 use crate::identify::scalar::Setup;
 use crate::io::output::{self, Output, write_whole};
+use crate::log::Log;
 use crate::report::Page;
 use anyhow::Result;
-use nalgebra::Unit;
+use nalgebra::{Unit, Vector3};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -38,14 +39,74 @@ pub struct SetupArgs {
 impl SetupArgs {
     /// The values, checked.
     pub fn checked(&self) -> Result<Setup> {
-        let centre_m = self.centre.as_deref().map(|t| three("--centre", t)).transpose()?.map(|mm| mm * 1e-3);
-        let direction = self.direction.as_deref().map(|t| three("--direction", t)).transpose()?;
-        let direction = match direction {
-            Some(d) if d.norm() > 0.0 => Some(Unit::new_normalize(d)),
-            Some(_) => return Err(bad(Place::file("--direction"), "0,0,0", "a direction, such as 0,0,1")),
-            None => None,
+        Ok(Setup {
+            centre_m: self.centre.as_deref().map(centre).transpose()?,
+            direction: self.direction.as_deref().map(direction).transpose()?,
+        })
+    }
+}
+
+/// The same for logs of several such instruments.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SetupsArgs {
+    /// Centre of the ballbar (columns r_mm, r_um) in the robot's world frame, mm; one for all its logs, or one for each in their
+    /// order [default: estimated from each log]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub centre: Vec<String>,
+    /// Direction in the robot's world frame in which the dial gauge's reading (dial_um) increases; one for all its logs, or one
+    /// for each in their order
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub direction: Vec<String>,
+}
+
+impl SetupsArgs {
+    /// The values of each log, checked.
+    pub fn of_each(&self, logs: &[Log]) -> Result<Vec<Setup>> {
+        let centres = self.centre.iter().map(|t| centre(t)).collect::<Result<Vec<_>>>()?;
+        let directions = self.direction.iter().map(|t| direction(t)).collect::<Result<Vec<_>>>()?;
+        let single = |log: &&Log| log.tcp_m.is_empty();
+        let ballbar = |log: &Log| log.instruments.distance_m.is_some() || log.instruments.distance_off_m.is_some();
+        let count = |of_ballbar: bool| logs.iter().filter(single).filter(|l| ballbar(l) == of_ballbar).count();
+        for (flag, given, there, what) in [
+            ("--centre", centres.len(), count(true), "log of a ballbar"),
+            ("--direction", directions.len(), count(false), "log of a dial"),
+        ] {
+            if given > 1 && given != there {
+                let found = format!("{given} times, and {} {there}", if there == 1 { "there is" } else { "there are" });
+                return Err(bad(Place::file(flag), found, format!("once, or once for each {what}")));
+            }
+        }
+        let (mut bars, mut dials) = (0, 0);
+        let nth = |k: usize, given: usize| if given > 1 { k } else { 0 };
+        let of = |log: &Log| {
+            let mut setup = Setup::default();
+            if !log.tcp_m.is_empty() {
+                return setup;
+            }
+            if ballbar(log) {
+                setup.centre_m = centres.get(nth(bars, centres.len())).copied();
+                bars += 1;
+            } else {
+                setup.direction = directions.get(nth(dials, directions.len())).copied();
+                dials += 1;
+            }
+            setup
         };
-        Ok(Setup { centre_m, direction })
+        Ok(logs.iter().map(of).collect())
+    }
+}
+
+/// A centre in the world frame, m.
+fn centre(text: &str) -> Result<Vector3<f64>> {
+    Ok(three("--centre", text)? * 1e-3)
+}
+
+fn direction(text: &str) -> Result<Unit<Vector3<f64>>> {
+    let along = three("--direction", text)?;
+    if along.norm() > 0.0 {
+        Ok(Unit::new_normalize(along))
+    } else {
+        Err(bad(Place::file("--direction"), "0,0,0", "a direction, such as 0,0,1"))
     }
 }
 

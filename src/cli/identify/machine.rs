@@ -1,6 +1,6 @@
 //! `lostmotion identify` without a subcommand: one model for all logs of a machine.
 
-use super::common::{LogArgs, ResultArgs, Shown};
+use super::common::{LogArgs, ResultArgs, SetupsArgs, Shown};
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::gaps::Gaps;
@@ -16,6 +16,7 @@ use std::path::PathBuf;
 pub struct Args {
     pub robot: PathBuf,
     pub input: LogArgs,
+    pub setups: SetupsArgs,
     pub result: ResultArgs,
 }
 
@@ -25,7 +26,8 @@ pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let logs = logs::load(&args.input.logs, args.input.columns.as_deref(), &robot)?;
     logs::refuse_repeats(&logs)?;
-    let found = during("identify", || machine::identify(&robot, &logs))?;
+    let setups = args.setups.of_each(&logs)?;
+    let found = during("identify", || machine::identify(&robot, &logs, &setups))?;
     let document = file::document(&found, &robot);
     let shown = Shown { document: &document, table: &table(&found, &robot), notes: &found.notes };
     args.result.finish(opened, &shown, || page::machine::of_identify(&robot, &found))

@@ -5,11 +5,12 @@
 //! is missing.
 
 use super::law::JointRows;
+use super::readings::Readings;
 use super::spline::Spline;
-use crate::error::{Error, Place, Result};
 use crate::log::Log;
+use crate::machine::measurement::Instrument;
 use crate::robot::{Chain, Robot};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
 /// Bins a second, at most; fewer where all logs together would have more than [`MOST_BINS`], but not fewer than the friction needs.
 const BINS_PER_S: f64 = 10.0;
@@ -43,7 +44,13 @@ pub struct BinnedLog {
     /// Mean nominal TCP, and its derivative by each axis.
     pub tcp_m: Vec<Vector3<f64>>,
     pub jacobian: Vec<Vec<Vector3<f64>>>,
-    /// Measured TCP in the base frame less the nominal one.
+    /// What was read, and the derivative of the readings by each axis: of a tracker that of the TCP.
+    pub instrument: Instrument,
+    pub sensitivity: Vec<Vec<Vector3<f64>>>,
+    /// Whether the centre or the zero of the instrument is known.
+    pub given: bool,
+    pub whole: bool,
+    /// Readings less those of the nominal TCP; of a tracker in the base frame.
     pub deviation_m: Vec<Vector3<f64>>,
     /// No measurement, or one that does not count.
     pub missing: Vec<bool>,
@@ -54,6 +61,11 @@ pub struct BinnedLog {
 impl BinnedLog {
     pub fn len(&self) -> usize {
         self.bins.len()
+    }
+
+    /// What the readings of a bin see of a movement of the TCP.
+    pub fn seen(&self, bin: usize, movement: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::from(self.instrument.sensitivity(&self.tcp_m[bin], movement))
     }
 
     /// A column of rows as means over the bins.
@@ -84,16 +96,9 @@ pub fn per_second(logs: &[&Log]) -> f64 {
     (MOST_BINS / logs.iter().map(length).sum::<f64>()).clamp(FEWEST_PER_S, BINS_PER_S)
 }
 
-/// Checks that a log can be used, and bins it. `frame` takes tracker points to the base frame.
-pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>, bins_per_s: f64) -> Result<BinnedLog> {
-    let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
-    if log.poses {
-        return refuse("settled poses (no column `t_s`)", "samples of a motion with times `t_s`");
-    }
-    if log.tcp_m.is_empty() {
-        return refuse("no columns `x_mm,y_mm,z_mm`", "the measured TCP of each row");
-    }
-    let good: Vec<bool> = log.tcp_m.iter().map(Option::is_some).collect();
+/// Bins a log.
+pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], readings: &Readings, bins_per_s: f64) -> BinnedLog {
+    let good = readings.good();
     let bins = edges(log, bins_per_s);
     let mut out = BinnedLog {
         name: log.name.clone(),
@@ -109,6 +114,10 @@ pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>,
         acceleration: Vec::new(),
         tcp_m: Vec::new(),
         jacobian: Vec::new(),
+        instrument: readings.instrument,
+        sensitivity: Vec::new(),
+        given: readings.given,
+        whole: readings.whole,
         deviation_m: Vec::new(),
         missing: Vec::new(),
         speed_m_s: None,
@@ -129,9 +138,9 @@ pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>,
     out.q = per_axis(&|a| log.cmd[a].clone(), &out);
     out.speed = per_axis(&|a| rates[a].0.clone(), &out);
     out.acceleration = per_axis(&|a| rates[a].1.clone(), &out);
-    measured(log, robot.chain(), frame, &mut out);
+    measured(log, robot.chain(), readings, &mut out);
     leave_out_corners(log, &mut out);
-    Ok(out)
+    out
 }
 
 /// Marks bins at which a command changes its speed at once: what the servo makes of it lies between two rows and no lag that is
@@ -180,8 +189,8 @@ fn rates(t: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
     (speed, acceleration)
 }
 
-/// Measured less nominal TCP, bin by bin: each row against its own command.
-fn measured(log: &Log, chain: &Chain, frame: &Isometry3<f64>, out: &mut BinnedLog) {
+/// Readings less those of the nominal TCP, bin by bin: each row against its own command.
+fn measured(log: &Log, chain: &Chain, readings: &Readings, out: &mut BinnedLog) {
     let columns: Vec<&[f64]> = log.cmd.iter().map(Vec::as_slice).collect();
     let mut nominal = vec![Vector3::zeros(); log.len()];
     chain.positions(&columns, 0, &mut nominal);
@@ -189,9 +198,9 @@ fn measured(log: &Log, chain: &Chain, frame: &Isometry3<f64>, out: &mut BinnedLo
     for (b, &(from, to)) in out.bins.clone().iter().enumerate() {
         let (mut want, mut off, mut n) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for i in from..to {
-            if let Some(p) = log.tcp_m[i] {
+            if let Some(deviation) = readings.deviation(i, &nominal[i]) {
                 want += nominal[i];
-                off += (frame * nalgebra::Point3::from(p)).coords - nominal[i];
+                off += deviation;
                 n += 1.0;
             }
         }
@@ -203,6 +212,8 @@ fn measured(log: &Log, chain: &Chain, frame: &Isometry3<f64>, out: &mut BinnedLo
         out.deviation_m.push(off / n);
         let velocity: Vector3<f64> = jacobian.iter().zip(&out.speed[b]).map(|(j, v)| j * *v).sum();
         speeds.push(velocity.norm());
+        let seen = jacobian.iter().map(|j| out.seen(b, j)).collect();
+        out.sensitivity.push(seen);
         out.jacobian.push(jacobian);
     }
     let fastest = speeds.iter().copied().fold(0.0, f64::max);

@@ -36,7 +36,7 @@ pub fn aligned<'a>(robot: &Robot, logs: &'a [Log]) -> Result<Aligned<'a>> {
     let mut shifts = vec![0.0; logs.len()];
     for _ in 0..ROUNDS {
         let now: Vec<&Log> = out.iter().map(|l| l.as_ref()).collect();
-        let registered = frame::frame(robot, &now)?;
+        let Some(registered) = frame::frame(robot, &now)? else { break };
         let mut still = true;
         for (k, log) in logs.iter().enumerate() {
             let Some(by) = apart(robot, &out[k], &registered) else { continue };

@@ -31,8 +31,8 @@ fn block(problem: &Problem, evidence: &Evidence, axis: usize, n: usize) -> DMatr
     evidence.covariance.view((at, at), (n, n)).into_owned()
 }
 
-/// Mean of the spline's weights over the places where the joint turns.
-fn mean_weights(problem: &Problem, axis: usize) -> (DVector<f64>, [f64; 2], usize) {
+/// Mean of the spline's weights over the places where the joint turns, their range and number.
+pub fn mean_weights(problem: &Problem, axis: usize) -> (DVector<f64>, [f64; 2], usize) {
     let spline = &problem.splines[axis];
     let mut sum = DVector::zeros(spline.knots());
     let (mut n, mut range) = (0usize, [f64::INFINITY, f64::NEG_INFINITY]);

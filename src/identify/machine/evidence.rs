@@ -240,7 +240,7 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
     let mut white = vec![vec![0.0; 3 * n]; 4];
     for (k, column) in white.iter_mut().enumerate() {
         let size = |b: usize| if k < 3 { shape(b, k) } else { change(b) };
-        let values: Vec<Vector3<f64>> = (first..to).map(|b| l.jacobian[b][w.axis] * size(b)).collect();
+        let values: Vec<Vector3<f64>> = (first..to).map(|b| l.sensitivity[b][w.axis] * size(b)).collect();
         problem.whiten_from(w.log, first, &values, column);
     }
     let dot = |a: &dyn Fn(usize, usize) -> f64, b: &dyn Fn(usize, usize) -> f64| -> f64 {

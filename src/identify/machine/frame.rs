@@ -1,6 +1,6 @@
 //! Where the tracker stands: the frame of all logs together, and that of a log before which it was moved.
 
-use crate::error::{Error, Place, Result};
+use crate::error::Result;
 use crate::gaps::Registered;
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
@@ -13,8 +13,11 @@ const ELSEWHERE_M: f64 = 5e-3;
 /// Rows of each log that register the frame.
 const REGISTERED: usize = 400;
 
-/// The tracker's frame from all logs.
-pub fn frame(robot: &Robot, logs: &[&Log]) -> Result<Registered> {
+/// The tracker's frame from all logs that have a TCP; `None` where none has.
+///
+/// # Errors
+/// Where the rows do not register a frame.
+pub fn frame(robot: &Robot, logs: &[&Log]) -> Result<Option<Registered>> {
     let mut pairs = Vec::new();
     for log in logs {
         let each = (log.len() / REGISTERED).max(1);
@@ -25,10 +28,9 @@ pub fn frame(robot: &Robot, logs: &[&Log]) -> Result<Registered> {
         }
     }
     if pairs.is_empty() {
-        let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        return Err(Error::bad(Place::file(name), "no measured TCP", "columns `x_mm,y_mm,z_mm`"));
+        return Ok(None);
     }
-    Ok(register_line(&pairs)?.found)
+    Ok(Some(register_line(&pairs)?.found))
 }
 
 /// Tracker to base for one log: that of all logs, unless the tracker stood elsewhere.
@@ -43,5 +45,5 @@ pub fn own_frame(robot: &Robot, log: &Log, all: &Registered) -> Result<Isometry3
     if median_of(&mut distances).is_none_or(|d| d < ELSEWHERE_M) {
         return Ok(inverse);
     }
-    Ok(frame(robot, &[log])?.frame.inverse())
+    Ok(frame(robot, &[log])?.map_or(inverse, |own| own.frame.inverse()))
 }

@@ -2,7 +2,7 @@
 //!
 //! Read in this order:
 //! - `spline`, [`law`]: what a joint does to its command, with derivatives.
-//! - [`frame`]: where the tracker stands, for all logs or one; [`bins`]: a log in rows and bins.
+//! - [`frame`]: where the tracker stands, for all logs or one; [`readings`]: what a log's instrument reads; [`bins`]: a log in rows and bins.
 //! - [`clock`]: clocks of commands and measurement that are far apart, put together first.
 //! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
@@ -11,6 +11,7 @@
 //! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
+//! - [`unseen`]: joints of which single readings tell nothing.
 //! - [`predict`]: what compensation will leave, without the noise of the instrument.
 //! - [`estimate`]: the document.
 //! - [`update`]: a compensator corrected by runs of its own programs; [`crossed`]: does a correction help strokes that did not see it;
@@ -31,21 +32,25 @@ pub(crate) mod noise;
 pub(crate) mod nuisance;
 pub(crate) mod predict;
 pub(crate) mod problem;
+pub(crate) mod readings;
 pub(crate) mod rest;
 pub(crate) mod ripple;
 pub(crate) mod solve;
 pub(crate) mod spline;
+pub(crate) mod unseen;
 pub(crate) mod update;
 pub(crate) mod views;
 
 use crate::error::{Error, Place, Result};
+use crate::gaps::Gaps;
 use crate::gaps::estimate::JointEstimate;
-use crate::gaps::{Gaps, Registered};
+use crate::identify::scalar::Setup;
 use crate::log::Log;
 use crate::numerics::robust::median_of;
 use crate::robot::Robot;
 use evidence::Evidence;
 use problem::Problem;
+use readings::Readings;
 use solve::Kept;
 use spline::Spline;
 
@@ -54,21 +59,35 @@ const KNOTS: usize = 7;
 /// Rounds of fitting, each with noise estimated from the residuals of the one before.
 const ROUNDS: usize = 3;
 
-/// Identifies a machine from its logs.
-pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
+/// Identifies a machine from its logs; `setups` says of each what is known of a ballbar or a dial (none given: nothing).
+///
+/// # Errors
+/// Where a log has no readings or no time, or no joint reverses.
+pub fn identify(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let (aligned, shifts) = clock::aligned(robot, logs)?;
     let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
     let registered = frame::frame(robot, &aligned)?;
-    let Solved { problem, evidence, varies, apart } = solved(robot, &aligned, &registered)?;
+    let readings = aligned
+        .iter()
+        .enumerate()
+        .map(|(k, l)| Readings::new(robot, l, &setups.get(k).copied().unwrap_or_default(), registered.as_ref()))
+        .collect::<Result<Vec<_>>>()?;
+    let Solved { problem, evidence, varies, apart } = solved(robot, &aligned, &readings)?;
     let mut notes: Vec<String> = shifts.iter().map(|(log, by_s)| clock::note(&logs[*log], *by_s)).collect();
+    notes.extend(readings.iter().filter_map(Readings::note));
     let mut gaps = Gaps {
-        registration: Some(registered),
+        registration: registered,
         tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
         ..Gaps::new(robot, logs)
     };
-    let mut estimates = Vec::new();
+    let (mut estimates, mut undetermined) = (Vec::new(), false);
     for (axis, p) in varies.into_iter().enumerate() {
         let name = &robot.axis(axis).name;
+        if let Some(note) = unseen::note(&problem, &evidence, axis) {
+            notes.push(note);
+            undetermined = true;
+            continue;
+        }
         match estimate::joint(&problem, &evidence, axis, p) {
             Some((gap, estimate, points)) => {
                 gaps.joints.push(gap);
@@ -80,7 +99,12 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
     }
     if estimates.is_empty() {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        return Err(Error::bad(Place::file(name), "no joint that reverses", "logs in which joints turn round"));
+        let (found, expected) = if undetermined {
+            ("readings that determine no joint's gap", "readings along which joints move the TCP as they turn round")
+        } else {
+            ("no joint that reverses", "logs in which joints turn round")
+        };
+        return Err(Error::bad(Place::file(name), found, expected));
     }
     let whole = estimate::whole(&problem, &evidence, estimates);
     notes.extend(whole.joints.iter().map(|j| trust_note(robot, j)));
@@ -116,13 +140,10 @@ struct Solved<'a> {
 }
 
 /// Fits, decides which frictions are apart and which gaps vary with position, and fits once more.
-fn solved<'a>(robot: &'a Robot, logs: &[&Log], registered: &Registered) -> Result<Solved<'a>> {
+fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<Solved<'a>> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let bins_per_s = bins::per_second(logs);
-    let bins = logs
-        .iter()
-        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, registered)?, bins_per_s))
-        .collect::<Result<Vec<_>>>()?;
+    let bins = logs.iter().zip(readings).map(|(l, r)| bins::bin(l, robot, &splines, r, bins_per_s)).collect();
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
     for k in 0..ROUNDS {

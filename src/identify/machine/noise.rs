@@ -115,7 +115,12 @@ impl Noise {
 }
 
 /// Principal directions of the scatter of differences of neighbours: what is slow does not count.
+///
+/// Single readings stand in the first coordinate, and stay there.
 fn principal(residual: &[Vector3<f64>], missing: &[bool]) -> Matrix3<f64> {
+    if residual.iter().all(|r| r.y == 0.0 && r.z == 0.0) {
+        return Matrix3::identity();
+    }
     let mut scatter = Matrix3::zeros();
     let pairs = (1..residual.len()).filter(|&i| !missing[i] && !missing[i - 1]);
     let mut sizes: Vec<f64> = pairs.clone().map(|i| (residual[i] - residual[i - 1]).norm()).collect();

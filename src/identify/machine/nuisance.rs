@@ -1,15 +1,16 @@
-//! What is not lost motion, as linear columns with weak priors: one vector of the TCP per bin and column.
+//! What is not lost motion, as linear columns with weak priors: what the instrument sees of it per bin and column.
 //!
 //! Shared by all logs: small rotations and translations of every body of the arm (they hold every error of geometry, zero
 //! position and tool to first order), the lag of each joint, its answer to acceleration, its compliance under gravity, and
-//! ripples of its gear. Of each log alone: the tracker's frame, a slow drift of the TCP, the offset and rate of its clock, and
-//! where a joint stood before its first movement.
+//! ripples of its gear. Of each log alone: the tracker's frame (of a ballbar its centre and length, of a dial its zero and tilt), a slow
+//! drift of the TCP, the offset and rate of its clock, and where a joint stood before its first movement.
 //!
 //! Priors are normal with the standard deviations below: several times what robots show, so that they decide nothing that the
 //! logs know, and keep apart what the logs cannot tell apart.
 
 use super::bins::BinnedLog;
 use crate::machine::gravity::Gravity;
+use crate::machine::measurement::Instrument;
 use crate::robot::{JointKind, Robot};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -17,6 +18,10 @@ use rayon::prelude::*;
 /// Standard deviations of the priors; SI.
 const FRAME_M: f64 = 5e-3;
 const FRAME_RAD: f64 = 5e-3;
+/// A centre or a length that was given; a zero that was not; the direction of a dial.
+const GIVEN_M: f64 = 1e-3;
+const ZERO_M: f64 = 1e-2;
+const TILT_RAD: f64 = 5e-2;
 const BODY_M: f64 = 1e-3;
 const BODY_RAD: f64 = 1e-3;
 const LAG_S: f64 = 2e-2;
@@ -67,25 +72,33 @@ pub fn columns(log: &BinnedLog, number: usize, robot: &Robot, ripples: &[Ripple]
     out
 }
 
-/// Frame, drift and clock of one log.
+/// Frame of the instrument, drift and clock of one log.
 fn own(log: &BinnedLog, number: usize) -> Vec<Column> {
     let n = log.len();
-    let centre = log.tcp_m.iter().sum::<Vector3<f64>>() / n.max(1) as f64;
     let (t0, t1) = (log.t_s.first().copied().unwrap_or(0.0), log.t_s.last().copied().unwrap_or(1.0));
     let u: Vec<f64> = log.t_s.iter().map(|t| (2.0 * t - t0 - t1) / (t1 - t0).max(1e-9)).collect();
     let velocity: Vec<Vector3<f64>> =
-        log.jacobian.iter().zip(&log.speed).map(|(j, v)| j.iter().zip(v).map(|(j, v)| j * *v).sum()).collect();
+        log.sensitivity.iter().zip(&log.speed).map(|(j, v)| j.iter().zip(v).map(|(j, v)| j * *v).sum()).collect();
     let mut out = Vec::new();
     let mut part = 0;
     let mut add = |sigma: f64, values: Vec<Vector3<f64>>| {
         out.push(Column { name: Name::Own { log: number, part }, sigma, values });
         part += 1;
     };
-    for e in [Vector3::x(), Vector3::y(), Vector3::z()] {
-        add(FRAME_M, vec![e; n]);
-        add(FRAME_RAD, log.tcp_m.iter().map(|p| e.cross(&(p - centre))).collect());
-        add(DRIFT_M, u.iter().map(|u| e * *u).collect());
-        add(DRIFT_M, u.iter().map(|u| e * (1.5 * u * u - 0.5)).collect());
+    if log.instrument == Instrument::Tcp {
+        let centre = log.tcp_m.iter().sum::<Vector3<f64>>() / n.max(1) as f64;
+        for e in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            add(FRAME_M, vec![e; n]);
+            add(FRAME_RAD, log.tcp_m.iter().map(|p| e.cross(&(p - centre))).collect());
+            add(DRIFT_M, u.iter().map(|u| e * *u).collect());
+            add(DRIFT_M, u.iter().map(|u| e * (1.5 * u * u - 0.5)).collect());
+        }
+    } else {
+        for (sigma, values) in single(log) {
+            add(sigma, values);
+        }
+        add(DRIFT_M, u.iter().map(|u| Vector3::x() * *u).collect());
+        add(DRIFT_M, u.iter().map(|u| Vector3::x() * (1.5 * u * u - 0.5)).collect());
     }
     add(CLOCK_S, velocity.clone());
     add(CLOCK_RATE, velocity.iter().zip(&log.t_s).map(|(v, t)| v * (t - 0.5 * (t0 + t1))).collect());
@@ -95,11 +108,34 @@ fn own(log: &BinnedLog, number: usize) -> Vec<Column> {
         let waits = log.bins.iter().take_while(|b| b.1 <= first).count();
         if waits > 10 {
             let lever = lever(log, *axis);
-            let at = |b: usize| if b < waits { log.jacobian[b][*axis] } else { Vector3::zeros() };
+            let at = |b: usize| if b < waits { log.sensitivity[b][*axis] } else { Vector3::zeros() };
             add(START_M / lever, (0..n).map(at).collect());
         }
     }
     out
+}
+
+/// What an instrument with one reading a row does not know of itself.
+fn single(log: &BinnedLog) -> Vec<(f64, Vec<Vector3<f64>>)> {
+    let centre = match log.instrument {
+        Instrument::Direction { .. } => log.tcp_m.iter().sum::<Vector3<f64>>() / log.len().max(1) as f64,
+        _ => Vector3::zeros(),
+    };
+    let own: Vec<Vec<Vector3<f64>>> = log
+        .tcp_m
+        .iter()
+        .map(|p| log.instrument.nuisances(&(p - centre)).into_iter().map(Vector3::from).collect())
+        .collect();
+    let sigmas = match log.instrument {
+        Instrument::Distance { .. } => {
+            let centre = if log.given { GIVEN_M } else { FRAME_M };
+            vec![centre, centre, centre, if log.whole { GIVEN_M } else { ZERO_M }]
+        }
+        Instrument::Direction { .. } => vec![ZERO_M, TILT_RAD, TILT_RAD],
+        _ => Vec::new(),
+    };
+    let column = |k: usize| own.iter().map(|o| o[k]).collect();
+    sigmas.iter().enumerate().map(|(k, sigma)| (*sigma, column(k))).collect()
 }
 
 /// Root mean square of the derivative of the TCP by an axis, m per rad or m.
@@ -118,10 +154,11 @@ fn bodies(log: &BinnedLog, robot: &Robot) -> Vec<Column> {
     let mut out = Vec::new();
     for (joint, frames) in frames.iter().enumerate() {
         for c in 0..3 {
-            let values = frames.iter().map(|f| f[c]).collect();
+            let values = frames.iter().enumerate().map(|(b, f)| log.seen(b, &f[c])).collect();
             out.push(Column { name: Name::Body { joint, part: c }, sigma: BODY_M, values });
             if joint + 1 < joints {
-                let values = frames.iter().zip(&log.tcp_m).map(|(f, p)| f[c].cross(&(p - f[3]))).collect();
+                let turned = frames.iter().zip(&log.tcp_m).map(|(f, p)| f[c].cross(&(p - f[3])));
+                let values = turned.enumerate().map(|(b, v)| log.seen(b, &v)).collect();
                 out.push(Column { name: Name::Body { joint, part: 3 + c }, sigma: BODY_RAD, values });
             }
         }
@@ -132,7 +169,7 @@ fn bodies(log: &BinnedLog, robot: &Robot) -> Vec<Column> {
 /// Lag, acceleration and load of each joint.
 fn joints(log: &BinnedLog, robot: &Robot) -> Vec<Column> {
     let along = |axis: usize, by: &dyn Fn(usize) -> f64| -> Vec<Vector3<f64>> {
-        log.jacobian.iter().enumerate().map(|(b, j)| j[axis] * by(b)).collect()
+        log.sensitivity.iter().enumerate().map(|(b, j)| j[axis] * by(b)).collect()
     };
     let mut out = Vec::new();
     for (axis, _) in &log.moving {
@@ -178,7 +215,7 @@ pub fn of_ripples(log: &BinnedLog, ripples: &[Ripple], first: usize) -> Vec<Colu
                 let phase = r.per_unit * log.q[b][r.axis];
                 if part == 0 { phase.sin() } else { phase.cos() }
             };
-            let values = log.jacobian.iter().enumerate().map(|(b, j)| j[r.axis] * wave(b)).collect();
+            let values = log.sensitivity.iter().enumerate().map(|(b, j)| j[r.axis] * wave(b)).collect();
             out.push(Column { name: Name::Ripple { number: first + k, part }, sigma: RIPPLE_M / lever, values });
         }
     }

@@ -267,7 +267,7 @@ impl<'a> Problem<'a> {
         let mut column = Vec::new();
         for (axis, r) in responses {
             l.average(&r.error, &mut column);
-            for ((o, j), e) in out.iter_mut().zip(&l.jacobian).zip(&column) {
+            for ((o, j), e) in out.iter_mut().zip(&l.sensitivity).zip(&column) {
                 *o += j[*axis] * *e;
             }
         }
@@ -317,7 +317,7 @@ impl<'a> Problem<'a> {
         for (axis, r) in &responses {
             for (k, by) in r.by.iter().enumerate() {
                 l.average(by, &mut column);
-                for ((v, j), d) in values.iter_mut().zip(&l.jacobian).zip(&column) {
+                for ((v, j), d) in values.iter_mut().zip(&l.sensitivity).zip(&column) {
                     *v = j[*axis] * *d;
                 }
                 self.whiten(log, &values, design.column_mut(index.len()).as_mut_slice());

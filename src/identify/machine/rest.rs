@@ -180,5 +180,5 @@ fn spike_column(problem: &Problem, log: usize, axis: usize, part: usize) -> Opti
     let response = rows.respond(law, true);
     let mut bins = Vec::new();
     l.average(&response.by[law.gap.len() + part], &mut bins);
-    Some(l.jacobian.iter().zip(&bins).map(|(j, by)| j[axis] * *by).collect())
+    Some(l.sensitivity.iter().zip(&bins).map(|(j, by)| j[axis] * *by).collect())
 }

@@ -100,7 +100,7 @@ fn gain(problem: &Problem, white: &[Vec<f64>], axis: usize, per_unit: f64) -> f6
                 let phase = per_unit * log.q[b][axis];
                 if part == 0 { phase.sin() } else { phase.cos() }
             };
-            let values: Vec<Vector3<f64>> = (0..n).map(|b| log.jacobian[b][axis] * wave(b)).collect();
+            let values: Vec<Vector3<f64>> = (0..n).map(|b| log.sensitivity[b][axis] * wave(b)).collect();
             problem.whiten(l, &values, column);
         }
         let [s, c] = &columns;

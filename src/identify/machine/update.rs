@@ -13,6 +13,7 @@ use super::frame;
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::measured;
 use super::problem::{Part, Problem};
+use super::readings::Readings;
 use super::solve::{self, Kept};
 use super::spline::Spline;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
@@ -22,6 +23,7 @@ use crate::compensator::{
 use crate::effects::{GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::gaps::LogRef;
+use crate::identify::scalar::Setup;
 use crate::log::Log;
 use crate::numerics::chi_squared;
 use crate::robot::Robot;
@@ -46,7 +48,10 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let binned = logs
         .iter()
-        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, &registered)?, bins_per_s))
+        .map(|l| {
+            let readings = Readings::new(robot, l, &Setup::default(), registered.as_ref())?;
+            Ok(bins::bin(l, robot, &splines, &readings, bins_per_s))
+        })
         .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, binned, splines);
     let start: Vec<Option<JointLaw>> = (0..robot.dof())

@@ -25,9 +25,9 @@ use design::{Kind, Track};
 use nalgebra::{Unit, Vector3};
 
 /// A half gap is determined where its standard deviation is below this: deg, mm.
-const DETERMINED: [f64; 2] = [0.003, 0.01];
+pub const DETERMINED: [f64; 2] = [0.003, 0.01];
 /// Rows from which something can be determined.
-const LEAST_ROWS: usize = 50;
+pub const LEAST_ROWS: usize = 50;
 /// Change of readings (m) below which they are in a larger unit, as no robot moves so well.
 const LEAST_SPAN_M: f64 = 1e-6;
 /// A centre is another one where the nominal distance from it changes by this (m), and by so many times what the readings do.
@@ -95,29 +95,36 @@ fn track(robot: &Robot, log: &Log, setup: &Setup) -> Result<Track> {
     Ok(track)
 }
 
-/// Readings that no robot gives: in another unit, or about another place.
-fn plausible(robot: &Robot, logs: &[Log], tracks: &[Track], setup: &Setup) -> Result<()> {
+/// Refuses readings that no robot gives: in another unit, or about another place.
+///
+/// # Errors
+/// Bad input, with what mends it.
+pub fn plausible(robot: &Robot, log: &Log, setup: &Setup) -> Result<()> {
+    if log.instruments.distance_m.is_some() {
+        return Ok(());
+    }
     let span = |values: &[f64]| lower_quantile(values, 0.95) - lower_quantile(values, 0.05);
-    for (log, track) in logs.iter().zip(tracks).filter(|t| !t.1.whole) {
-        let read = span(&track.readings);
-        if read < LEAST_SPAN_M {
-            let found = format!("readings that change by {:.3} um", read * 1e6);
-            let expected = "micrometres in `r_um` and `dial_um`, of a moving robot: are these mm?";
-            return Err(Error::bad(Place::file(&log.name), found, expected));
-        }
-        let Some(centre) = setup.centre_m else { continue };
-        let each = (track.rows.len() / 1000).max(1);
-        let distance = |i: &usize| (robot.tcp_m(&log.command(*i)) - centre).norm();
-        let nominal = span(&track.rows.iter().step_by(each).map(distance).collect::<Vec<_>>());
-        if nominal > FAR_M + FAR_TIMES * read {
-            let found = format!(
-                "readings that change by {:.0} um on a path whose distance from the centre changes by {:.1} mm",
-                read * 1e6,
-                nominal * 1e3
-            );
-            let expected = "the centre of the ballbar in mm, in the robot's world frame";
-            return Err(Error::bad(Place::file(&log.name), found, expected).mended_by(&["centre"]));
-        }
+    let column = log.instruments.scalar().unwrap_or_default();
+    let (rows, readings): (Vec<usize>, Vec<f64>) =
+        column.iter().enumerate().filter_map(|(i, v)| Some((i, (*v)?))).unzip();
+    let read = span(&readings);
+    if read < LEAST_SPAN_M {
+        let found = format!("readings that change by {:.3} um", read * 1e6);
+        let expected = "micrometres in `r_um` and `dial_um`, of a moving robot: are these mm?";
+        return Err(Error::bad(Place::file(&log.name), found, expected));
+    }
+    let Some(centre) = setup.centre_m.filter(|_| log.instruments.distance_off_m.is_some()) else { return Ok(()) };
+    let each = (rows.len() / 1000).max(1);
+    let distance = |i: &usize| (robot.tcp_m(&log.command(*i)) - centre).norm();
+    let nominal = span(&rows.iter().step_by(each).map(distance).collect::<Vec<_>>());
+    if nominal > FAR_M + FAR_TIMES * read {
+        let found = format!(
+            "readings that change by {:.0} um on a path whose distance from the centre changes by {:.1} mm",
+            read * 1e6,
+            nominal * 1e3
+        );
+        let expected = "the centre of the ballbar in mm, in the robot's world frame";
+        return Err(Error::bad(Place::file(&log.name), found, expected).mended_by(&["centre"]));
     }
     Ok(())
 }
@@ -137,7 +144,9 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
         let name = logs.first().map_or("", |l| l.name.as_str());
         Error::bad(Place::file(name), "readings from which nothing can be solved", "a longer path")
     })?;
-    plausible(robot, logs, &tracks, setup)?;
+    for log in logs {
+        plausible(robot, log, setup)?;
+    }
     let mut notes = Vec::new();
     let mut joints = Vec::new();
     let factor = student::factor(0.95, fit.dof.max(1.0));
