@@ -41,6 +41,7 @@ pub(crate) mod views;
 use crate::error::{Error, Place, Result};
 use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{Gaps, Registered};
+use crate::identify::gears::geared;
 use crate::log::Log;
 use crate::numerics::robust::median_of;
 use crate::robot::Robot;
@@ -54,8 +55,17 @@ const KNOTS: usize = 7;
 /// Rounds of fitting, each with noise estimated from the residuals of the one before.
 const ROUNDS: usize = 3;
 
-/// Identifies a machine from its logs.
+/// Identifies a machine from its logs, by gears where gears turn by sums of axes.
 pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
+    let by_gears = geared(robot, logs);
+    let mut gaps = of_axes(&by_gears.robot, &by_gears.logs)?;
+    gaps.robot_sha256 = robot.fingerprint();
+    gaps.notes.extend(by_gears.notes);
+    Ok(gaps)
+}
+
+/// The same where every gear turns by its own axis.
+fn of_axes(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
     let (aligned, shifts) = clock::aligned(robot, logs)?;
     let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
     let registered = frame::frame(robot, &aligned)?;
