@@ -332,8 +332,9 @@ fn a_static_test_in_the_language_of_the_robot_reads_back_as_the_plan() {
             Language::UrScript => ("sleep(", "movej(["),
             _ => ("G4 P", "G1 "),
         };
-        assert_eq!(text.matches(waits).count(), dwells, "{name}");
-        assert_eq!(text.matches(stops).count(), program.goals.len(), "{name}");
+        let lines = |begins: &str| text.lines().filter(|l| !l.starts_with('(') && l.contains(begins)).count();
+        assert_eq!(lines(waits), dwells, "{name}");
+        assert_eq!(lines(stops), program.goals.len(), "{name}");
     }
 }
 
