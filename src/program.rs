@@ -120,6 +120,20 @@ impl Program {
         Self::parse(input::read(path)?, robot)
     }
 
+    /// The same program as what the gears of `robot` turn by ([`crate::robot::gap_of`]).
+    pub fn by_gears(&self, robot: &Robot) -> Self {
+        let mut program = self.clone();
+        let mut q = vec![0.0; robot.dof()];
+        for point in 0..program.len() {
+            program.point_into(point, &mut q);
+            robot.to_gears(&mut q);
+            for (column, v) in program.q.iter_mut().zip(&q) {
+                column[point] = *v;
+            }
+        }
+        program
+    }
+
     /// Parses the bytes of a program: joint-space CSV, or a vendor's whose moves all have joint targets.
     pub fn parse(input: Input, robot: &Robot) -> Result<Self> {
         match formats::recognise(Path::new(&input.name), &input.bytes) {

@@ -208,7 +208,10 @@ fn form(args: &Args, documents: &[Gaps], robot: &Robot) -> Result<Form> {
 fn table(c: &Compensator, robot: &Robot) -> String {
     let mut t = Table::new();
     t.load_preset(UTF8_HORIZONTAL_ONLY);
-    t.set_header(["joint", "backlash offset", "friction gain", "fades", "error before", "after"]);
+    // an estimate of all logs judges joints at the TCP: its notes give that
+    let judged = c.evidence.joints.iter().any(|k| k.largest_before.is_some());
+    let header = ["joint", "backlash offset", "friction gain", "fades", "error before", "after"];
+    t.set_header(&header[..if judged { 6 } else { 4 }]);
     for j in &c.joints {
         let joint = robot.axis(j.axis);
         let (kind, unit) = (joint.kind, joint.kind.unit());
@@ -221,19 +224,23 @@ fn table(c: &Compensator, robot: &Robot) -> String {
             FrictionShape::Decay(Decay::Time(tau)) => format!("{tau:.2} s"),
             FrictionShape::Decay(Decay::Travel(x)) => edge(x),
             FrictionShape::Poses { exponent, poses } => format!("l {exponent:.2}, k_t {poses}"),
-            FrictionShape::Response(r) => {
-                r.decays_s().map_or("wound up".into(), |[lo, hi]| format!("{lo:.1} to {hi:.1} s"))
-            }
+            FrictionShape::Response(r) => r.decays_s().map_or("wound up".into(), |[lo, hi]| match hi - lo < 0.05 {
+                true => format!("{lo:.1} s"),
+                false => format!("{lo:.1} to {hi:.1} s"),
+            }),
         };
         let known = c.evidence.joints.iter().find(|e| e.axis == j.axis);
-        t.add_row([
+        let mut row = vec![
             joint.name.clone(),
             gap,
             j.friction.map_or("none".into(), |f| edge(f.gain)),
             j.friction.map_or(String::new(), |f| fades(f.shape)),
-            known.and_then(|k| k.largest_before).map_or(String::new(), edge),
-            known.and_then(|k| k.largest_after).map_or(String::new(), edge),
-        ]);
+        ];
+        if judged {
+            row.push(known.and_then(|k| k.largest_before).map_or(String::new(), edge));
+            row.push(known.and_then(|k| k.largest_after).map_or(String::new(), edge));
+        }
+        t.add_row(row);
     }
     format!("{t}\n")
 }

@@ -1,9 +1,10 @@
 //! `lostmotion join`: a tracker's and a controller's recordings on one clock.
 
+use crate::cli::columns;
 use crate::cli::exit::bad;
 use crate::cli::paths;
 use crate::cli::progress::during;
-use crate::error::{Place, counted, is_stdio};
+use crate::error::{Error, Place, counted, is_stdio, shown};
 use crate::io::bag::TopicChoice;
 use crate::io::output::{self, Output};
 use crate::join::{self, Options, Report, Rows};
@@ -83,14 +84,25 @@ pub fn run(args: Args) -> Result<()> {
     let mut out = Output::create(&args.output)?;
     let robot = Robot::load(&args.robot)?;
     let map = |path: &Option<PathBuf>| path.as_deref().map(ColumnMap::load).transpose();
-    let controller =
-        Recording::load(&args.controller, &robot, map(&args.controller_columns)?.as_ref(), TopicChoice::Joints)?;
-    let tracker = Recording::load(&args.tracker, &robot, map(&args.tracker_columns)?.as_ref(), TopicChoice::Places)?;
+    let hinted = |e: Error| {
+        let of_tracker = matches!(&e, Error::BadInput(bad) if bad.place.file == shown(&args.tracker));
+        let (file, given, option) = match of_tracker {
+            true => (&args.tracker, &args.tracker_columns, "--tracker-columns"),
+            false => (&args.controller, &args.controller_columns, "--controller-columns"),
+        };
+        columns::with_hint(e, file, given.as_deref(), &robot, option)
+    };
+    let load = |file: &Path, given: &Option<PathBuf>, wanted| -> Result<Recording> {
+        Recording::load(file, &robot, map(given)?.as_ref(), wanted).map_err(|e| hinted(e).into())
+    };
+    let controller = load(&args.controller, &args.controller_columns, TopicChoice::Joints)?;
+    let tracker = load(&args.tracker, &args.tracker_columns, TopicChoice::Places)?;
     let rows = match args.rows {
         RowsOf::Tracker => Rows::Tracker,
         RowsOf::Controller => Rows::Controller,
     };
-    let joined = during("join", || join::join(&robot, &controller, &tracker, &Options { rows, near_s: args.near_s }))?;
+    let joined = during("join", || join::join(&robot, &controller, &tracker, &Options { rows, near_s: args.near_s }))
+        .map_err(hinted)?;
     out.put(&joined.table.to_csv())?;
     let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
     if let Some(document) = &mut document {
@@ -114,10 +126,15 @@ fn tell(report: &Report) {
     let half = |i: &join::Interval| 0.5 * (i.ci95[1] - i.ci95[0]);
     let side = if report.offset_ms.value < 0.0 { "behind" } else { "ahead of" };
     let rate = if report.drift_ppm.value < 0.0 { "slower" } else { "faster" };
+    let (off, off_half) = (report.offset_ms.value.abs(), half(&report.offset_ms));
+    // the digits that count stand at the end of a number of hours
+    let offset = if off < 10_000.0 {
+        format!("{off:.3} +- {off_half:.3} ms")
+    } else {
+        format!("{:.6} +- {:.6} s", off * 1e-3, off_half * 1e-3)
+    };
     eprintln!(
-        "the controller's clock is {:.3} +- {:.3} ms {side} the tracker's (at its {:.1} s) and runs {:.2} +- {:.2} ppm {rate}",
-        report.offset_ms.value.abs(),
-        half(&report.offset_ms),
+        "the controller's clock is {offset} {side} the tracker's (at its {:.1} s) and runs {:.2} +- {:.2} ppm {rate}",
         report.at_tracker_s,
         report.drift_ppm.value.abs(),
         half(&report.drift_ppm),

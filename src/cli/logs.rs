@@ -1,5 +1,6 @@
 //! Logs as commands read them: column map, reading side by side, plausibility checks before anything is computed.
 
+use crate::cli::columns;
 use crate::cli::exit::bad;
 use crate::error::{self, Place};
 use crate::log::plausibility::Kinematics;
@@ -28,12 +29,13 @@ fn load_by(
     load: fn(&Path, &Robot, Option<&ColumnMap>) -> error::Result<Log>,
     kinematics: Kinematics,
     paths: &[PathBuf],
-    columns: Option<&Path>,
+    columns_file: Option<&Path>,
     robot: &Robot,
 ) -> Result<Vec<Log>> {
-    let map = columns.map(ColumnMap::load).transpose()?;
+    let map = columns_file.map(ColumnMap::load).transpose()?;
     let read = |path: &PathBuf| -> Result<(Log, Vec<String>)> {
-        let mut log = load(path, robot, map.as_ref())?;
+        let hinted = |e| columns::with_hint(e, path, columns_file, robot, "--columns");
+        let mut log = load(path, robot, map.as_ref()).map_err(hinted)?;
         let notes = log.prepare(robot, kinematics)?;
         Ok((log, notes))
     };

@@ -8,6 +8,7 @@
 #[macro_use]
 pub mod console;
 pub(crate) mod assess;
+pub(crate) mod columns;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod diagnose;
@@ -83,6 +84,7 @@ pub enum Command {
     Track(track::Args),
     Robot(robot::Args),
     Join(join::Args),
+    Columns(columns::Args),
     Show(show::Args),
     Schema(schema::Args),
     Demo(demo::Args),
@@ -115,6 +117,7 @@ fn dispatch(command: Command) -> Result<Finished> {
         Command::Track(a) => track::run(a),
         Command::Robot(a) => robot::run(a),
         Command::Join(a) => join::run(a),
+        Command::Columns(a) => columns::run(a),
         Command::Show(a) => show::run(a),
         Command::Schema(a) => schema::run(a),
         Command::Demo(a) => demo::run(a),

@@ -5,7 +5,9 @@ use crate::cli::paths;
 use crate::error::{Error, Place};
 use crate::io::output::{self, Output};
 use crate::machine::measurement::Instrument;
+use crate::plan::recording::vendor::{self, Language};
 use crate::plan::recording::{self, Kind, Options, document};
+use crate::program::formats::{self, Recognised};
 use crate::robot::Robot;
 use anyhow::Result;
 use nalgebra::{Unit, Vector3};
@@ -61,8 +63,9 @@ pub struct Args {
     /// Number of test positions of each joint in a static test
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub places: u16,
-    /// Write the program to this file (joint-space CSV with t_s)
-    #[arg(long, short, value_name = "PROGRAM.csv")]
+    /// Write the program to this file: joint-space CSV with t_s; a static test also in the language of the robot, by the ending (.ls, .mod,
+    /// .src, .jbi, .script, .nc)
+    #[arg(long, short, value_name = "PROGRAM")]
     pub output: Option<PathBuf>,
     /// Print the plan as one JSON document on standard output
     #[arg(long)]
@@ -72,7 +75,10 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, kind: Kind) -> Result<()> {
     paths::refuse_shared(&[("--robot", Some(args.robot.as_path()))], &[("--output", args.output.as_deref())])?;
-    paths::refuse_program_ending("--output", args.output.as_deref())?;
+    let language = language(args.output.as_deref());
+    if language.is_none() {
+        paths::refuse_program_ending("--output", args.output.as_deref())?;
+    }
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     if args.json && to_stdout {
         return Err(bad(Place::file("--output"), "`-` with --json", "a file: standard output holds the document"));
@@ -82,7 +88,14 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
     let mut out = output::create(args.output.as_deref())?;
     let recording = recording::plan(&robot, kind, &options)?;
     if let Some(out) = &mut out {
-        out.put(&document::program(&recording, &robot))?;
+        let bytes = match (language, &args.output) {
+            (Some(language), Some(path)) => {
+                let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+                vendor::program(&recording, &robot, language, &stem)?
+            }
+            _ => document::program(&recording, &robot),
+        };
+        out.put(&bytes)?;
     }
     let mut text = document::words(&recording, &robot, &options);
     if args.json {
@@ -102,6 +115,20 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
     }
     eprintln!("note: the program knows no obstacles: run it slowly first");
     Ok(())
+}
+
+/// The language that the ending of the output names; `None`: a table.
+fn language(output: Option<&Path>) -> Option<Language> {
+    const TABLES: [&str; 5] = ["csv", "txt", "json", "yaml", "yml"];
+    let path = output.filter(|p| *p != Path::new("-"))?;
+    let ending = formats::ending(path)?;
+    if TABLES.contains(&ending.as_str()) || !formats::endings().contains(&ending.as_str()) {
+        return None;
+    }
+    match formats::recognise(path, b"") {
+        Recognised::Script(format) => Language::of_format(format.name()),
+        Recognised::Csv => None,
+    }
 }
 
 fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {

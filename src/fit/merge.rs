@@ -30,6 +30,8 @@ pub struct Merged {
 /// One entry per axis that any document names, in the robot's order.
 pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<Merged> {
     let mut out = Vec::new();
+    // documents whose gaps are passed over, and the joints
+    let mut unused: Vec<(usize, usize, Vec<&str>)> = Vec::new();
     for axis in 0..robot.dof() {
         let found: Vec<(usize, &JointGap)> = documents
             .iter()
@@ -49,6 +51,12 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
         let together = found.iter().rev().find(|(d, _)| estimated(*d).is_some());
         let &(from, gap) = together.or(scheduled).or(narrowest).unwrap_or(&first);
         for (d, j) in found.iter().filter(|(d, _)| *d != from) {
+            if together.is_some() {
+                match unused.iter_mut().find(|u| (u.0, u.1) == (*d, from)) {
+                    Some(u) => u.2.push(&robot.axis(axis).name),
+                    None => unused.push((*d, from, vec![&robot.axis(axis).name])),
+                }
+            }
             if gap.schedule.is_none() && (j.ci95[0] > gap.ci95[1] || j.ci95[1] < gap.ci95[0]) {
                 let kind = robot.axis(axis).kind;
                 notes.push(format!(
@@ -76,6 +84,14 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
             stiction_p: found.iter().find_map(|(_, j)| j.stiction_p_value),
         });
     }
+    notes.extend(unused.iter().map(|(d, from, joints)| {
+        format!(
+            "{}: gaps from {} are not used: those from {} were estimated together with the friction; one `identify` of all logs uses both",
+            joints.join(", "),
+            source(&documents[*d]),
+            source(&documents[*from])
+        )
+    }));
     out
 }
 

@@ -34,6 +34,65 @@ fn too_deep(text: &str) -> Option<u64> {
     None
 }
 
+/// The parser's words as a user reads them: without the place, which stands before them, and without names of types. Second: what is
+/// expected there, where that is more than the document.
+fn plainly(text: &str, line: Option<&str>) -> (String, Option<String>) {
+    let text = text.find(" at line ").map_or(text, |at| &text[..at]);
+    // the scanner's own words begin as ours do
+    let text = text.strip_prefix("found ").unwrap_or(text);
+    if text.contains("cannot start any token") && line.is_some_and(|l| l.contains('\t')) {
+        return ("a tab".into(), Some("blanks to indent lines".into()));
+    }
+    let quoted: Vec<&str> = text.split('`').skip(1).step_by(2).collect();
+    if let (Some((before, _)), Some((key, known))) = (text.split_once("unknown field "), quoted.split_first()) {
+        let nearest = known.iter().min_by_key(|k| distance(key, k)).filter(|k| distance(key, k) <= 1 + key.len() / 4);
+        let expected = match nearest {
+            Some(k) => format!("perhaps `{k}`,"),
+            None => format!("one of {},", known.join(", ")),
+        };
+        return (format!("{before}an unknown key `{key}`"), Some(expected));
+    }
+    let Some((before, expected)) = text.rsplit_once(", expected ") else { return (text.to_string(), None) };
+    let before = before.replace("invalid type: ", "");
+    match expected {
+        "f64" => (before, Some("a number".into())),
+        "usize" | "u8" | "u16" | "u32" | "u64" => (before, Some("a whole number".into())),
+        kind if kind.starts_with("struct ") && before.starts_with("string ") => ("a text without keys".into(), None),
+        kind if kind.starts_with("struct ") => (before, Some("keys with values".into())),
+        other => (before, Some(other.to_string())),
+    }
+}
+
+/// How many letters must change, come or go to make one word of the other (Levenshtein 1966).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+/// How one kind of document comes from another that was given in its place.
+fn made_of(found: &str, expected: &str) -> &'static str {
+    let are = |a: &str, b: &str| found.starts_with(a) && expected.starts_with(b);
+    if are("lostmotion/gaps/", "lostmotion/compensator/") {
+        " (`fit` makes one of gaps)"
+    } else if are("lostmotion/robot/", "lostmotion/model/") {
+        " (a model names its robot file: `robot: FILE`)"
+    } else if are("lostmotion/compensator/", "lostmotion/gaps/") {
+        " (gaps are what a compensator is made of: `identify` writes them)"
+    } else {
+        ""
+    }
+}
+
 /// A YAML text and its name, for parsing and for finding the line of a value again.
 pub struct Document<'a> {
     /// Name of the file as messages show it.
@@ -57,9 +116,8 @@ impl Document<'_> {
                 Some(l) => Place::field(self.name, l.line() as u64, l.column() as u64),
                 None => Place::file(self.name),
             };
-            // the scanner's own words begin as ours do
-            let text = e.to_string();
-            Error::bad(place, text.strip_prefix("found ").unwrap_or(&text), what)
+            let (found, hint) = plainly(&e.to_string(), place.line.and_then(|l| self.text.lines().nth(l as usize - 1)));
+            Error::bad(place, found, hint.map_or_else(|| what.to_string(), |h| format!("{h} in {what}")))
         })
     }
 
@@ -77,7 +135,11 @@ impl Document<'_> {
         if found == expected {
             return Ok(());
         }
-        Err(Error::bad(self.place(&[found]), format!("schema `{found}`"), format!("schema `{expected}`")))
+        Err(Error::bad(
+            self.place(&[found]),
+            format!("schema `{found}`"),
+            format!("schema `{expected}`{}", made_of(found, expected)),
+        ))
     }
 
     /// Place of the first line that holds all `needles` (a joint's name and a key, say), else of the file.
@@ -109,6 +171,29 @@ mod tests {
             assert!(refused.unwrap_err().to_string().contains("more than 64 levels"));
             assert!(start.elapsed().as_secs_f64() < 1.0);
         }
+    }
+
+    #[test]
+    fn words_of_the_parser_are_those_of_a_user() {
+        let nearest = plainly(
+            "joints[1]: unknown field `max_sped_deg_s`, expected one of `name`, `max_speed_deg_s`, `max_accel_deg_s2`",
+            None,
+        );
+        assert_eq!(
+            nearest,
+            ("joints[1]: an unknown key `max_sped_deg_s`".into(), Some("perhaps `max_speed_deg_s`,".into()))
+        );
+        let strange = plainly("unknown field `colour`, expected `name` or `kind` at line 3 column 4", None);
+        assert_eq!(strange, ("an unknown key `colour`".into(), Some("one of name, kind,".into())));
+        let number = plainly("joints[1].a_mm: invalid type: string \"79O\", expected f64 at line 11 column 63", None);
+        assert_eq!(number, ("joints[1].a_mm: string \"79O\"".into(), Some("a number".into())));
+        assert_eq!(
+            plainly("invalid type: string \"/PROG x\", expected struct RobotFile", None).0,
+            "a text without keys"
+        );
+        let tab = plainly("found character that cannot start any token at line 14 column 2", Some("\t- a"));
+        assert_eq!(tab.0, "a tab");
+        assert_eq!((distance("abc", "abd"), distance("", "ab"), distance("tol", "tool")), (1, 2, 1));
     }
 
     #[test]

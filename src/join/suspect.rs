@@ -59,7 +59,14 @@ pub(super) fn refuse(
         percent(least),
         percent(misfit)
     );
-    Err(Error::bad(Place::file(&file.name), found, "the path that the robot file gives for the commands"))
+    let mended = first.0.mended(robot).map_or(String::new(), |entry| {
+        format!(" (mend it in the file, or by the entry of a column map whose `to` is the same: `{entry}`)")
+    });
+    Err(Error::bad(
+        Place::file(&file.name),
+        found,
+        format!("the path that the robot file gives for the commands{mended}"),
+    ))
 }
 
 /// Misfit at the best offset with a fault put right.

@@ -82,6 +82,13 @@ pub struct Dwell {
     pub scalar: Option<JointMean>,
 }
 
+impl Dwell {
+    /// Whether anything was measured in it.
+    fn is_read(&self) -> bool {
+        self.points.iter().any(Option::is_some) || self.meas.iter().any(Option::is_some) || self.scalar.is_some()
+    }
+}
+
 /// Mean of a joint position over a dwell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointMean {
@@ -110,7 +117,10 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
         let Some(averaged) = averaged_rows(log, &rows, marked, options) else {
             continue;
         };
-        let approach = walk.approach();
+        let approach = match marked_pose(log, &still, &walk, rows.start) {
+            None => walk.approach(),
+            marked => marked,
+        };
         if let (Some(trigger), Some(a)) = (&log.trigger, &approach)
             && trigger[rows.start].signum() != a.dir
             && trigger[rows.start] != 0
@@ -126,7 +136,7 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
                 "trigger 1 in a dwell reached by positive movement of the command, -1 by negative",
             ));
         }
-        found.push(Dwell {
+        let dwell = Dwell {
             command: log.cmd.iter().map(|c| median_of(&mut c[averaged.clone()].to_vec()).unwrap_or(0.0)).collect(),
             dirs: walk.dir.clone(),
             approach,
@@ -152,9 +162,33 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
                 trimmed_mean(&mut seen, LAST_DIGIT_M)
             }),
             rows: averaged,
-        });
+        };
+        // a pose at which nothing was read only shows from where the next one was reached
+        if !log.poses || dwell.is_read() {
+            found.push(dwell);
+        }
     }
     Ok(found)
+}
+
+/// How a settled pose was reached that says so itself (`trigger`): the turning poses need not be written down then. The joint is the one
+/// that moved last, alone, or else the one that moves next.
+fn marked_pose(log: &Log, still: &[f64], walk: &Walk, row: usize) -> Option<Approach> {
+    let dir = log.trigger.as_ref().filter(|_| log.poses)?.get(row)?.signum();
+    if dir == 0 {
+        return None;
+    }
+    let axis = walk.approach().map(|a| a.axis).or_else(|| {
+        let moves = |k: usize| -> Vec<usize> {
+            (0..log.cmd.len()).filter(|a| (log.cmd[*a][k] - log.cmd[*a][row]).abs() > still[*a]).collect()
+        };
+        match (row + 1..log.len()).map(moves).find(|m| !m.is_empty())?.as_slice() {
+            [axis] => Some(*axis),
+            _ => None,
+        }
+    })?;
+    let at = log.t_s[row];
+    Some(Approach { axis, dir, stroke: f64::INFINITY, stopped_s: at, turned_s: None })
 }
 
 /// Maximal stretches without movement and with one trigger and cycle; each row of a pose log is one.
@@ -386,6 +420,22 @@ mod tests {
         assert_eq!((found[0].rows.clone(), found[0].approach.unwrap().dir), (1..8, 1));
         let second = found[1].approach.unwrap();
         assert_eq!((second.stopped_s, second.turned_s), (10.0, Some(9.0)));
+    }
+
+    #[test]
+    fn poses_that_say_from_which_side_they_were_reached_need_no_turning_poses() {
+        let rows = "10,0,800,0,0,1\n10,0,799,0,0,-1\n20,0,800,0,0,1\n20,0,799,0,0,-1\n0,5,800,0,0,-1\n0,15,800,0,0,1\n";
+        let text = format!("cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm,trigger\n{rows}");
+        let found = dwells(&log(&text), &robot(), &DwellOptions::default()).unwrap();
+        let reached: Vec<(usize, i8)> = found.iter().map(|d| d.approach.map(|a| (a.axis, a.dir)).unwrap()).collect();
+        assert_eq!(reached, [(0, 1), (0, -1), (0, 1), (0, -1), (1, -1), (1, 1)]);
+    }
+
+    #[test]
+    fn a_turning_pose_without_a_reading_is_no_dwell() {
+        let text = "cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm\n8,0,,,\n10,0,800,0,0\n12,0,,,\n10,0,799,0,0\n";
+        let found = dwells(&log(text), &robot(), &DwellOptions::default()).unwrap();
+        assert_eq!(found.iter().map(|d| d.approach.unwrap().dir).collect::<Vec<_>>(), [1, -1]);
     }
 
     #[test]

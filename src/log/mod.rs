@@ -16,8 +16,10 @@
 #![warn(missing_docs)]
 
 pub mod columns;
+pub mod draft;
 pub mod dwells;
 pub(crate) mod faults;
+mod gears;
 mod gross;
 mod held;
 pub mod instruments;

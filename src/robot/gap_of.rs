@@ -39,6 +39,9 @@ impl Robot {
         let mut joints = self.joints.clone();
         for gear in &self.gap_of {
             let own = self.axis_index(gear.axis);
+            if !gear.others.is_empty() {
+                joints[own].limits = None; // they are those of the axis
+            }
             for &(axis, c) in &gear.others {
                 let driver = self.axis_index(axis);
                 let direction = joints[own].direction;
@@ -66,7 +69,7 @@ impl Robot {
     }
 
     /// `J2 + J3` of the axis J3.
-    pub(super) fn sum_text(&self, gear: &GapOf) -> String {
+    pub fn sum_text(&self, gear: &GapOf) -> String {
         let name = |axis: usize| self.axis(axis).name.as_str();
         let mut text = String::new();
         for &(axis, c) in &gear.others {

@@ -5,6 +5,7 @@ use crate::log::Log;
 use crate::machine::{CommandTrajectory, Prediction, predict};
 use crate::model::Model;
 use crate::program::Program;
+use crate::robot::Robot;
 use nalgebra::Vector3;
 
 /// What the machine does at the rows of the log.
@@ -16,6 +17,24 @@ pub struct Motion {
     pub prediction: Prediction,
 }
 
+/// The machine with a command for each gear, where gears turn by sums of axes: gaps and friction are those of gears.
+fn by_gears(model: &Model) -> Option<Model> {
+    Some(Model { robot: model.robot.of_gears()?, ..model.clone() })
+}
+
+/// What encoders and sensors show, by axes again.
+fn back(mut prediction: Prediction, robot: &Robot) -> Prediction {
+    for columns in [&mut prediction.servo, &mut prediction.joint] {
+        let rows = columns.first().map_or(0, Vec::len);
+        for row in 0..rows {
+            let mut q: Vec<f64> = columns.iter().map(|c| c[row]).collect();
+            robot.from_gears(&mut q);
+            columns.iter_mut().zip(q).for_each(|(c, v)| c[row] = v);
+        }
+    }
+    prediction
+}
+
 impl Motion {
     /// Runs a program whose points stand at `t_s` (one per point, not decreasing), sampled at `rate_hz` from the first.
     pub fn of_program(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64) -> Result<Self> {
@@ -24,12 +43,19 @@ impl Motion {
 
     /// The same with rows at the points `at` of the program (increasing), too.
     pub fn of_program_at(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64, at: &[usize]) -> Result<Self> {
-        Ok(Self::of(model, CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?))
+        let drive = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
+        let Some(by_gears) = by_gears(model) else { return Ok(Self::of(model, drive)) };
+        let program = program.by_gears(&model.robot);
+        let gears = CommandTrajectory::of_program_at(&by_gears.robot, &program, t_s, rate_hz, at)?;
+        Ok(Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) })
     }
 
     /// Runs the rows of a log.
     pub fn of_log(model: &Model, log: &Log) -> Self {
-        Self::of(model, CommandTrajectory::of_log(&model.robot, log))
+        let drive = CommandTrajectory::of_log(&model.robot, log);
+        let Some(by_gears) = by_gears(model) else { return Self::of(model, drive) };
+        let gears = CommandTrajectory::of_log(&by_gears.robot, &log.by_gears(&model.robot));
+        Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) }
     }
 
     fn of(model: &Model, drive: CommandTrajectory) -> Self {

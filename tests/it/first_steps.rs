@@ -225,3 +225,97 @@ fn a_file_of_another_kind_is_called_what_it_is() {
         assert!(said.contains(says), "{line}: {said}");
     }
 }
+
+/// A FANUC program of poses, reached over one joint target: the format's 0.001 deg cannot hold a gap of 0.0003 deg, its 0.001 mm can.
+#[test]
+fn a_joint_target_too_coarse_for_a_gap_does_not_refuse_a_program_of_poses() {
+    let (desk, _) = abb();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/fanuc-m20ia.yaml");
+    std::fs::copy(file, desk.path("robot.yaml")).unwrap();
+    let effect = "  - {effect: backlash, joint: J1, half_gap_deg: 0.0003}\n";
+    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effect}"));
+    let robot = Robot::load(&desk.path("robot.yaml")).unwrap();
+    let start = [20.0, 15.0, -25.0, 20.0, -45.0, 10.0];
+    let joints: Vec<String> = start.iter().enumerate().map(|(a, v)| format!("J{}= {v:9.3} deg", a + 1)).collect();
+    let mut positions = format!("P[1]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\t{}\n}};\n", joints.join(",\t"));
+    let mut lines = String::from("   1:J P[1] 20% FINE    ;\n");
+    for (k, j1) in [22.0, 24.0, 26.0, 24.0, 22.0, 20.5].into_iter().enumerate() {
+        let mut q = start.map(f64::to_radians);
+        q[0] = f64::to_radians(j1);
+        let pose = robot.forward(&q);
+        let (w, p, r) = pose.rotation.euler_angles();
+        let (at, n) = (pose.position * 1e3, k + 2);
+        let _ = std::fmt::Write::write_fmt(
+            &mut positions,
+            format_args!(
+                "P[{n}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX = {:9.3}  mm,\tY = {:9.3}  mm,\tZ = {:9.3}  mm,\n\tW = {:9.3} deg,\tP = {:9.3} deg,\tR = {:9.3} deg\n}};\n",
+                at.x,
+                at.y,
+                at.z,
+                w.to_degrees(),
+                p.to_degrees(),
+                r.to_degrees()
+            ),
+        );
+        lines += &format!("{n:4}:L P[{n}] 20mm/sec CNT100    ;\n");
+    }
+    desk.write("seam.ls", &format!("/PROG  SEAM\n/ATTR\nLINE_COUNT\t= 7;\n/MN\n{lines}/POS\n{positions}/END\n"));
+    desk.write(
+        "frames.yaml",
+        "schema: lostmotion/frames/1\nframes: {}\ntools:\n  \"1\": {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}\n",
+    );
+    let run = desk.run("rewrite --model model.yaml seam.ls --frames frames.yaml --output out.ls").success();
+    assert!(words(&run).contains("joint targets hold no offset of J1 (half gap 0.000300 deg"), "{}", words(&run));
+    let out = std::fs::read_to_string(desk.path("out.ls")).unwrap();
+    assert!(out.contains("J1=    20.000 deg"), "the joint target stays:\n{out}");
+    assert_ne!(out, std::fs::read_to_string(desk.path("seam.ls")).unwrap());
+}
+
+#[test]
+fn a_header_with_other_names_is_answered_with_the_map_that_reads_it_or_the_command_that_drafts_one() {
+    let (desk, robot) = abb();
+    let q: Vec<String> = (0..6).map(|k| format!("target_q_{k}")).collect();
+    desk.write("rtde.csv", &format!("timestamp {}\n0.0 0 0 0 0 0.1 0\n", q.join(" ")));
+    desk.write("tracker.csv", "Time;X;Y;Z\n0;1,5;2;3\n");
+    let said = words(&desk.run("join --robot robot.yaml --controller rtde.csv --tracker tracker.csv --tracker-columns tracker --output log.csv").code(2));
+    assert!(said.contains("--controller-columns rtde reads this header"), "{said}");
+    let columns = "--controller-columns rtde --output log.csv";
+    let said = words(
+        &desk.run(&format!("join --robot robot.yaml --controller rtde.csv --tracker tracker.csv {columns}")).code(2),
+    );
+    assert!(said.contains("--tracker-columns tracker reads this header"), "{said}");
+    let axes: Vec<String> = (1..=6).map(|n| format!("Achse {n} [rad]")).collect();
+    desk.write("own.csv", &format!("Zeit [ms];{};X [mm];Y [mm];Z [mm]\n0;0;0;0;0;0,5;0;1;2;3\n", axes.join(";")));
+    let said = words(&desk.run("identify --robot robot.yaml --log own.csv").code(2));
+    assert!(said.contains("`lostmotion columns` drafts a column map"), "{said}");
+    desk.run("columns own.csv --robot robot.yaml --output map.yaml").success();
+    let map = lostmotion::log::ColumnMap::load(&desk.path("map.yaml")).unwrap();
+    let log = lostmotion::log::Log::load_with(&desk.path("own.csv"), &robot, Some(&map)).unwrap();
+    assert_eq!((log.command(0)[4], log.t_s[0]), (0.5, 0.0));
+}
+
+#[test]
+fn a_dry_run_gives_the_verdict_and_leaves_nothing() {
+    let (desk, robot) = abb();
+    let there = |a1: f64| robtarget(&robot, [a1, 5.0, 12.0, -15.0, 40.0, 20.0], "[0,-1,0,0]");
+    let moves: String =
+        [5.0, 6.0, 7.0, 8.0, 7.0, 6.0, 5.0].map(|a| format!("MoveL {},v50,z1,tool0;\n", there(a))).concat();
+    let start = format!("MoveAbsJ [[4,5,12,-15,40,20],{AXES}],v500,fine,tool0;\n");
+    desk.write("a.mod", &module(&(start + &moves)));
+    let before = std::fs::read_dir(desk.path("")).unwrap().count();
+    let said = words(&desk.run("rewrite --model model.yaml a.mod --dry-run").success());
+    assert!(said.contains("verdict on the model's machine"), "{said}");
+    assert_eq!(std::fs::read_dir(desk.path("")).unwrap().count(), before);
+}
+
+#[test]
+fn a_document_of_another_kind_is_answered_with_the_command_that_makes_the_right_one() {
+    let (desk, _) = abb();
+    desk.write("gaps.yaml", "schema: lostmotion/gaps/1\n");
+    let said = words(&desk.run("rewrite --robot robot.yaml --compensator gaps.yaml x.csv --output y.csv").code(2));
+    assert!(said.contains("expected schema `lostmotion/compensator/1` (`fit` makes one of gaps)"), "{said}");
+    let robot = std::fs::read_to_string(desk.path("robot.yaml")).unwrap();
+    desk.write("typo.yaml", &robot.replacen(", max_speed_deg_s", ", max_sped_deg_s", 1));
+    let said = words(&desk.run("robot check typo.yaml").code(2));
+    assert!(said.contains("an unknown key `max_sped_deg_s`; expected perhaps `max_speed_deg_s`"), "{said}");
+}

@@ -78,7 +78,7 @@ fn a_missing_cycle_and_a_lost_reflector_leave_the_rest_standing() {
     assert_eq!(found.joints[0].unpaired, 1);
     assert!((found.gaps.joints[0].half_gap.to_degrees() - 0.003).abs() < 1e-4);
     let notes = found.gaps.notes.join("\n");
-    assert!(notes.contains("without the tracker") && notes.contains("without a partner"), "{notes}");
+    assert!(notes.contains("without a reading") && notes.contains("without a partner"), "{notes}");
 }
 
 #[test]

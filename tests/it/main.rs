@@ -31,6 +31,7 @@ mod formats;
 mod fuzz_readers;
 mod fuzz_rewrite;
 mod gaps_file;
+mod gears;
 mod global_options;
 mod golden;
 mod help;

@@ -288,3 +288,68 @@ fn a_planned_motion_moves_at_the_speed_that_it_may() {
         }
     }
 }
+
+/// Each language's own reader takes the program back; every place where the plan stands is a target at which the robot stops, in order.
+#[test]
+fn a_static_test_in_the_language_of_the_robot_reads_back_as_the_plan() {
+    use lostmotion::plan::recording::vendor::{self, Language};
+    for (name, language, file) in [
+        ("fanuc-m20ia.yaml", Language::Fanuc, "static.ls"),
+        ("abb-irb1600-6-145.yaml", Language::Rapid, "static.mod"),
+        ("kuka-kr120-r2500-pro.yaml", Language::Krl, "static.src"),
+        ("universal-robots-ur10e.yaml", Language::UrScript, "static.script"),
+        ("gantry-xyz-ballscrew.yaml", Language::Gcode, "static.nc"),
+    ] {
+        let robot = robot(name);
+        let recording = plan(&robot, Kind::Static, &options()).unwrap();
+        let bytes = vendor::program(&recording, &robot, language, "static test 1").unwrap();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let program = Program::parse(Input { name: file.into(), bytes, sha256: String::new() }, &robot)
+            .unwrap_or_else(|e| panic!("{name}: {e}\n{}", &text[..600]));
+        let mut goal = 0;
+        let mut dwells = 0;
+        for w in recording.rows.windows(2) {
+            if w[1].0 - w[0].0 < 1.9 || w[0].1 != w[1].1 {
+                continue;
+            }
+            dwells += 1;
+            let near = |k: usize| {
+                let apart = |a: usize| {
+                    (program.q[a][program.goals[k]] - w[1].1[a]).abs() / robot.axis(a).kind.si_per_user_unit()
+                };
+                (0..robot.dof()).all(|a| apart(a) < 6e-4)
+            };
+            goal += 1
+                + (goal..program.goals.len())
+                    .position(near)
+                    .unwrap_or_else(|| panic!("{name}: no target for the dwell at {:?}", w[1]));
+        }
+        assert!(dwells >= 4 * 3 * 2, "{name}: {dwells} dwells");
+        let (waits, stops) = match language {
+            Language::Fanuc => ("WAIT", " FINE"),
+            Language::Rapid => ("WaitTime", ",fine,"),
+            Language::Krl => ("WAIT SEC", "PTP {"),
+            Language::UrScript => ("sleep(", "movej(["),
+            _ => ("G4 P", "G1 "),
+        };
+        let lines = |begins: &str| text.lines().filter(|l| !l.starts_with('(') && l.contains(begins)).count();
+        assert_eq!(lines(waits), dwells, "{name}");
+        assert_eq!(lines(stops), program.goals.len(), "{name}");
+    }
+}
+
+#[test]
+fn a_language_that_cannot_move_the_robot_or_run_the_plan_is_refused_with_what_to_do() {
+    use lostmotion::plan::recording::vendor::{self, Language};
+    let gantry = robot("gantry-xyz-ballscrew.yaml");
+    let recording = plan(&gantry, Kind::Static, &options()).unwrap();
+    let refused = vendor::program(&recording, &gantry, Language::Rapid, "t").unwrap_err().to_string();
+    assert!(refused.contains("X, which slides, in RAPID") && refused.contains(".csv"), "{refused}");
+    let arm = robot("motoman-gp12.yaml");
+    let recording = plan(&arm, Kind::Static, &options()).unwrap();
+    let refused = vendor::program(&recording, &arm, Language::Inform, "t").unwrap_err().to_string();
+    assert!(refused.contains("pulses_per_deg"), "{refused}");
+    let path = plan(&arm, Kind::Path, &Options { speed_m_s: 10e-3, ..options() }).unwrap();
+    let refused = vendor::program(&path, &arm, Language::Fanuc, "t").unwrap_err().to_string();
+    assert!(refused.contains("the path program"), "{refused}");
+}

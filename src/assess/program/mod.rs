@@ -107,38 +107,43 @@ fn reference_machine(model: &Model) -> Model {
     Model { effects, ..model.clone() }
 }
 
-/// Compares two runs on the model's machine. Programs of a robot with a gap that belongs to a sum of axes are run in what its gears turn by.
+/// Compares two runs on the model's machine. Where a gap belongs to a sum of axes, they are run in what the gears turn by.
 ///
 /// # Errors
 /// Where a run has fewer than two points, does not move, or a log has no TCP.
 pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
-    let sums = model.robot.has_sums();
-    if let (true, Source::Program(first), Source::Program(second)) = (sums, before, after)
-        && let Some(robot) = model.robot.of_gears()
-    {
-        let [first, second] = [first, second].map(|program| in_gears(program, &model.robot));
+    if let Some(robot) = model.robot.of_gears() {
+        let [first, second] = [before, after].map(|source| InGears::of(source, &model.robot));
         let model = Model { robot, ..model.clone() };
-        return by_axes(&model, &Source::Program(&first), &Source::Program(&second), options);
+        return by_axes(&model, &first.source(), &second.source(), options);
     }
     let mut found = by_axes(model, before, after, options)?;
-    if sums {
+    if model.robot.has_sums() {
         found.notes.push("a gap that belongs to a sum of axes (`gap_of`) is taken as that of its joint alone".into());
     }
     Ok(found)
 }
 
-/// A program as what the gears turn by.
-fn in_gears(program: &Program, robot: &Robot) -> Program {
-    let mut program = program.clone();
-    let mut q = vec![0.0; robot.dof()];
-    for point in 0..program.len() {
-        program.point_into(point, &mut q);
-        robot.to_gears(&mut q);
-        for (column, v) in program.q.iter_mut().zip(&q) {
-            column[point] = *v;
+/// A run as what the gears turn by.
+enum InGears {
+    Program(Box<Program>),
+    Log(Box<Log>),
+}
+
+impl InGears {
+    fn of(source: &Source, robot: &Robot) -> Self {
+        match source {
+            Source::Program(program) => Self::Program(Box::new(program.by_gears(robot))),
+            Source::Log(log) => Self::Log(Box::new(log.by_gears(robot))),
         }
     }
-    program
+
+    fn source(&self) -> Source<'_> {
+        match self {
+            Self::Program(program) => Source::Program(program),
+            Self::Log(log) => Source::Log(log),
+        }
+    }
 }
 
 fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
@@ -187,7 +192,10 @@ fn speed_note(before: &Source, options: &Options) -> Option<String> {
     }
     let mm_s = options.speed_m_s * 1e3;
     match (&p.t_s, &p.script) {
-        (None, _) => Some(format!("the program tells no times: run at {mm_s} mm/s, as no other speed is given")),
+        (None, Some(_)) => Some(format!(
+            "not every move tells its speed: the whole program is run at {mm_s} mm/s, as no other speed is given"
+        )),
+        (None, None) => Some(format!("the program tells no times: run at {mm_s} mm/s, as no other speed is given")),
         (Some(_), Some(s)) if s.moves.unknown_speed > 0 => Some(format!(
             "{} of unknown speed: run at {mm_s} mm/s, as no other speed is given",
             counted(s.moves.unknown_speed, "move")

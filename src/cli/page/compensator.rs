@@ -37,11 +37,9 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
                 .map(|s| format!("{:.5} {} in {:.1} s", kind.to_user_unit(s.gain), kind.unit(), s.decay_s))
                 .collect();
             let (over, wound) = (kind.to_user_unit(r.presliding), kind.to_user_unit(r.windup()));
-            format!(
-                "builds up over {over:.5} {u}, decays ({}), wind-up {wound:.5} {u}",
-                parts.join(", "),
-                u = kind.unit()
-            )
+            let u = kind.unit();
+            let decays = if parts.is_empty() { String::new() } else { format!(" decays ({}),", parts.join(", ")) };
+            format!("builds up over {over:.5} {u},{decays} wind-up {wound:.5} {u}")
         }
     });
     let kind_of = |c: &GapCurve| match c {

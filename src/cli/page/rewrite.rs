@@ -94,7 +94,11 @@ fn answer(proof: &Shown) -> (Tone, String) {
         None => " The robot itself keeps what the compensator does not know of.".into(),
     };
     let stop = if tone == Tone::Bad { " Do not run this program." } else { "" };
-    (tone, format!("On {}: {}.{robot_itself}{stop} ", proof.machine, f.sentence().replace(" um", " µm")))
+    let mut sentence = f.sentence().replace(" -> ", "\u{a0}\u{2192}\u{a0}").replace(" um", "\u{a0}µm");
+    if let Some(first) = sentence.get_mut(0..1) {
+        first.make_ascii_uppercase();
+    }
+    (tone, format!("{sentence}, on {}.{robot_itself}{stop} ", proof.machine))
 }
 
 /// Largest error of each joint's reversals.

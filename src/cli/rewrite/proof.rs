@@ -18,7 +18,7 @@ use crate::io::input;
 use crate::model::Model;
 use crate::numerics::robust::median_of;
 use crate::rewrite::job::Job;
-use crate::rewrite::outcome::Ready;
+use crate::rewrite::outcome::{self, Outcome, Ready};
 use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
 use crate::simulate;
@@ -97,6 +97,23 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
         Ok(a) => Proof::Proven(Box::new(Proven::of(&a, &source.robot, &source.compensator.evidence.predicted))),
         Err(e) => Proof::None(crate::error::one_line(&e.to_string())),
     })
+}
+
+/// The verdict of a dry run: the program is rewritten once more in a folder of its own, which goes away.
+pub(super) fn of_plan(args: &Args, source: &Source, job: &Job, planned: &Outcome) -> Option<Proof> {
+    let whole = !planned.unchanged && planned.refusal.is_none() && args.input != Path::new("-");
+    if !whole || source.machine.is_none() || planned.points > MOST_POINTS {
+        return None;
+    }
+    let folder = std::env::temp_dir().join(format!("lostmotion-plan-{}", std::process::id()));
+    std::fs::create_dir(&folder).ok()?;
+    let proof = args.input.file_name().and_then(|name| {
+        let mut ready = job.prepare(&args.input, outcome::Target::File(&folder.join(name)), &|_| {}).ok()?;
+        of(args, source, job, &mut ready)
+    });
+    // what is left there is nobody's
+    let _ = std::fs::remove_dir_all(&folder);
+    proof
 }
 
 impl Proven {

@@ -180,6 +180,9 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     Pchip::new(&knots).map(GapCurve::Pchip)
 }
 
+/// Share of the error from which what is left counts as no less.
+const LITTLE: f64 = 0.9;
+
 /// What compensating the joint does at its reversals.
 ///
 /// An error `e` becomes `e - m` by an offset `m`, and its mean square changes by `m^2 (1 - 2 r)` with `r` the error along the model as
@@ -201,11 +204,14 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     // where the error along the model says that an offset helps, what seems to be more than before is noise
     trust.after_m = if trust.compensate { after.min(before) } else { after }.sqrt();
-    trust.reason = if trust.compensate {
-        "helps on parts of the logs that were not fitted".into()
-    } else {
-        "does not help beyond doubt on parts of the logs that were not fitted".to_string()
-    };
+    trust.reason = match trust.compensate {
+        true if trust.after_m > LITTLE * trust.before_m => {
+            "helps in the mean of its reversals, which scatter too much to tell by how much"
+        }
+        true => "helps on parts of the logs that were not fitted",
+        false => "does not help beyond doubt on parts of the logs that were not fitted",
+    }
+    .into();
     trust
 }
 

@@ -44,6 +44,7 @@ pub(crate) mod views;
 use crate::error::{Error, Place, Result};
 use crate::gaps::Gaps;
 use crate::gaps::estimate::JointEstimate;
+use crate::identify::gears::geared;
 use crate::identify::scalar::Setup;
 use crate::log::Log;
 use crate::numerics::robust::median_of;
@@ -59,11 +60,21 @@ const KNOTS: usize = 7;
 /// Rounds of fitting, each with noise estimated from the residuals of the one before.
 const ROUNDS: usize = 3;
 
-/// Identifies a machine from its logs; `setups` says of each what is known of a ballbar or a dial (none given: nothing).
+/// Identifies a machine from its logs, by gears where gears turn by sums of axes; `setups` says of each log what is known of a ballbar
+/// or a dial (none given: nothing).
 ///
 /// # Errors
 /// Where a log has no readings or no time, or no joint reverses.
 pub fn identify(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
+    let by_gears = geared(robot, logs);
+    let mut gaps = of_axes(&by_gears.robot, &by_gears.logs, setups)?;
+    gaps.robot_sha256 = robot.fingerprint();
+    gaps.notes.extend(by_gears.notes);
+    Ok(gaps)
+}
+
+/// The same where every gear turns by its own axis.
+fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let (aligned, shifts) = clock::aligned(robot, logs)?;
     let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
     let registered = frame::frame(robot, &aligned)?;

@@ -23,6 +23,7 @@ use crate::compensator::{
 use crate::effects::{GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::gaps::LogRef;
+use crate::identify::gears::geared;
 use crate::identify::scalar::Setup;
 use crate::log::Log;
 use crate::numerics::chi_squared;
@@ -42,6 +43,8 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
+    let by_gears = geared(robot, logs);
+    let (robot, logs) = (by_gears.robot.as_ref(), by_gears.logs.as_ref());
     let all: Vec<&Log> = logs.iter().collect();
     let registered = frame::frame(robot, &all)?;
     let bins_per_s = bins::per_second(&all);

@@ -34,6 +34,7 @@ use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
 use crate::identify::LEAST_LEVER;
+use crate::identify::gears::geared;
 use crate::log::Log;
 use crate::model::Model;
 use crate::numerics::student;
@@ -140,8 +141,17 @@ pub struct JointDetail {
     pub held: bool,
 }
 
-/// Identifies from one or more logs of one robot.
+/// Identifies from one or more logs of one robot, by gears where gears turn by sums of axes.
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> {
+    let by_gears = geared(robot, logs);
+    let mut found = of_axes(&by_gears.robot, &by_gears.logs, options)?;
+    found.gaps.robot_sha256 = robot.fingerprint();
+    found.gaps.notes.extend(by_gears.notes);
+    Ok(found)
+}
+
+/// The same where every gear turns by its own axis.
+fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> {
     refuse_repeated(logs)?;
     let mut notes = Vec::new();
     let binned = logs.iter().map(|log| binned(robot, log, options, &mut notes)).collect::<Result<Vec<_>>>()?;

@@ -16,6 +16,7 @@ pub(crate) mod solve;
 
 use crate::error::{Error, Place, Result, counted};
 use crate::gaps::{Gaps, JointGap};
+use crate::identify::gears::geared;
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::numerics::robust::lower_quantile;
@@ -134,6 +135,15 @@ pub fn plausible(robot: &Robot, log: &Log, setup: &Setup) -> Result<()> {
 /// # Errors
 /// Where a log has no reading, no time or too few rows, or no joint reverses.
 pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
+    let by_gears = geared(robot, logs);
+    let mut found = of_axes(&by_gears.robot, &by_gears.logs, setup)?;
+    found.gaps.robot_sha256 = robot.fingerprint();
+    found.gaps.notes.extend(by_gears.notes);
+    Ok(found)
+}
+
+/// The same where every gear turns by its own axis.
+fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
     let mut tracks = logs.iter().map(|log| track(robot, log, setup)).collect::<Result<Vec<_>>>()?;
     let reversing: Vec<usize> = (0..robot.dof()).filter(|a| tracks.iter().any(|t| t.reverses(*a))).collect();
     if let (true, Some(log)) = (reversing.is_empty(), logs.first()) {

@@ -302,7 +302,7 @@ impl TestedJoint {
     fn notes(&self, joint: &Joint) -> Vec<String> {
         let mut notes = Vec::new();
         if self.lost > 0 {
-            notes.push(format!("{}: pairs left out, without the tracker: {}", joint.name, self.lost));
+            notes.push(format!("{}: pairs left out, without a reading: {}", joint.name, self.lost));
         }
         if self.insensitive > 0 {
             let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };

@@ -29,6 +29,7 @@ pub(crate) mod summary;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
+use crate::identify::gears::geared;
 use crate::identify::scalar::{self, Setup};
 use crate::log::Log;
 use crate::log::dwells::DwellOptions;
@@ -113,8 +114,17 @@ fn points(axis: usize, summary: &Summary) -> impl Iterator<Item = GapPoint> {
     })
 }
 
-/// Finds the half gap of every joint that the logs test.
+/// Finds the half gap of every joint that the logs test, by gears where gears turn by sums of axes.
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
+    let by_gears = geared(robot, logs);
+    let mut found = of_axes(&by_gears.robot, &by_gears.logs, options)?;
+    found.gaps.robot_sha256 = robot.fingerprint();
+    found.gaps.notes.extend(by_gears.notes);
+    Ok(found)
+}
+
+/// The same where every gear turns by its own axis.
+fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
     each_once(logs)?;
     let mut readings = readings::collect(robot, logs, &options.dwell)?;
     let frame = frame::find(robot, logs, &readings, options.registration)?;

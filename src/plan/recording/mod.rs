@@ -5,15 +5,17 @@
 //!   one sine each. `excitation`: all joints by three sines each, faster, with pauses.
 //! - [`precision`]: standard deviation of every half gap from the sensitivities of the readings and the stated noise, with the
 //!   instrument's own unknowns, lags and friction estimated beside it.
-//! - [`document`]: the plan as it is written.
+//! - [`document`]: the plan as it is written; [`vendor`]: a static test in the robot's own language.
 //!
 //! The plan reports before the measurement what an instrument cannot show: a joint that it hardly sees gets a reason instead of a figure.
 //! It does not know of obstacles.
 
 pub mod document;
+mod legs;
 pub(crate) mod motions;
 pub(crate) mod posture;
 pub(crate) mod precision;
+pub mod vendor;
 
 use super::path::{Envelope, EnvelopeOptions};
 use crate::error::{Error, Result};
@@ -92,11 +94,41 @@ pub struct Recording {
     pub notes: Vec<String>,
 }
 
-/// Plans a program.
+/// Plans a program. Where gears turn by sums of axes (`gap_of`), one gear moves at a time, and the axes as that needs.
 ///
 /// # Errors
 /// Where no pose is visible, or the windows leave no room to move.
 pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
+    let Some(by_gears) = robot.of_gears() else { return of_axes(robot, kind, options) };
+    let mut pose = match &options.pose {
+        Some(pose) => pose.clone(),
+        None => posture::find(robot, options)?,
+    };
+    robot.to_gears(&mut pose);
+    let mut recording = of_axes(&by_gears, kind, &Options { pose: Some(pose), ..options.clone() })?;
+    robot.from_gears(&mut recording.pose);
+    recording.rows.iter_mut().for_each(|(_, q)| robot.from_gears(q));
+    for (axis, joint) in robot.axis_joints().enumerate() {
+        let beyond = |[lo, hi]: [f64; 2]| recording.rows.iter().any(|(_, q)| q[axis] < lo || q[axis] > hi);
+        if joint.limits.is_some_and(beyond) {
+            let found = format!("a motion in which {} leaves its limits", joint.name);
+            let error = Error::setting("pose", found, "another pose, or a smaller travel");
+            return Err(error.mended_by(&["travel_deg", "travel_mm"]));
+        }
+    }
+    let sums = robot.gap_of.iter().filter(|g| !g.others.is_empty());
+    for gear in sums {
+        let name = &robot.axis(gear.axis).name;
+        recording.notes.push(format!(
+            "{name}: its gear turns by {}; where another axis of the sum moves alone in this program, {name} moves with it so that its gear rests",
+            robot.sum_text(gear)
+        ));
+    }
+    Ok(recording)
+}
+
+/// The same where every gear turns by its own axis.
+fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     let mut notes = Vec::new();
     let sight = posture::Sight::new(robot, options);
     let pose = match &options.pose {

@@ -3,7 +3,7 @@
 use super::coverage::Coverage;
 use super::{Choices, Task};
 use crate::error::{Error, Result};
-use crate::program::script::{Edits, Goal, Script};
+use crate::program::script::{Edits, Goal, Note, Script};
 use crate::rewrite::deadband;
 use crate::rewrite::refusal::{CoarseDigit, Refusal};
 use crate::robot::Robot;
@@ -50,15 +50,17 @@ pub(super) fn require_coverage(coverage: &Coverage, choices: &Choices, script: &
     Err(Refusal::Coverage { name: name.into(), editable, moves, required: share, reasons: reasons.collect() }.into())
 }
 
-/// A gap below what the format can hold is refused, not faked.
-pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
-    let mut coarse = Vec::new();
+/// A gap below what the format can hold is refused, not faked. Where poses are edited, too, they hold it: the few joint targets beside
+/// them are rounded, and a note says so.
+pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<Option<Note>> {
+    let (mut coarse, mut first) = (Vec::new(), None);
+    let edited = || script.moves().filter(|(k, _)| edits.steps.contains(*k));
+    let joints = edited().filter(|(_, m)| matches!(m.goal, Goal::Joints(_))).count();
+    let poses = edited().count() - joints;
     for (axis, joint) in task.robot.axis_joints().enumerate() {
         let Some(gap) = task.compensator.on(axis).and_then(deadband::smallest) else { continue };
         let gap = gap * task.options.gain;
-        let coarsest = script
-            .moves()
-            .filter(|(k, _)| edits.steps.contains(*k))
+        let coarsest = edited()
             .filter_map(|(k, m)| match m.goal {
                 Goal::Joints(t) => Some((k, script.targets.get(t)?.values.get(axis)?)),
                 _ => None,
@@ -69,6 +71,7 @@ pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Resu
             && gap > 0.0
         {
             let edge = |v: f64| joint.kind.to_user_unit(v);
+            first.get_or_insert(script.steps[k].at);
             coarse.push(CoarseDigit {
                 place: script.place(script.steps[k].at).to_string(),
                 joint: joint.name.clone(),
@@ -78,5 +81,19 @@ pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Resu
             });
         }
     }
-    if coarse.is_empty() { Ok(()) } else { Err(Refusal::CoarseDigits(coarse).into()) }
+    let Some(place) = first else { return Ok(None) };
+    if joints >= poses {
+        return Err(Refusal::CoarseDigits(coarse).into());
+    }
+    let each: Vec<String> = coarse
+        .iter()
+        .map(|c| {
+            format!("{} (half gap {:.6} {unit}, steps of {:.6} {unit})", c.joint, c.half_gap, c.step, unit = c.unit)
+        })
+        .collect();
+    let text = format!(
+        "joint targets hold no offset of {}: they are rounded to what the format holds; the offsets are in the poses",
+        each.join(", ")
+    );
+    Ok(Some(Note { place, text }))
 }

@@ -203,7 +203,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     // an estimate of a part would read as one of the whole
     let whole = gaps.is_empty() && reasons.partial.is_empty();
     stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
-    demands::enough_digits(script, &edits, task)?;
+    notes.extend(demands::enough_digits(script, &edits, task)?);
     notes.extend(by_clock.note(&runs));
     notes.extend(rates.notes(task.robot));
     notes.extend(of_arm);

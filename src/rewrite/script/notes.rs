@@ -79,9 +79,14 @@ pub fn missing(script: &Script) -> Option<Note> {
     if script.missing.is_empty() {
         return None;
     }
+    let usual = |word: &&str| script.missing.iter().any(|m| m.contains(word));
+    let modes: Vec<&str> = ["G21", "G90"].into_iter().filter(usual).collect();
     let text = format!(
-        "the program never says {}: if the control starts so, say it: assume G21,G90, or `control: [G21, G90]` in the robot file",
-        script.missing.join(", nor ")
+        "the program never says {}: if the control starts in {}, assume {} (an option), or write `control: [{}]` into the robot file",
+        script.missing.join(", nor "),
+        modes.join(" and "),
+        modes.join(","),
+        modes.join(", ")
     );
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
