@@ -59,7 +59,7 @@ pub(super) fn refuse(
         percent(least),
         percent(misfit)
     );
-    Err(Error::bad(Place::file(&file.name), found, "the path that the robot file gives for the commands"))
+    Err(Error::bad(Place::file(&file.name), found, "the path computed with the robot file from the commands"))
 }
 
 /// Misfit at the best offset with a fault put right.
