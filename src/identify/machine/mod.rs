@@ -75,12 +75,14 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
                 gaps.points.extend(points);
                 estimates.push(estimate);
             }
-            None => notes.push(format!("{name}: never reverses in these logs: its lost motion cannot be seen")),
+            None => {
+                notes.push(format!("{name}: never reverses in these logs, so its lost motion cannot be determined"))
+            }
         }
     }
     if estimates.is_empty() {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        return Err(Error::bad(Place::file(name), "no joint that reverses", "logs in which joints turn round"));
+        return Err(Error::bad(Place::file(name), "no joint that reverses", "logs in which joints reverse"));
     }
     let whole = estimate::whole(&problem, &evidence, estimates);
     notes.extend(whole.joints.iter().map(|j| trust_note(robot, j)));
@@ -142,7 +144,7 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], registered: &Registered) -> Resul
     solve::round(&mut problem, Kept::Nothing);
     let open = || {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        Error::bad(Place::file(name), "logs that leave the estimate open", "finite measurements of moving joints")
+        Error::bad(Place::file(name), "logs that do not determine the estimate", "finite measurements of moving joints")
     };
     let within = evidence::covariances(&problem).ok_or_else(open)?[1].clone();
     let varies = estimate::constant_axes(&problem, &within);
