@@ -96,24 +96,24 @@ fn page() -> String {
     let mut md = String::from(
         "# The effect catalogue
 
-Written by `cargo run --example effect_pictures` from the files of `src/effects`; a test holds the two together. [Add an effect](add-an-effect.md)
-shows how the catalogue grows.
+Written by `cargo run --example effect_pictures` from the files of `src/effects`; a test checks that this page is up to date.
+[Add an effect](add-an-effect.md) shows how to extend the catalogue.
 
 One catalogue serves `simulate`, `diagnose`, `assess` and `rewrite --model`. Each effect has one name, one equation and one place in the
-chain: command -> servo -> gear -> link -> geometry -> TCP -> measurement. The stages are chained: the gear sees what the servo
-made. Within a stage effects act in the order of the model file; one may stand twice on a joint.
+chain: command -> servo -> gear -> link -> geometry -> TCP -> measurement. Each stage acts on the result of the stage before: the gear
+follows the output of the servo. Within a stage, effects act in the order of the model file; a joint may have the same effect twice.
 
-`p` is the commanded position of a joint, `dir` the sign of its last movement (a pause keeps it), `t_rev` the time of its last
-reversal. Before a joint's first movement the play stands in the middle of its gap and `z = 0`, unless the model says
-`initial_gap_side: {A1: +1}` (`preload` in older files). Times count from the first row of a log. Settled poses (a log without `t_s`) have no time: what fades in
-time has faded, and there is no lag, drift, vibration or time offset.
+`p` is the commanded position of a joint, `dir` the sign of its last movement (a pause keeps it), `t_rev` the time of its last reversal.
+Before a joint's first movement, the play is in the middle of its gap and `z = 0`, unless the model file states
+`initial_gap_side: {A1: +1}` (`preload` in older files). Times count from the first row of a log. Settled poses (a log without `t_s`) have no time: whatever fades
+over time has faded, and there is no lag, drift, vibration or time offset.
 
-An entry names its joint (`joint: A1`), its coupling (`target: A6<-A5`) or its DH parameter (`target: A2.a`); tool, TCP and log need no
-name. Keys end in `_deg` for a revolute joint and in `_mm` for a prismatic one (`compliance_mm_per_n`, `slope_mm_per_mm_s`;
-`cycles_per_rev` counts turns of its lead). Bounds are those of a fit; a model file may go beyond them, but not where an equation has no
-meaning (a negative gap, a decay of 0).
+An entry names its joint (`joint: A1`), its coupling (`target: A6<-A5`) or its DH parameter (`target: A2.a`); effects of the tool, the TCP
+and the log need no name. Keys end in `_deg` for a revolute joint and in `_mm` for a prismatic one (`compliance_mm_per_n`,
+`slope_mm_per_mm_s`; `cycles_per_rev` counts turns of its lead screw). The bounds apply to a fit. A model file may exceed them, unless the
+equation would have no meaning (a negative gap, a decay of 0).
 
-The pictures show a made-up arm of two joints: error of joint A1 in thousandths of a degree, or of the TCP in micrometres.
+The pictures show an invented arm of two joints: the error of joint A1 in thousandths of a degree, or of the TCP in micrometres.
 
 | effect | stage | target | adds |
 | --- | --- | --- | --- |
@@ -154,7 +154,7 @@ The pictures show a made-up arm of two joints: error of joint A1 in thousandths 
         );
     }
     md.push_str(TAIL);
-    md.push_str("\n## What a rewrite undoes\n\n`rewrite --model` names what it leaves.\n\n| effect | `rewrite --model` undoes |\n| --- | --- |\n");
+    md.push_str("\n## What `rewrite` compensates\n\nA note of `rewrite --model` names the effects that it does not compensate.\n\n| effect | what `rewrite --model` compensates |\n| --- | --- |\n");
     for c in ALL {
         let _ = writeln!(md, "| [`{0}`](#{0}) | {1} |", c.name, cell(c.undone));
     }
@@ -164,11 +164,12 @@ The pictures show a made-up arm of two joints: error of joint A1 in thousandths 
 const TAIL: &str = "
 ## How it was checked
 
-`tests/oracle/catalogue_oracle.py` was written from the equations alone: every joint stepped in time at 0.25 ms with commands known as
-formulas, kinematics as products of 4 x 4 matrices, gravity's torque as the derivative of the potential energy. `simulate`
-gets the commands as rows at 20 Hz. Two made-up robots (a six-axis arm in the standard convention; a slide in Craig's, with a
-lead screw and a joint that follows another), 70 cases, settled poses and a program among them: the largest difference of the
-TCP is 0.2 um (`backlash_speed`, whose speed comes from the rows, and a stiction before a lag), below 0.1 um in the others. `tests/it/catalogue.rs` holds 0.5 um.
+`tests/oracle/catalogue_oracle.py` was written from the equations alone. It steps every joint in time at 0.25 ms, with commands known as
+formulas, kinematics as products of 4 x 4 matrices, and the torque of gravity as the derivative of the potential energy. `simulate` gets
+the commands as rows at 20 Hz. There are 70 cases on two invented robots (a six-axis arm in the standard convention; a slide in Craig's
+convention, with a lead screw and a joint that follows another), with settled poses and a program among them. The largest difference of
+the TCP is 0.2 um (`backlash_speed`, whose speed comes from the rows, and a stiction before a lag), and below 0.1 um in the other cases.
+`tests/it/catalogue.rs` requires 0.5 um.
 ";
 
 /// Text in a table's cell.

@@ -1,4 +1,4 @@
-//! `axis_coupling`: a joint is turned along by another one's command: adds `ratio * p` of that joint.
+//! `axis_coupling`: a joint also moves in proportion to another joint's command: adds `ratio * p` of that joint.
 //!
 //! Wrists whose motors sit in the arm are geared this way; the controller takes it out, with a ratio that may be wrong.
 //! Parameter: `ratio` (rad or m per rad or m; at the edges in the units of the two joints), at most 0.5 either way: hollow-shaft
@@ -14,7 +14,7 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Link,
     family: Family::Scale,
     acts_on: ActsOn::Coupling,
-    adds: "a joint is turned along by another one",
+    adds: "a joint also moves in proportion to another joint",
     equation: "ratio * p of the other joint",
     reference: "Mooring, Roth, Driels (1991), Fundamentals of Manipulator Calibration (joint coupling)",
     parameters: &[("from", "the other joint"), ("ratio", "either sign, within 0.5")],

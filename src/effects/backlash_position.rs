@@ -2,7 +2,7 @@
 //!
 //! The operator is that of [`super::backlash`]; the gap is looked up at the command. Parameters: half gaps of 0 or more at knots of
 //! the position, at most 0.1 rad or 10 mm, joined by PCHIP ([`super::curve`]) and constant beyond; a curve that a measurement
-//! fits as a polynomial is written as 41 knots. Action: local wear; a scheduled offset undoes it.
+//! fits as a polynomial is written as 41 knots. Action: local wear; an offset scheduled over position compensates it.
 
 use super::backlash::play;
 use super::curve::Pchip;
@@ -17,13 +17,13 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Gear,
     family: Family::Gap,
     acts_on: ActsOn::Joint,
-    adds: "backlash whose gap depends on where the joint stands",
-    equation: "play operator, half gap joined by PCHIP over p, constant beyond the knots",
+    adds: "backlash whose gap depends on the position of the joint",
+    equation: "play operator, half gap interpolated over p by PCHIP, constant beyond the knots",
     reference: "Slamani, Nubiola, Bonev (2012), Robotica 30(7), for the polynomial; Fritsch, Carlson (1980) for PCHIP",
     parameters: &[("knots", "[[p_deg, half_gap_deg], ...], positions rising, gaps 0 to 0.1 rad (10 mm)")],
     confused_with: &["backlash"],
     decide_by: "reverse at five or more positions over the range",
-    action: "local wear: replace the part, or work elsewhere in the range; a scheduled offset undoes it",
+    action: "local wear: replace the part, or work elsewhere in the range; an offset scheduled over position compensates it",
     undone: "an offset of half the local gap in the direction of travel",
     after_reversal: AfterReversal::Step,
     includes: &["backlash"],

@@ -27,7 +27,7 @@ pub static INFO: EffectInfo = EffectInfo {
     confused_with: &["backlash", "servo_lag"],
     decide_by: "reverse at three or more speeds",
     action: "identify and compensate at the working speed; check lubrication and preload",
-    undone: "an offset of half the gap at the TCP speed of the program, if you give it, else of half the gap at rest",
+    undone: "an offset of half the gap at the TCP speed of the program if you give it, otherwise of half the gap at rest",
     after_reversal: AfterReversal::Step,
     includes: &["backlash"],
     imitates: &["backlash"],

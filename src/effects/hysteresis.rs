@@ -1,7 +1,7 @@
 //! `hysteresis`: lost motion that builds up smoothly after a reversal: adds `-half_width * z`, `dz/dp = (1 - z dir)/presliding`.
 //!
 //! Dahl's model (P. Dahl, A solid friction model, 1968) over the signal that arrives. Parameters: half width 0 or more, at most
-//! 0.1 rad or 10 mm (as a gap); presliding, the travel over which 63 % of the turn-over builds up, above 0. Action: look
+//! 0.1 rad or 10 mm (as a gap); presliding, the travel over which 63 % of the change builds up, above 0. Action: look
 //! for wind-up (belt, harmonic drive, cable) rather than for a gap; stiffen, or preload.
 //!
 //! Method: `z = dir + (z0 - dir) exp(-travel/presliding)` on each monotone piece, exact between samples. Start: `z = 0`, or the
@@ -21,13 +21,13 @@ pub static INFO: EffectInfo = EffectInfo {
     reference: "Dahl (1968), A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1; Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11), for the elements",
     parameters: &[
         ("half_width_deg", "half of the loop, 0 to 0.1 rad (10 mm)"),
-        ("presliding_deg", "travel over which 63 % of the turn-over builds up, above 0"),
-        ("elements", "in their place: [[half_width_deg, presliding_deg], ...], 1 to 8 elements that slip (Maxwell)"),
+        ("presliding_deg", "travel over which 63 % of the change builds up, above 0"),
+        ("elements", "instead of both: [[half_width_deg, presliding_deg], ...], 1 to 8 elements that slip (Maxwell)"),
     ],
     confused_with: &["backlash", "stiction"],
     decide_by: "reverse slowly, with ten or more rows inside the transition",
-    action: "wind-up of belt, cable or wave gear: stiffen or preload; an offset of half a width in the direction of travel undoes most",
-    undone: "alone on its joint an offset that builds up as it does; else of half a width in the direction of travel",
+    action: "wind-up of belt, cable or wave gear: stiffen or preload; an offset of half a width in the direction of travel compensates most of it",
+    undone: "if it is the only such effect of its joint, an offset that builds up as it does; otherwise half a width in the direction of travel",
     after_reversal: AfterReversal::Step,
     includes: &[],
     imitates: &["backlash"],

@@ -1,4 +1,4 @@
-//! `joint_zero_offset`: the joint is off its command by a constant.
+//! `joint_zero_offset`: the joint position differs from its command by a constant.
 //!
 //! Parameter: `offset` of either sign, at most 0.2 rad or 50 mm: a robot mastered worse than that does not reach its work.
 //! Action: master the joint again (or enter the offset in the controller).
@@ -13,7 +13,7 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Link,
     family: Family::Geometry,
     acts_on: ActsOn::Joint,
-    adds: "the joint stands a constant off its command",
+    adds: "the joint position differs from its command by a constant",
     equation: "offset",
     reference: "Hollerbach, Wampler (1996), Int. J. Robotics Research 15(6)",
     parameters: &[("offset_deg", "either sign, within 0.2 rad (50 mm)")],

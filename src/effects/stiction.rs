@@ -5,7 +5,7 @@
 //! reversal. The spike decays with the time since the reversal, or with the travel.
 //!
 //! Parameters: spike 0 or more, at most 0.1 rad or 10 mm; decay above 0. Action: friction: grease, preload, integral gain of the
-//! servo; a fading offset after each reversal undoes it.
+//! servo; a fading offset after each reversal compensates it.
 
 use super::*;
 use serde_yaml::Value;
@@ -17,22 +17,25 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Servo,
     family: Family::Friction,
     acts_on: ActsOn::Joint,
-    adds: "the joint stands still after a reversal until the servo has worked the error off",
+    adds: "the joint stands still after a reversal until the servo has corrected the error",
     equation: "-dir min(|p - p_rev|, spike exp(-(t - t_rev)/decay)) after each reversal; with a rise de = -(spike/2) dz - e dt/decay, dz = (dir - z) dt/rise (or travel over rise)",
     reference: "Zhang (2023) equations 8 and 9; Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7); Canudas de Wit et al. (1995), IEEE Trans. Automatic Control 40(3), for the rise",
     parameters: &[
-        ("spike_deg", "largest error, 0 to 0.1 rad (10 mm): more is a seized joint"),
+        ("spike_deg", "largest error, 0 to 0.1 rad (10 mm); a larger error means a seized joint"),
         ("decay_s or decay_deg", "time (1 ms to 1000 s) or travel over which the error fades"),
         (
             "rise_s or rise_deg",
-            "time (1 ms to 10 s) or travel over which it builds up; left out: as the joint stands still",
+            "time (1 ms to 10 s) or travel over which the error builds up; without it, the error builds up as the joint stands still",
         ),
-        ("spike_positive_deg, spike_negative_deg", "in the place of spike_deg: after reversals into either direction"),
+        (
+            "spike_positive_deg, spike_negative_deg",
+            "instead of spike_deg: largest error after reversals into the positive and the negative direction",
+        ),
         ("per_nm", "relative growth of the spike with the torque of gravity, 0 to 1 per Nm"),
     ],
     confused_with: &["hysteresis", "backlash"],
-    decide_by: "reverse at two speeds and wait after one reversal: stiction fades, a gap stays",
-    action: "grease, check preload and seals, raise the integral gain; a fading offset after each reversal undoes it",
+    decide_by: "reverse at two speeds and wait after one reversal: stiction fades, a gap remains",
+    action: "grease, check preload and seals, raise the integral gain; a fading offset after each reversal compensates it",
     undone: "a fading offset after each reversal",
     after_reversal: AfterReversal::Tail,
     includes: &[],

@@ -1,4 +1,4 @@
-//! `thermal_drift`: the TCP creeps to another place: adds `D * (1 - exp(-t/tau))` in the base frame.
+//! `thermal_drift`: the TCP drifts to another position: adds `D * (1 - exp(-t/tau))` in the base frame.
 //!
 //! Parameters: the three coordinates of `D`, at most 10 mm each; `tau_s` between 1 s and 1e6 s: faster is a settling servo,
 //! slower is no drift of one log. Times count from the first row. Action: warm up before measuring and working; zero again.
@@ -13,12 +13,12 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Tcp,
     family: Family::Drift,
     acts_on: ActsOn::Tcp,
-    adds: "the TCP creeps to another place",
+    adds: "the TCP drifts to another position",
     equation: "D (1 - exp(-t/tau)) in the base frame, t from the first row",
     reference: "Heisel, Richter, Wurst (1997), CIRP Annals 46(1)",
-    parameters: &[("x_mm, y_mm, z_mm", "where it ends, within 10 mm"), ("tau_s", "1 s to 1e6 s")],
+    parameters: &[("x_mm, y_mm, z_mm", "final displacement, within 10 mm"), ("tau_s", "1 s to 1e6 s")],
     confused_with: &["joint_zero_offset"],
-    decide_by: "come back to one pose again and again over the whole log",
+    decide_by: "return to one pose repeatedly over the whole log",
     action: "warm up before work, measure again when warm",
     undone: "nothing: it depends on time, not on the program",
     after_reversal: AfterReversal::Nothing,

@@ -1,4 +1,4 @@
-//! `tool_error`: the TCP is not where the robot file has it in the flange frame.
+//! `tool_error`: the position of the TCP in the flange frame differs from that in the robot file.
 //!
 //! Parameter: the three coordinates of the change, at most 200 mm each. It moves the TCP (the first reflector); further
 //! reflectors keep the positions of `tools:`. Action: measure the tool again and enter it.
@@ -13,14 +13,14 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Geometry,
     family: Family::Geometry,
     acts_on: ActsOn::Tool,
-    adds: "the TCP stands elsewhere in the flange frame",
+    adds: "the position of the TCP in the flange frame differs from the robot file",
     equation: "tool plus (x, y, z)",
     reference: "Hollerbach, Wampler (1996), Int. J. Robotics Research 15(6)",
     parameters: &[("x_mm, y_mm, z_mm", "either sign, within 200 mm")],
     confused_with: &["joint_zero_offset", "link_error"],
     decide_by: "turn the wrist about the TCP in three or more orientations; measure a second reflector",
     action: "measure the tool again and enter it",
-    undone: "nothing: it moves poses, not joints",
+    undone: "nothing: it changes poses, not joint positions",
     after_reversal: AfterReversal::Nothing,
     includes: &[],
     imitates: &[],

@@ -29,7 +29,7 @@ pub static INFO: EffectInfo = EffectInfo {
     confused_with: &["gravity_compliance", "servo_lag", "stiction"],
     decide_by: "log the torque; move at two speeds and with two loads",
     action: "enter load data and joint stiffness in the controller; accelerate less",
-    undone: "nothing: a program holds no torque",
+    undone: "nothing: a program contains no torque",
     after_reversal: AfterReversal::Nothing,
     includes: &[],
     imitates: &[],

@@ -18,7 +18,7 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Measurement,
     family: Family::Tracker,
     acts_on: ActsOn::Log,
-    adds: "the tracker measures every distance from its station too long, or too short, in proportion",
+    adds: "the tracker measures every distance from its station proportionally too long or too short",
     equation: "scale (p - station)",
     reference: "ISO 10360-10:2021; Ciddor (1996), Applied Optics 35(9), for the index of air",
     parameters: &[("scale_ppm", "either sign, within 1,000 ppm")],

@@ -21,7 +21,7 @@ pub static INFO: EffectInfo = EffectInfo {
     family: Family::Ripple,
     acts_on: ActsOn::Joint,
     adds: "the gear leads and trails periodically over the joint's position",
-    equation: "amplitude sin(cycles p + phase), times exp(-|dp/dt|/fade) where it fades; cycles of a prismatic joint count turns of its lead",
+    equation: "amplitude sin(cycles p + phase), times exp(-|dp/dt|/fade) if fade is given; for a prismatic joint, cycles count turns of its lead screw",
     reference: "kinematic error of harmonic drives: Tuttle, Seering (1996), IEEE Trans. Robotics and Automation 12(3)",
     parameters: &[
         ("amplitude_deg", "0 to 0.1 rad (10 mm), and small enough that the joint does not turn back"),
@@ -29,16 +29,16 @@ pub static INFO: EffectInfo = EffectInfo {
         ("phase_deg", "within half a turn either way"),
         (
             "phase_2_deg",
-            "and so on: of the second and further recordings, where angles count from the start of each; left out: one for all",
+            "phase of the second recording, and so on, if angles count from the start of each recording; without it, one phase for all recordings",
         ),
         (
             "fade_deg_s",
-            "speed of the joint over which the amplitude falls to 1/e, 0.1 to 10,000 deg/s; left out: it does not",
+            "joint speed at which the amplitude has fallen to 1/e, 0.1 to 10,000 deg/s; without it, the amplitude does not depend on speed",
         ),
     ],
     confused_with: &["vibration", "encoder_scale"],
     decide_by: "move the joint at two speeds: a vibration keeps its frequency, a transmission error its period in degrees",
-    action: "service the gear (worn tooth, wave generator, eccentric pinion); an offset of the negative undoes it",
+    action: "service the gear (worn tooth, wave generator, eccentric pinion); an offset of opposite sign compensates it",
     undone: "all of it, point by point, unless it fades with speed",
     after_reversal: AfterReversal::Nothing,
     includes: &[],

@@ -1,8 +1,8 @@
-//! `vibration`: the TCP swings along a direction: adds `A * sin(2 pi f t + phase)`.
+//! `vibration`: the TCP vibrates along one direction: adds `A * sin(2 pi f t + phase)`.
 //!
 //! Parameters: amplitude at most 5 mm; frequency 0.01 Hz to 1 kHz; phase within half a turn either way; a direction in the base
 //! frame. A log shows it at its alias where it has fewer than two rows a period. Action: find what vibrates (a fan, a
-//! pump, a resonance: see whether it stays when the robot stands); damp it, or keep its frequency out of the motion.
+//! pump, a resonance: see whether it stays when the robot stands); damp it, or avoid motions that contain its frequency.
 
 use super::site::within;
 use super::*;
@@ -18,7 +18,7 @@ pub static INFO: EffectInfo = EffectInfo {
     stage: Stage::Tcp,
     family: Family::Vibration,
     acts_on: ActsOn::Tcp,
-    adds: "the TCP swings along a direction",
+    adds: "the TCP vibrates along one direction",
     equation: "A sin(2 pi f t + phase), t from the first row",
     reference: "ISO 230-8:2010, Test code for machine tools - Vibrations",
     parameters: &[
@@ -28,8 +28,8 @@ pub static INFO: EffectInfo = EffectInfo {
         ("direction", "[x, y, z] in the base frame"),
     ],
     confused_with: &["transmission_error"],
-    decide_by: "log while the robot stands; or move at two speeds",
-    action: "find the source (fan, pump, resonance) and damp it; keep its frequency out of the motion",
+    decide_by: "log while the robot stands still; or move at two speeds",
+    action: "find the source (fan, pump, resonance) and damp it; avoid motions that contain its frequency",
     undone: "nothing: it depends on time, not on the program",
     after_reversal: AfterReversal::Nothing,
     includes: &[],

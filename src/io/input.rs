@@ -112,7 +112,7 @@ pub fn refuse_no_rows(name: &str, text: &str, expected: &str) -> Result<()> {
     let rows = text.lines().map(str::trim).filter(|l| !l.is_empty());
     let found = match rows.map(|l| l.starts_with('#')).reduce(|a, b| a && b) {
         None => "an empty file",
-        Some(true) => "comments and nothing else",
+        Some(true) => "only comments",
         Some(false) => return Ok(()),
     };
     Err(Error::bad(Place::file(name), found, expected))

@@ -60,12 +60,12 @@ pub(super) fn refuse(
         percent(misfit)
     );
     let mended = first.0.mended(robot).map_or(String::new(), |entry| {
-        format!(" (mend it in the file, or by the entry of a column map whose `to` is the same: `{entry}`)")
+        format!(" (correct it in the file, or with the entry of a column map whose `to` is the same: `{entry}`)")
     });
     Err(Error::bad(
         Place::file(&file.name),
         found,
-        format!("the path that the robot file gives for the commands{mended}"),
+        format!("the path computed with the robot file from the commands{mended}"),
     ))
 }
 

@@ -181,13 +181,13 @@ impl ColumnMap {
         };
         if separator == decimal && separator == b',' {
             let place = doc.place(&["decimal"]);
-            return Err(Error::bad(place, "a comma both as separator and before decimals", "two different characters"));
+            return Err(Error::bad(place, "a comma both as separator and as decimal mark", "two different characters"));
         }
         let mut entries = IndexMap::new();
         for (key, value) in &file.columns {
             let Value::String(theirs) = key else {
                 let place = doc.place(&["columns"]);
-                return Err(Error::bad(place, "a column name that is no text", "`their name: our name`, quoted"));
+                return Err(Error::bad(place, "a column name that is not text", "`their name: our name`, quoted"));
             };
             entries.insert(theirs.trim().to_string(), entry(theirs, value, &doc)?);
         }
@@ -326,7 +326,7 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
         match key {
             "to" => match v.as_str() {
                 Some(s) => name = Some(s),
-                None => return Err(bad(key, "a `to` that is no text".into(), "our name, e.g. `cmd_A1_deg`")),
+                None => return Err(bad(key, "a `to` that is not text".into(), "our name, e.g. `cmd_A1_deg`")),
             },
             "unit" => match v.as_str() {
                 Some(s) if unit_named(s).is_some() => unit = Some(s.to_string()),
@@ -355,7 +355,11 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
     }
     let Some(name) = name else { return Err(bad("", "no `to`".into(), "`to: NAME`")) };
     if unit.as_deref() == Some(TIMESTAMP) && sign * scale != 1.0 {
-        return Err(bad("unit", format!("a sign or scale with unit `{TIMESTAMP}`"), "dates and times as they are"));
+        return Err(bad(
+            "unit",
+            format!("a sign or scale with unit `{TIMESTAMP}`"),
+            "dates and times without sign or scale",
+        ));
     }
     Ok(Entry { to: to(name), unit, factor: sign * scale, missing })
 }

@@ -60,7 +60,7 @@ pub(super) fn undo(log: &mut Log) -> Vec<String> {
     if log.tcp_m.len() == t_s.len()
         && let Some(held) = Held::find(t_s, |i| log.tcp_m[i].is_none() || log.tcp_m[i] != log.tcp_m[i - 1])
     {
-        notes.push(held.note("TCP positions", "left out where they repeat"));
+        notes.push(held.note("TCP positions", "repeated values are left out"));
         let mut fresh = vec![false; t_s.len()];
         held.readings.iter().for_each(|i| fresh[*i] = true);
         log.tcp_m.iter_mut().zip(&fresh).filter(|(_, fresh)| !**fresh).for_each(|(p, _)| *p = None);
@@ -102,7 +102,7 @@ impl Held {
 
     fn note(&self, what: &str, done: &str) -> String {
         let Self { every_rows, every_s, .. } = self;
-        format!("{what} are new every {every_rows:.1} rows only ({every_s:.3} s): {done}")
+        format!("{what} change only every {every_rows:.1} rows ({every_s:.3} s): {done}")
     }
 
     /// First of the last rows of which it is not known how the joints move on, where `moved` from one row to another.

@@ -96,7 +96,7 @@ fn shifted(log: &Log, shift_s: f64) -> Result<String> {
 }
 
 /// What a log is expected to hold.
-const PATH_OF_FILE: &str = "the path that the robot file gives for the commands";
+const PATH_OF_FILE: &str = "the path computed with the robot file from the commands";
 
 fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, found: &mut Plausibility) -> Result<()> {
     let computed = sample.computed(robot);
@@ -113,7 +113,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     let refused = |(text, first): (String, Fault)| {
         let mended = first
             .mended(robot)
-            .map_or(String::new(), |entry| format!(" (mend it in the file, or by a column map: `{entry}`)"));
+            .map_or(String::new(), |entry| format!(" (correct the file, or use a column map with `{entry}`)"));
         Err(Error::bad(Place::file(&log.name), text, format!("{PATH_OF_FILE}{mended}")))
     };
     let known = kinematics == Kinematics::OfFile;
@@ -155,14 +155,16 @@ fn another_arm(robot: &Robot, sample: &Sample, computed: &[Vector3<f64>], misfit
     let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
     let (free, offset) = fit_with_free_tool(computed, &frames, &sample.measured);
     let by = if free.misfit_m > CALIBRATION_M {
-        "is this the file of this robot (model, lengths), and are its zero positions right?".to_string()
+        "check that the file describes this robot (model, lengths) and that its zero positions are right".to_string()
     } else {
         let o = offset * 1e3;
-        format!("it fits with a TCP {:.1}, {:.1}, {:.1} mm from the robot file's `tool`: check `tool`", o.x, o.y, o.z)
+        format!(
+            "the path fits if the TCP is {:.1}, {:.1}, {:.1} mm from the robot file's `tool`: check `tool`",
+            o.x, o.y, o.z
+        )
     };
     Some(format!(
-        "the measured path is {} (75th percentile) from the one that the robot file gives, on a path of {}; calibration errors are a few \
-         millimetres at most: {by}",
+        "the measured path differs by {} (75th percentile) from the path computed with the robot file, on a path of {}; calibration errors are at most a few millimetres: {by}",
         millimetres(misfit_m),
         millimetres(size)
     ))
@@ -181,8 +183,7 @@ fn foreign_path(
     let (misfit_m, size) = (found.misfit_m.unwrap_or(0.0), found.spread_m);
     if !known {
         found.notes.push(format!(
-            "the measured path is not the one that the robot file gives ({} of misfit on a path of {}): the machine's kinematics is \
-             another, or robot file, units, order and clock of the columns are not those of this log",
+            "the measured path does not match the path computed with the robot file ({} of misfit on a path of {}): either the machine has other kinematics, or the robot file, or the units, the order or the clock of the columns do not belong to this log",
             millimetres(misfit_m),
             millimetres(size)
         ));
@@ -193,7 +194,7 @@ fn foreign_path(
     if free.misfit_m <= 0.5 * FOREIGN * size {
         let o = offset * 1e3;
         found.notes.push(format!(
-            "the measured point stands {:.1}, {:.1}, {:.1} mm from the robot file's `tool` (in the axes of the tool): check `tool`",
+            "the measured point is {:.1}, {:.1}, {:.1} mm from the robot file's `tool` (in the axes of the tool): check `tool`",
             o.x, o.y, o.z
         ));
         return Ok(());

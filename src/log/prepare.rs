@@ -17,9 +17,10 @@ impl Log {
         if kinematics == Kinematics::OfFile
             && let Some((rows, limit_m)) = gross::leave_out(self, robot)
         {
-            let [rows_are, stand] = if rows == 1 { ["row", "stands"] } else { ["rows", "stand"] };
+            let [differ, their, are] =
+                if rows == 1 { ["row differs", "its", "is"] } else { ["rows differ", "their", "are"] };
             let mm = limit_m * 1e3;
-            notes.push(format!("{rows} {rows_are} {stand} more than {mm:.2} mm off the rows around: left out"));
+            notes.push(format!("{rows} {differ} by more than {mm:.2} mm from {their} neighbours and {are} left out"));
         }
         Ok(notes)
     }

@@ -94,7 +94,7 @@ impl Log {
         let found = match t.total_cmp(&before) {
             std::cmp::Ordering::Equal => format!("time {t} s twice"),
             std::cmp::Ordering::Less => format!("time {t} s after {before} s"),
-            std::cmp::Ordering::Greater => format!("times {before} s and {t} s, which no clock tells apart"),
+            std::cmp::Ordering::Greater => format!("times {before} s and {t} s, which are too close to distinguish"),
         };
         let place = Place {
             file: self.name.clone(),

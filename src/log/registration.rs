@@ -84,7 +84,7 @@ pub fn register(pairs: &[Pair]) -> Result<Registration> {
         return Err(Error::bad(
             Place::file("registration"),
             format!("{} points on one line", pairs.len()),
-            "points that do not lie on one line: they leave the rotation about it open",
+            "points that do not lie on one line (a line does not determine the rotation about it)",
         ));
     }
     Ok(registration)
@@ -193,7 +193,7 @@ fn weighted_fit(pairs: &[Pair], weights: &[f64]) -> Result<Fit> {
         let along = vectors[0];
         let seen = cross * along;
         if seen.norm() == 0.0 {
-            return Err(refuse("points that do not move together".into(), "points of one rigid transform"));
+            return Err(refuse("points that move as one rigid body".into(), "points of one rigid transform"));
         }
         let turn = Rotation3::rotation_between(&along, &seen)
             .unwrap_or_else(|| Rotation3::from_axis_angle(&perpendicular(&along), std::f64::consts::PI));

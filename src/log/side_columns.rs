@@ -45,7 +45,8 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Resu
                 return Err(Error::bad(Place::file(&log.name), text, expected));
             }
             if is(-1.0) && correlation < -0.99 {
-                notes.push(format!("{name} runs against the commands of {}: wrong sign?", joint.name));
+                notes
+                    .push(format!("{name} moves against the commands of {}: does it have the wrong sign?", joint.name));
                 continue;
             }
             let apart: Vec<f64> = pairs.iter().map(|(c, v)| (v - c).abs()).collect();
@@ -102,7 +103,7 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
                 ));
             }
             notes.push(format!(
-                "{} moves at {:.3e} {unit}/s, its limit is {:.0}: are `t_s` seconds and the commands {unit}?",
+                "{} moves at {:.3e} {unit}/s, but its limit is {:.0}: is `t_s` in seconds, and are the commands in {unit}?",
                 joint.name,
                 joint.kind.to_user_unit(fast),
                 joint.kind.to_user_unit(max)
@@ -115,13 +116,13 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
     if usual >= SURELY_MILLISECONDS_S && slow {
         return Err(Error::bad(
             Place::file(&log.name),
-            format!("rows {usual} s apart, and no joint faster than 0.1 deg/s or mm/s"),
-            "`t_s` in seconds: these look like milliseconds; a column map with `unit: ms` reads them",
+            format!("rows that are {usual} s apart, and no joint faster than 0.1 deg/s or mm/s"),
+            "`t_s` in seconds (these look like milliseconds: use a column map with `unit: ms`)",
         ));
     }
     if usual >= 1.0 && slow {
         notes.push(format!(
-            "rows stand {usual} s apart and no joint is faster than 0.1 deg/s or mm/s: is `t_s` in milliseconds?"
+            "rows are {usual} s apart and no joint is faster than 0.1 deg/s or mm/s: is `t_s` in milliseconds?"
         ));
     }
     Ok(())

@@ -177,7 +177,7 @@ mod tests {
             ("time\n1\n", "the columns time"),
             ("", "path.csv: found an empty file; expected a header with x_mm"),
             ("\n  \n", "an empty file"),
-            ("# only\n", "comments and nothing else"),
+            ("# only\n", "only comments"),
             ("x_mm,t_s\n1,1\n2,1\n", "path.csv:3:2: found time 1 s after 1 s"),
             ("x_mm,y_mm\n", "no rows"),
             ("x_mm,y_mm\n1e9,1\n", "`1e9`"),

@@ -173,7 +173,7 @@ fn the_story_fits_a_terminal_and_says_gap_effect_size_and_gap() {
     assert!(story.lines().all(|l| l.chars().count() <= 100), "{story}");
     assert!(story.contains(" -> backlash J1 -> 8.") && story.contains("half gap 0.0027"), "{story}");
     assert!(story.contains("Missing: backlash J1. What remains is noise."), "{story}");
-    assert!(story.contains("backlash J1: take the gap up"), "{story}");
+    assert!(story.contains("backlash J1: remove the gap"), "{story}");
     assert!(story.contains("Blind to: lost motion and lag of resting J4, J5, J6;"), "{story}");
 }
 

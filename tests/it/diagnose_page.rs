@@ -49,7 +49,7 @@ fn a_named_effect_has_its_verdict_its_action_and_all_drawings() {
     let html = &BACKLASH_RUN.page;
     sound(html);
     assert!(html.contains("Missing: backlash J1. What remains is noise."));
-    assert!(html.contains("take the gap up"));
+    assert!(html.contains("remove the gap"));
     holds(
         html,
         &[

@@ -305,10 +305,10 @@ fn a_motion_that_is_no_sweep_is_refused_with_what_it_is() {
             &Options::default(),
         ))
     };
-    assert!(of(300, &|t| 0.5 * t).contains("never turns back"));
+    assert!(of(300, &|t| 0.5 * t).contains("never reverses"));
     assert!(of(300, &|_| 0.0).contains("commands that do not move"));
     let small = of(600, &|t| (std::f64::consts::TAU * t / 20.0).sin());
-    assert!(small.contains("strokes inside the gap") && small.contains("2.0000 deg"), "{small}");
+    assert!(small.contains("the strokes are smaller than the gap") && small.contains("2.0000 deg"), "{small}");
     let kuka = crate::bench::kuka();
     let circle = Log::load(&root().join("samples/circle/circle_uncompensated_table3.csv.gz"), &kuka).unwrap();
     let together = message(identify(&kuka, &[circle], &Options::default()));
@@ -331,7 +331,7 @@ fn a_sine_that_does_not_grow_gives_its_two_places_and_says_so() {
     let model = instrument();
     let steady = elbow(601, |t| 20.0 * (std::f64::consts::TAU * t / 20.0).sin(), &model.robot);
     let found = identify(&model.robot, &[run(&model, &steady, 50.0, 1)], &Options::default()).unwrap();
-    assert!(found.gaps.notes.iter().any(|n| n.contains("no growing sweep")), "{:?}", found.gaps.notes);
+    assert!(found.gaps.notes.iter().any(|n| n.contains("the sweep does not grow")), "{:?}", found.gaps.notes);
     assert!(found.joints[0].deadzones.len() >= 10);
 }
 

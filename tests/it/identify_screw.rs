@@ -206,7 +206,7 @@ fn without_the_sensor_between_only_the_sum_is_given_and_that_is_said() {
     let both = z.both.as_ref().unwrap();
     within(both, COUPLING_MM + NUT_MM, 0.02, "sum");
     holds(both.total, COUPLING_MM + NUT_MM, 1e3, "sum");
-    assert!(notes(&found).contains("cannot be separated, only their sum is given"), "{}", notes(&found));
+    assert!(notes(&found).contains("cannot be separated, so only their sum is reported"), "{}", notes(&found));
     let doc = document::document(&found, &gantry());
     assert!(doc["series"][0]["coupling"].is_null() && doc["series"][0]["separated"] == false);
 }
@@ -216,7 +216,7 @@ fn one_coordinate_along_the_joint_is_enough_and_other_commands_still_want_three(
     let found = found("lone_z");
     let z = one(&found);
     holds(z.both.as_ref().unwrap().total, COUPLING_MM + NUT_MM, 1e3, "sum");
-    assert!(notes(&found).contains("the tracker's zero is free"));
+    assert!(notes(&found).contains("the tracker has no zero"));
     let work = tempfile::tempdir().unwrap();
     let out = cli(&format!("identify static --robot {ROBOT} --log tests/data/screw/lone_z.csv.gz"), work.path());
     assert_eq!(out.status.code(), Some(2));
@@ -242,7 +242,7 @@ fn one_cycle_without_a_preload_gives_the_gaps_and_says_what_it_cannot_tell() {
     holds(z.nut.as_ref().unwrap().total, NUT_MM, 1e3, "nut");
     assert_eq!(z.start, Start::Unknown);
     let said = notes(&found);
-    assert!(said.contains("nothing of repeatability"), "{said}");
+    assert!(said.contains("but not the repeatability"), "{said}");
     assert!(said.contains("no preload before the first stroke: the side on which it starts is unknown"), "{said}");
 }
 
@@ -274,7 +274,7 @@ fn strokes_that_never_cross_the_gap_give_its_least_size_and_no_figure() {
     assert!((doc["series"][0]["at_least_mm"].as_f64().unwrap() - 0.15).abs() < 1e-9);
     assert!(doc["series"][0]["both"].is_null() && doc["joints"].as_array().unwrap().is_empty());
     let said = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert!(said.contains("the gap was never crossed"), "{said}");
+    assert!(said.contains("no stroke crossed the gap"), "{said}");
     // the coupling alone was crossed
     let found = found("short");
     holds(one(&found).coupling.as_ref().unwrap().total, COUPLING_MM, 1e3, "coupling");
@@ -371,7 +371,7 @@ fn a_dead_sensor_is_no_gap_and_a_log_without_sensors_is_refused() {
     let log = read(&changed("clean", "meas_Z_mm", |_| -150.0), &robot).unwrap();
     let found = identify(&robot, &[log], None).unwrap();
     assert!(one(&found).both.is_none() && one(&found).at_least.is_none());
-    assert!(notes(&found).contains("is it alive"), "{}", notes(&found));
+    assert!(notes(&found).contains("check that this is the sensor of this joint and that it works"), "{}", notes(&found));
     let bare = text_of("clean").lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect::<Vec<_>>();
     let log = read(&bare.join("\n"), &robot).unwrap();
     let said = identify(&robot, &[log], None).map(|_| ()).unwrap_err().to_string();

@@ -53,7 +53,7 @@ fn two_cycles_that_disagree_are_kept_and_flagged() {
     let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
     let first = &found.joints[0].summary.angles[0];
     assert_eq!((first.cycles.len(), first.flagged), (2, true));
-    assert!(found.gaps.notes.iter().any(|n| n.contains("do not trust it")));
+    assert!(found.gaps.notes.iter().any(|n| n.contains("do not trust this value")));
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn a_missing_cycle_and_a_lost_reflector_leave_the_rest_standing() {
     assert_eq!(found.joints[0].unpaired, 1);
     assert!((found.gaps.joints[0].half_gap.to_degrees() - 0.003).abs() < 1e-4);
     let notes = found.gaps.notes.join("\n");
-    assert!(notes.contains("without a reading") && notes.contains("without a partner"), "{notes}");
+    assert!(notes.contains("because they have no reading") && notes.contains("without a partner"), "{notes}");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn a_gantry_has_gaps_in_millimetres_even_from_one_axis_alone() {
     assert!((found.gaps.joints[0].half_gap - 50e-6).abs() < 0.5e-6, "{}", found.gaps.joints[0].half_gap);
     assert!(
         found.gaps.notes.iter().any(|n| n.contains("one line")),
-        "the frame is open about the axis, and a note reports it"
+        "the frame is not determined about the axis, and a note reports it"
     );
     let doc = document::document(&found, &bench.robot);
     let gap = doc["joints"][0]["half_gap_mm"].as_f64().unwrap();

@@ -71,11 +71,11 @@ fn metres_and_programs_are_named_where_a_log_is_expected() {
     let refused = |text: String| Log::parse(input(text), &gantry()).unwrap_err().to_string();
     let metres = PLAIN.replace("x_mm", "x_m").replace("y_mm", "y_m").replace("z_mm", "z_m");
     let error = refused(metres);
-    assert!(error.contains("`x_m` and none `x_mm`") && error.contains("a column map"), "{error}");
+    assert!(error.contains("`x_m` and no column `x_mm`") && error.contains("a column map"), "{error}");
     let program = refused("t_s,x_mm,y_mm,z_mm\n0,1,2,3\n".replace("x_mm", "X_mm"));
     assert!(program.contains("no column `cmd_X_mm`"), "{program}");
     let error = Log::parse(input("a1_deg,a2_deg\n0,1\n"), &robot()).unwrap_err().to_string();
-    assert!(error.contains("joints alone are a program"), "{error}");
+    assert!(error.contains("a file with joints alone is a program"), "{error}");
     // another column in metres beside millimetres is the user's own
     let both = PLAIN.replacen("z_mm\n", "z_mm,x_m\n", 1).replace(",3\n", ",3,0.001\n").replace(",,,\n", ",,,,\n");
     same(&parse(both, &gantry()), &parse(PLAIN, &gantry()));

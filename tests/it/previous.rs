@@ -108,7 +108,7 @@ fn runs_correct_what_is_wrong_beyond_doubt_until_nothing_is() {
         let words =
             desk.run(&format!("fit --robot robot.yaml --previous c{k}.yaml --log run{k}.csv --output c{next}.yaml"));
         assert!(words.contains("Y: kept"), "{words}");
-        assert!(!words.contains("back to the values before"), "{words}");
+        assert!(!words.contains("returned to the values before"), "{words}");
         if k == 1 {
             assert!(std::fs::read_to_string(desk.at("c2.yaml")).unwrap().contains("replaced:"));
         }
@@ -140,7 +140,7 @@ fn a_correction_whose_run_is_worse_is_taken_back() {
     desk.compensator("spoilt.yaml", spoilt, &evidence);
     desk.measured("spoilt.yaml", "run2.csv", 2);
     let words = desk.run("fit --robot robot.yaml --previous spoilt.yaml --log run2.csv --output back.yaml");
-    assert!(words.contains("X: back to the values before its last correction"), "{words}");
+    assert!(words.contains("X: returned to the values before its last correction"), "{words}");
     assert!((desk.half_gap_mm("back.yaml", 0) - 0.020).abs() < 1e-9, "{words}");
     let text = std::fs::read_to_string(desk.at("back.yaml")).unwrap();
     let x = serde_yaml::from_str::<serde_json::Value>(&text).unwrap()["evidence"]["joints"]["X"].clone();

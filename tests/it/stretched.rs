@@ -77,7 +77,7 @@ fn the_shipped_compensator_is_what_the_chain_gives() {
 #[test]
 fn gaps_behind_a_stretch_are_found_at_the_scale_of_the_commands() {
     let (work, says) = &*CHAIN;
-    assert!(says.contains("is not the one that the robot file gives"), "the difference is noted: {says}");
+    assert!(says.contains("does not match the path computed with the robot file"), "the difference is noted: {says}");
     let model = Model::load(&root().join(MODEL)).unwrap();
     let found = curve(&work.path().join("compensator.yaml"));
     for (axis, found) in found.iter().enumerate() {

@@ -164,8 +164,8 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     if joints.is_empty() {
         let expected =
-            "sweeps of one joint at a time, turning again and again with growing amplitude, larger than its deadzone";
-        let found = format!("no deadzone that was crossed ({})", gaps.notes.join("; "));
+            "sweeps of one joint at a time that reverse repeatedly with growing amplitude, larger than its deadzone";
+        let found = format!("no crossed deadzone ({})", gaps.notes.join("; "));
         return Err(Error::bad(logs.first().map_or_else(Place::default, |l| Place::file(&l.name)), found, expected));
     }
     Ok(Found { gaps, joints })
@@ -198,7 +198,7 @@ fn sweeps(robot: &Robot, logs: &[Log], options: &Options) -> Result<Vec<Stretch>
         if log.poses {
             return bad(
                 "settled poses (no column t_s)".into(),
-                "samples of a motion with t_s; settled poses are for `identify static`",
+                "samples of a motion with t_s (use `identify static` for settled poses)",
             );
         }
         if log.tcp_m.iter().all(Option::is_none) {
@@ -229,9 +229,10 @@ fn sweeps(robot: &Robot, logs: &[Log], options: &Options) -> Result<Vec<Stretch>
     } else if all.is_empty() && !options.axes.is_empty() {
         format!("no movement of {} alone", names(&options.axes))
     } else {
-        "a motion that never turns back".into()
+        "a motion without reversals".into()
     };
-    let expected = "one joint at a time, sweeping to and fro with growing amplitude while the others rest";
+    let expected =
+        "sweeps of one joint at a time, back and forth with growing amplitude, while the other joints stand still";
     Err(Error::bad(Place::file(&log.name), found, expected))
 }
 

@@ -11,20 +11,22 @@ const ONE_PLACE: f64 = 0.1;
 /// Why a joint has no deadzone; the words follow its name.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(super) enum NoDeadzone {
-    #[error("it never turns back")]
+    #[error("it never reverses")]
     NeverTurns,
-    #[error("it turns once only")]
+    #[error("it reverses only once")]
     TurnsOnce,
     /// `stroke`: the longest, with its unit.
-    #[error("the tip stays at rest after all {turns} turns (longest stroke {stroke}): strokes inside the gap")]
+    #[error(
+        "the tip does not move after any of the {turns} reversals (longest stroke {stroke}): the strokes are smaller than the gap"
+    )]
     AllInside { turns: usize, stroke: String },
-    #[error("too few rows of the tracker about its {0} turns")]
+    #[error("too few tracker readings near its {0} reversals")]
     FewRows(usize),
     #[error(
-        "after its {turns} turns the tip moves too little against a rest radius of {radius_um:.0} um (longest stroke {stroke})"
+        "after its {turns} reversals the tip moves too little compared with a rest radius of {radius_um:.0} um (longest stroke {stroke})"
     )]
     TooShort { turns: usize, radius_um: f64, stroke: String },
-    #[error("sizes of its deadzones that no mean can be taken of")]
+    #[error("the sizes of its deadzones have no mean")]
     NoMean,
 }
 
@@ -62,7 +64,7 @@ pub(super) fn notes(robot: &Robot, found: &JointSweeps) -> Vec<String> {
     if places.len() <= 2 {
         let at: Vec<String> = places.iter().map(|p| format!("{:.3}", edge(*p))).collect();
         note(format!(
-            "all deadzones ({n}) begin at {} {unit}: no growing sweep, so nothing is known of the gap elsewhere",
+            "all deadzones ({n}) begin at {} {unit}: the sweep does not grow, so the gap at other positions is not known",
             at.join(" and ")
         ));
     } else if found.map.varies_p_value.is_none() {
@@ -80,7 +82,7 @@ pub(super) fn notes(robot: &Robot, found: &JointSweeps) -> Vec<String> {
     }
     if found.unseen + found.unfitted > 0 {
         note(format!(
-            "{} left out: too few rows of the tracker about them",
+            "{} left out: too few tracker readings near them",
             counted(found.unseen + found.unfitted, "turn")
         ));
     }
@@ -89,7 +91,7 @@ pub(super) fn notes(robot: &Robot, found: &JointSweeps) -> Vec<String> {
     }
     if found.map.ci95[1] < 0.0 {
         note(
-            "the size is negative: the tip moves before its motor does; check the clocks of commands and tracker"
+            "the size is negative, as if the tip moved before its motor: check the clocks of commands and tracker"
                 .into(),
         );
     }

@@ -59,7 +59,7 @@ pub fn aligned<'a>(robot: &Robot, logs: &'a [Log]) -> Result<Aligned<'a>> {
 pub fn note(log: &Log, by_s: f64) -> String {
     let side = if by_s > 0.0 { "ahead of" } else { "behind" };
     format!(
-        "{}: measured positions {:.3} s {side} the commands: the commands were shifted by that",
+        "{}: measured positions are {:.3} s {side} the commands; the commands were shifted by this time",
         log.name,
         by_s.abs()
     )

@@ -193,7 +193,7 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let mut trust =
         Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
     if own.is_empty() {
-        trust.reason = "cannot be judged: none of its reversals stands apart from others and from dwells".into();
+        trust.reason = "cannot be judged: none of its reversals is far enough from others and from dwells".into();
         return trust;
     }
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
@@ -262,7 +262,7 @@ pub fn local(problem: &Problem, evidence: &Evidence, joints: &[JointEstimate]) -
 
 /// Why no joint is compensated where the logs are of another kind than the model.
 const GAINS_NOTHING: &str =
-    "would leave no less along the paths of these logs than is there: the model does not describe them";
+    "would not reduce the error along the paths of these logs: the model does not describe them";
 
 /// Whether compensation would leave as much along the paths of all logs together as is there.
 ///

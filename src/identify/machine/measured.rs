@@ -35,7 +35,7 @@ pub fn restored(robot: &Robot, axis: usize, run: Option<RunLeft>, next: &mut Com
     }
     let um = |r: RunLeft| r.left_m2.max(0.0).sqrt() * 1e6;
     let note = format!(
-        "{}: back to the values before its last correction: {:.1} um left after its reversals with it, {:.1} um without",
+        "{}: returned to the values before its last correction: {:.1} um left after its reversals with it, {:.1} um without",
         robot.axis(axis).name,
         um(run),
         um(before.run)

@@ -105,15 +105,17 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
                 gaps.points.extend(points);
                 estimates.push(estimate);
             }
-            None => notes.push(format!("{name}: never reverses in these logs: its lost motion cannot be seen")),
+            None => {
+                notes.push(format!("{name}: never reverses in these logs, so its lost motion cannot be determined"))
+            }
         }
     }
     if estimates.is_empty() {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
         let (found, expected) = if undetermined {
-            ("readings that determine no joint's gap", "readings along which joints move the TCP as they turn round")
+            ("readings that determine no joint's gap", "readings along which joints move the TCP as they reverse")
         } else {
-            ("no joint that reverses", "logs in which joints turn round")
+            ("no joint that reverses", "logs in which joints reverse")
         };
         return Err(Error::bad(Place::file(name), found, expected));
     }
@@ -174,7 +176,7 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<
     solve::round(&mut problem, Kept::Nothing);
     let open = || {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        Error::bad(Place::file(name), "logs that leave the estimate open", "finite measurements of moving joints")
+        Error::bad(Place::file(name), "logs that do not determine the estimate", "finite measurements of moving joints")
     };
     let within = evidence::covariances(&problem).ok_or_else(open)?[1].clone();
     let varies = estimate::constant_axes(&problem, &within);

@@ -59,7 +59,7 @@ pub fn note(problem: &Problem, axis: usize) -> Option<String> {
     let (name, unit) = (&joint.name, joint.kind.unit());
     Some(format!(
         "{name}: friction after a reversal is not the same in logs of dwells (spikes of {dwells:.5} {unit} together) as in logs of motion \
-         ({motion:.5} {unit}); each kind of log has its own, and compensation uses that of motion"
+         ({motion:.5} {unit}); each kind of log gets its own spikes, and compensation uses those of motion"
     ))
 }
 

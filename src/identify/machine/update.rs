@@ -74,7 +74,11 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     solve::round(&mut problem, Kept::Nothing);
     let evidence = evidence::evaluate(&problem).ok_or_else(|| {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        Error::bad(Place::file(name), "a run that leaves the correction open", "finite measurements of moving joints")
+        Error::bad(
+            Place::file(name),
+            "a run that does not determine the correction",
+            "finite measurements of moving joints",
+        )
     })?;
     let mut next = previous.clone();
     next.evidence.notes.clear();

@@ -23,7 +23,7 @@ pub fn refuse(problem: &Problem, selected: &Selected, held: &[(usize, GapCurve)]
         let mirrored = alone(mirrored, held);
         if mirrored.cost < BETTER * plain.cost {
             let found = format!(
-                "positions of a mirrored frame: fitted with one axis negated the residual falls from {:.1} um to {:.1} um",
+                "positions of a mirrored frame (with one axis negated, the residual of the fit falls from {:.1} um to {:.1} um)",
                 plain.sigma_m * 1e6,
                 mirrored.sigma_m * 1e6
             );

@@ -248,7 +248,7 @@ fn binned(robot: &Robot, log: &Log, options: &Options, notes: &mut Vec<Note>) ->
 fn refuse_without_reversal(problem: &Problem, logs: &[Log], options: &Options) -> Result<()> {
     match logs.first() {
         Some(log) if !problem.joints.iter().any(|j| options.reports(j.axis)) => {
-            let expected = "a path on which a joint of interest turns round at least once and moves the TCP";
+            let expected = "a path on which a joint of interest reverses at least once and moves the TCP";
             Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected))
         }
         _ => Ok(()),

@@ -63,7 +63,7 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NeverReverses { log, joint } => {
-                write!(f, "{log}: {joint} never reverses: its lost motion cannot be seen")
+                write!(f, "{log}: {joint} never reverses, so its lost motion cannot be determined")
             }
             Self::HardlyMoves { log, joint, kind } => {
                 let per = if *kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
@@ -83,13 +83,11 @@ impl fmt::Display for Note {
             Self::Distrust(distrust) => distrust.fmt(f),
             Self::IntervalsWidened { inflation } => write!(
                 f,
-                "the residuals are correlated (variance inflated {inflation:.1} times: a ripple, a drift, friction of another form); \
-                 intervals are widened by it"
+                "the residuals are correlated (variance inflated {inflation:.1} times: a ripple, a drift, or friction of another form); the intervals are widened accordingly"
             ),
             Self::ResidualsCorrelated { inflation } => write!(
                 f,
-                "the residuals are correlated (variance inflated {inflation:.1} times): a gap that varies, a drift, or another effect is \
-                 not in the model; intervals are too narrow"
+                "the residuals are correlated (variance inflated {inflation:.1} times): the model lacks an effect (a gap that varies, a drift, or another one), and the intervals are too narrow"
             ),
             Self::TooManyReversals => f.write_str("too many reversals to list the gap at each of them"),
             Self::LagKnownBest { joint, kind, at_s, lag, ci95: [low, high] } => write!(
@@ -110,18 +108,18 @@ impl fmt::Display for Note {
                 )
             }
             Self::SharedDecay => {
-                f.write_str("the joints with stiction share one decay: this log does not determine one for each")
+                f.write_str("the joints with stiction share one decay, because this log does not determine one for each joint")
             }
             Self::LinkErrors { fitted: true } => {
-                f.write_str("rigid errors of the links were fitted beside the tracker's frame")
+                f.write_str("rigid errors of the links were fitted together with the tracker's frame")
             }
             Self::LinkErrors { fitted: false } => f.write_str(
-                "no sign of rigid errors of the links: the tracker's frame alone was fitted beside the lost motion",
+                "the log shows no rigid errors of the links: only the tracker's frame was fitted together with the lost motion",
             ),
             Self::SeveralFrames { logs } => {
                 write!(
                     f,
-                    "{logs} logs were fitted together, each with its own frame; the frame given is the first log's"
+                    "{logs} logs were fitted together, each with its own frame; the reported frame is that of the first log"
                 )
             }
         }

@@ -129,7 +129,7 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
     if log.poses {
         return refuse(
             "settled poses (no column `t_s`)",
-            "samples of a motion with times `t_s`; dwells are for `identify static`",
+            "samples of a motion with times `t_s` (use `identify static` for dwells)",
         );
     }
     if log.tcp_m.is_empty() {

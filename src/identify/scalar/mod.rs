@@ -68,7 +68,7 @@ pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument>
         return Ok(Instrument::Distance { centre_m });
     }
     if i.dial_m.is_some() {
-        let expected = "the direction in which `dial_um` grows, in the robot's world frame";
+        let expected = "the direction in which `dial_um` increases, in the robot's world frame";
         return match setup.direction {
             Some(along) => Ok(Instrument::Direction { along }),
             None => {
@@ -85,7 +85,7 @@ pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument>
 fn track(robot: &Robot, log: &Log, setup: &Setup) -> Result<Track> {
     let instrument = instrument(robot, log, setup)?;
     if log.poses {
-        let expected = "a log of a motion, with `t_s`; settled poses go to `identify static`";
+        let expected = "a log of a motion, with `t_s` (use `identify static` for settled poses)";
         return Err(Error::bad(Place::line(&log.name, 1), "no `t_s`", expected));
     }
     let track = Track::new(robot, log, instrument, setup.centre_m.is_none());
@@ -111,7 +111,7 @@ pub fn plausible(robot: &Robot, log: &Log, setup: &Setup) -> Result<()> {
     let read = span(&readings);
     if read < LEAST_SPAN_M {
         let found = format!("readings that change by {:.3} um", read * 1e6);
-        let expected = "micrometres in `r_um` and `dial_um`, of a moving robot: are these mm?";
+        let expected = "micrometres in `r_um` and `dial_um`, from a moving robot (these may be mm)";
         return Err(Error::bad(Place::file(&log.name), found, expected));
     }
     let Some(centre) = setup.centre_m.filter(|_| log.instruments.distance_off_m.is_some()) else { return Ok(()) };
@@ -147,12 +147,12 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
     let mut tracks = logs.iter().map(|log| track(robot, log, setup)).collect::<Result<Vec<_>>>()?;
     let reversing: Vec<usize> = (0..robot.dof()).filter(|a| tracks.iter().any(|t| t.reverses(*a))).collect();
     if let (true, Some(log)) = (reversing.is_empty(), logs.first()) {
-        let expected = "a path on which a joint turns round at least once";
+        let expected = "a path on which a joint reverses at least once";
         return Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected));
     }
     let fit = solve::fit(robot, &mut tracks, &reversing).ok_or_else(|| {
         let name = logs.first().map_or("", |l| l.name.as_str());
-        Error::bad(Place::file(name), "readings from which nothing can be solved", "a longer path")
+        Error::bad(Place::file(name), "readings that do not determine any gap", "a longer path")
     })?;
     for log in logs {
         plausible(robot, log, setup)?;
@@ -167,7 +167,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
         if sigma > limit {
             notes.push(format!(
-                "{}: not determined by this reading (standard deviation {:.4} {}): it hardly moves along it, or as other joints do",
+                "{}: not determined by this reading (standard deviation {:.4} {}): the joint hardly changes the reading, or changes it as other joints do",
                 joint.name,
                 joint.kind.to_user_unit(sigma),
                 joint.kind.unit()
@@ -176,7 +176,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         }
         if value + factor * sigma < 0.0 {
             notes.push(format!(
-                "{}: {:.5} {}, below zero beyond doubt: a gap never leads, so check the sign of the reading and the clocks of the columns",
+                "{}: {:.5} {}, clearly below zero, which no gap can be: check the sign of the reading and the clocks of the columns",
                 joint.name,
                 joint.kind.to_user_unit(value),
                 joint.kind.unit()

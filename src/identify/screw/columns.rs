@@ -35,7 +35,7 @@ impl<'a> Columns<'a> {
             (None, Ok(seen)) => Some((seen.as_slice(), Output::Tracker)),
             (None, Err(why)) => {
                 if !why.is_empty() {
-                    notes.push(format!("{}: nothing is read from the tracker: {why}", joint.name));
+                    notes.push(format!("{}: the tracker is not used: {why}", joint.name));
                 }
                 None
             }

@@ -115,7 +115,10 @@ pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Foun
             let name = &robot.axis(series.axis).name;
             match found.get(&series.axis) {
                 Some(known) if !better(&series, known) => {
-                    gaps.notes.push(format!("{name}: {} is not used: {} knows more", log.name, logs[known.log].name));
+                    gaps.notes.push(format!(
+                        "{name}: {} is not used, because {} contains more",
+                        log.name, logs[known.log].name
+                    ));
                 }
                 _ => {
                     found.insert(series.axis, series);
@@ -289,7 +292,7 @@ fn joint(robot: &Robot, series: &Series, notes: &mut Vec<String>) -> Option<Join
     let Some(both) = &series.both else {
         if series.coupling.is_some() {
             notes.push(format!(
-                "{name}: the coupling's gap alone is no lost motion of the joint: nothing is given to `fit`"
+                "{name}: the gap of the coupling alone is not the lost motion of the joint: the result contains no gap for `fit`"
             ));
         }
         return None;

@@ -54,7 +54,7 @@ pub fn positions(robot: &Robot, log: &Log, motion: &[Vec<f64>]) -> Vec<OutputPos
     for _ in 0..2 {
         match directions(&rows, &axes, motion, &seen) {
             Some(found) => lines = Some(found),
-            None => return none("joints move only together: the tracker cannot tell one from the other"),
+            None => return none("the joints move only together, so the tracker cannot distinguish them"),
         }
         let Some(found) = &lines else { continue };
         let off: Vec<f64> = rows.iter().map(|&i| found.residual(i, &axes, motion, &seen, None).norm()).collect();

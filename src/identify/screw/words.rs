@@ -28,17 +28,16 @@ pub fn short(what: &str, why: Short, joint: &Joint, strokes: &Strokes) -> String
             format!("{what}: the joint moves in one direction only: strokes up and down are needed")
         }
         Short::NeverCrossed { way: w } => format!(
-            "{what} stands still over strokes of {}: the gap was never crossed, it is larger than that; make longer strokes",
+            "{what} stands still over strokes of {}: no stroke crossed the gap, so it is larger than that; make longer strokes",
             way(w)
         ),
         Short::HardlyCrossed { way: w } => format!(
-            "{what} moves, but strokes of {} end before enough of it is seen beyond the gap: make them twice as long or more \
-             (longest: {})",
+            "{what} moves, but its strokes of {} end too soon after the gap: make them at least twice as long (longest: {})",
             way(w),
             way(strokes.longest())
         ),
         Short::Dead { way: w } => format!(
-            "{what} stands still over strokes of {}: no gap is so wide; is this the sensor of this joint, and is it alive?",
+            "{what} stands still over strokes of {}, and no gap is so wide: check that this is the sensor of this joint and that it works",
             way(w)
         ),
         Short::Slope(m) => format!("{what} of {} moves by {m:.5} per command", joint.name),
@@ -58,8 +57,7 @@ pub fn flanks(found: &Flanks, what: &str, joint: &Joint, notes: &mut Vec<String>
     let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
     if found.repeats == Repeats::Pieces {
         note(format!(
-            "{what} gap: {} up and {} down: its intervals hold the noise within them and nothing of repeatability; \
-             three of each or more tell",
+            "{what} gap: {} up and {} down: its interval contains the noise within them but not the repeatability; make at least three of each",
             counted(found.strokes[0], "stroke"),
             found.strokes[1]
         ));
@@ -73,21 +71,20 @@ pub fn flanks(found: &Flanks, what: &str, joint: &Joint, notes: &mut Vec<String>
     }
     if let Some(per) = found.total_per_lag {
         note(format!(
-            "{what} gap: at one speed a lag looks like a gap: each millisecond of it would add {}; let the joint stand at the ends \
-             of its strokes, or move at two speeds, or log the encoder",
+            "{what} gap: at a single speed a lag looks like a gap: each millisecond of lag would add {}; let the joint stand still at the ends of its strokes, or move at two speeds, or log the encoder",
             shown(per * 1e-3, joint)
         ));
     }
     if found.total.ci95[1] < 0.0 {
         let swapped = if what == "total" { "" } else { " (are `enc` and `screw`, or `screw` and `meas`, swapped?)" };
         note(format!(
-            "{what} gap is negative, so it is none: the output runs ahead; check signs, order and clocks of the columns{swapped}"
+            "{what} gap is negative, so it is not a gap: the output leads its input; check the signs, the order and the clocks of the columns{swapped}"
         ));
     }
     let m = found.slope;
     if (m.value - 1.0).abs() > LEAD {
         note(format!(
-            "{what}: slope {:.4}: another lead than the robot file's, or a sensor at another scale?",
+            "{what}: slope {:.4}: does the lead or the scale of the sensor differ from the robot file?",
             m.value
         ));
     }
@@ -113,30 +110,28 @@ pub fn of_series(series: &Series, joint: &Joint, notes: &mut Vec<String>) {
     let name = &joint.name;
     if series.both.is_some() && series.coupling.is_none() && series.nut.is_none() {
         notes.push(format!(
-            "{name}: no sensor between coupling and nut (`screw_{name}_{}`): the gaps cannot be separated, only their sum is given",
+            "{name}: no sensor between coupling and nut (`screw_{name}_{}`): the two gaps cannot be separated, so only their sum is reported",
             if joint.lead_m_per_rev.is_some() { "deg" } else { joint.kind.unit() }
         ));
     }
     if let Some(both) = &series.both {
         if both.slope.excludes(1.0) && (both.slope.value - 1.0).abs() > PPM && (both.slope.value - 1.0).abs() <= LEAD {
             notes.push(format!(
-                "{name}: slope {:.6}: the joint moves {:+.0} ppm of its command too far; correct the lead or scale in the controller, \
-                 offsets at reversals do not",
+                "{name}: slope {:.6}: the joint moves {:+.0} ppm of its command too far; correct the lead or scale in the controller; offsets at reversals cannot correct it",
                 both.slope.value,
                 (both.slope.value - 1.0) * 1e6
             ));
         }
         let zero = series.shares_zero(both, true);
         if series.output == Some(Output::Tracker) {
-            notes.push(format!("{name}: the tracker's zero is free: c_l and c_r are known by their difference only"));
+            notes.push(format!("{name}: the tracker has no zero, so only the difference of c_l and c_r is known"));
         } else if !zero && both.middle.ci95[1] - both.middle.value > both.total.value {
             notes.push(format!(
-                "{name}: c_l and c_r are not known: the zero lies too far outside the strokes; their difference is"
+                "{name}: only the difference of c_l and c_r is known, because the zero lies too far outside the strokes"
             ));
         } else if !zero {
             notes.push(format!(
-                "{name}: both flanks lie on one side of zero (c_l {}, c_r {}): the sensor has another zero than the command; the \
-                 gap is split evenly",
+                "{name}: both flanks lie on one side of zero (c_l {}, c_r {}): the zero of the sensor differs from that of the command; the gap is split evenly",
                 shown(both.c_l.value, joint),
                 shown(both.c_r.value, joint)
             ));
@@ -147,7 +142,7 @@ pub fn of_series(series: &Series, joint: &Joint, notes: &mut Vec<String>) {
         let unsure = [a, b, sum].map(|g| g.total.ci95[1] - g.total.value).iter().sum::<f64>();
         if off.abs() > unsure {
             notes.push(format!(
-                "{name}: coupling and nut together differ from the gap over both by {}: is the screw's column at the joint's scale?",
+                "{name}: the sum of coupling and nut differs from the gap over both by {}: does the screw column have the scale of the joint?",
                 shown(off, joint)
             ));
         }

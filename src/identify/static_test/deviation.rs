@@ -302,12 +302,12 @@ impl TestedJoint {
     fn notes(&self, joint: &Joint) -> Vec<String> {
         let mut notes = Vec::new();
         if self.lost > 0 {
-            notes.push(format!("{}: pairs left out, without a reading: {}", joint.name, self.lost));
+            notes.push(format!("{}: pairs left out because they have no reading: {}", joint.name, self.lost));
         }
         if self.insensitive > 0 {
             let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
             notes.push(format!(
-                "{}: pairs left out, as the joint moves the TCP by less than {} {per} there: {}",
+                "{}: pairs left out because the joint moves the TCP by less than {} {per} there: {}",
                 joint.name,
                 LEAST_LEVER * 1e3,
                 self.insensitive

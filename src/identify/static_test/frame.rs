@@ -143,7 +143,7 @@ fn register(log: &str, points: &[registration::Pair], only_prismatic: bool) -> R
         Error::bad(
             Place::file(log),
             format!("{found} reached from both sides"),
-            "three or more places that differ, so that the tracker's frame can be found; or a model with a `registration`",
+            "three or more different positions, which determine the tracker's frame; or a model with a `registration`",
         )
     })?;
     let mut notes = Vec::new();
@@ -152,17 +152,17 @@ fn register(log: &str, points: &[registration::Pair], only_prismatic: bool) -> R
             return Err(Error::bad(
                 Place::file(log),
                 "measured points on one line",
-                "points off that line too: they leave the frame open about it; or a model with a `registration`",
+                "points that do not lie on one line (a line does not determine the rotation of the frame about it); or a model with a `registration`",
             ));
         }
         notes.push(
-            "the measured points lie on one line: the frame is open about it (rank 5 of 6); motion along the line does not depend on that"
+            "the measured points lie on one line, which does not determine the rotation of the frame about it (rank 5 of 6); motion along the line does not depend on this rotation"
                 .into(),
         );
     }
     if !dropped.is_empty() {
         notes.push(format!(
-            "points left out of the registration, as they disagree with the rest: {} of {}",
+            "points left out of the registration because they disagree with the others: {} of {}",
             dropped.len(),
             points.len()
         ));
@@ -189,14 +189,14 @@ fn refuse_misfit(log: &str, points: &[registration::Pair], frame: &Frame) -> Res
     Err(Error::bad(
         Place::file(log),
         format!(
-            "points {:.3} mm off (median per coordinate) where they spread by {:.3} mm",
+            "points that deviate by {:.3} mm (median per coordinate) and spread by {:.3} mm",
             typical * 1e3,
             spread * 1e3
         ),
         if frame.given {
             "a registration, robot file and logs that belong together"
         } else {
-            "commands that explain the measured points: check units (deg, mm), order and sense of the joints, the robot file, and that the tracker stood still over all logs"
+            "commands that explain the measured points: check the units (deg, mm), the order and direction of the joints, the robot file, and that the tracker did not move between the logs"
         },
     ))
 }

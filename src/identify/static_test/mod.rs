@@ -147,7 +147,8 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
     for table in tables {
         let name = robot.axis(table.axis).name.clone();
         let Some(summary) = summary::summarise(&table) else {
-            gaps.notes.push(format!("{name}: one cycle at one angle: no interval is possible, so no gap is given"));
+            gaps.notes
+                .push(format!("{name}: only one cycle at one angle: no interval is possible, so no gap is reported"));
             continue;
         };
         let schedule = summary.varies().then(|| schedule::build(&summary));

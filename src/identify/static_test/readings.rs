@@ -69,13 +69,13 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
         let name = logs.first().map_or("", |l| l.name.as_str());
         return Err(Error::bad(
             Place::file(name),
-            format!("{}, none reached by one joint alone", counted(all.iter().map(Vec::len).sum(), "dwell")),
+            format!("{}, none of them reached by one joint alone", counted(all.iter().map(Vec::len).sum(), "dwell")),
             "a static test: one joint moves at a time, and reaches each place from below and from above",
         ));
     }
     let mut notes = joints.notes(robot);
     if together > 0 {
-        notes.push(format!("dwells left out, reached by several joints at once or by none: {together}"));
+        notes.push(format!("dwells left out because several joints or none moved to reach them: {together}"));
     }
     Ok(Readings { dwells: all, pairs: joints.pairs, unpaired: joints.unpaired, notes })
 }
@@ -141,14 +141,16 @@ impl Paired {
             let (one_sided, unpaired) = (self.one_sided[axis], self.unpaired[axis]);
             if self.tested[axis] && !self.pairs.iter().any(|p| p.axis == axis) {
                 notes.push(format!(
-                    "{name}: every one of its {one_sided} places was reached from one side only: no gap can be found; reach each place from below and from above"
+                    "{name}: all {one_sided} positions were reached from one side only, so no gap can be determined; reach each position from below and from above"
                 ));
             } else if one_sided > 0 {
-                notes.push(format!("{name}: places left out, as reached from one side only: {one_sided}"));
+                notes.push(format!(
+                    "{name}: positions left out because they were reached from one side only: {one_sided}"
+                ));
             }
             if unpaired > 0 {
                 notes.push(format!(
-                    "{name}: {} without a partner from the other side left out",
+                    "{name}: {} left out, without a partner from the other side",
                     counted(unpaired, "dwell")
                 ));
             }

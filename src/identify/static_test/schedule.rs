@@ -103,7 +103,7 @@ pub fn build(summary: &Summary) -> Schedule {
 /// The raw means as the curve, where there are too few places to smooth.
 fn raw_means(summary: &Summary, polynomials: Vec<Fit>, degree: Option<usize>) -> Schedule {
     let (x, y, r) = (summary.places(), summary.means(), summary.repeats());
-    let mut notes = vec![format!("{} places are too few to smooth: the schedule joins the raw means", x.len())];
+    let mut notes = vec![format!("{} positions are too few to smooth: the schedule uses the raw means", x.len())];
     let heights = not_negative(&y, &mut notes);
     let band = r.iter().map(|r| (summary.noise.variance / r).sqrt()).collect();
     let all = through(&x, &heights);
@@ -178,7 +178,7 @@ impl<'a> Average<'a> {
 /// A gap below zero has no meaning for a play operator: cut at zero, and said.
 fn not_negative(values: &[f64], notes: &mut Vec<String>) -> Vec<f64> {
     if values.iter().any(|v| *v < 0.0) {
-        notes.push("the schedule is cut at zero where the gap came out negative".into());
+        notes.push("the schedule is set to zero where the estimated gap is negative".into());
     }
     values.iter().map(|v| v.max(0.0)).collect()
 }

@@ -20,8 +20,8 @@ const UNDESCRIBED: [&str; 6] = ["api", "faro", "ksetup", "leica", "polyworks", "
 /// A map by its name; `None`: no such name.
 pub fn named(name: &str) -> Option<Result<ColumnMap>> {
     if UNDESCRIBED.contains(&name) {
-        let expected = "`tracker` (common names: Time, X, Y, Z), or a map of your own as in docs/log.md";
-        let found = format!("`{name}`, whose exports have the columns that their user chose");
+        let expected = "`tracker` (common names: Time, X, Y, Z), or your own map as in docs/log.md";
+        let found = format!("`{name}`, whose exports have columns that the user chooses");
         return Some(Err(Error::setting("columns", found, expected)));
     }
     let (name, text) = MAPS.iter().find(|m| m.0 == name)?;

@@ -28,7 +28,7 @@ impl Head {
         let found =
             reader.read_byte_record(&mut record).map_err(|e| Error::bad(Place::file(name), e.to_string(), "CSV"))?;
         if !found {
-            return Err(Error::bad(Place::file(name), "comments and nothing else", "a header and rows"));
+            return Err(Error::bad(Place::file(name), "only comments", "a header and rows"));
         }
         let line = record.position().map_or(1, |p| p.line() + passed_over(text, p.byte()));
         let mut names = Vec::with_capacity(record.len());
@@ -44,7 +44,7 @@ impl Head {
         if names.iter().all(|n| n.parse::<f64>().is_ok()) {
             return Err(Error::bad(
                 Place::line(name, line),
-                "a row of numbers first",
+                "a row of numbers as the first line",
                 "a header with the names of the columns",
             ));
         }
@@ -110,18 +110,15 @@ impl Head {
         if let Some(axis) = (0..robot.dof()).find(|&a| !has(Meaning::Command(a))) {
             let names = robot.axis_names().join(", ");
             let program = robot.axis_joints().any(|j| self.has_name(&format!("{}_{}", j.name, j.kind.unit())));
-            let more = if program {
-                "; joints alone are a program: a log has what was measured beside the commands"
-            } else {
-                ""
-            };
+            let more =
+                if program { "; a file with joints alone is a program: a log also contains measurements" } else { "" };
             return missing(Meaning::Command(axis), format!("a command column for each joint of {names}{more}"));
         }
         let measured = columns.iter().any(|c| matches!(c.meaning, Meaning::Position { .. }));
         if let Some(unit) =
             ["m", "cm", "um", "in", "inch"].iter().find(|u| !measured && self.has_name(&format!("x_{u}")))
         {
-            let found = format!("a column `x_{unit}` and none `x_mm`");
+            let found = format!("a column `x_{unit}` and no column `x_mm`");
             let expected = "positions in mm, or a column map that gives their unit";
             return Err(self.explain(name, separator, Error::bad(Place::line(name, self.line), found, expected)));
         }

@@ -14,14 +14,14 @@ fn noise_notes(table: &Table, summary: &Summary) -> Vec<String> {
         }
         NoiseFrom::Cycles => {}
         NoiseFrom::Places => note(
-            "one cycle only: intervals take the spread between places for noise; whether the gap varies is not tested",
+            "only one cycle: the intervals treat the spread between positions as noise, and no test shows whether the gap varies",
         ),
         NoiseFrom::Dwells => {
-            note("one pair only: its interval holds the noise inside the dwells and nothing of repeatability");
+            note("only one pair: its interval contains the noise within the dwells but not the repeatability");
         }
     }
     if summary.noise.rounding {
-        note("repeats agree better than the last digit of the file: its rounding was taken for the noise");
+        note("the repeats agree better than the last digit of the file: the rounding was used as the noise");
     }
     let sigma = summary.noise.variance.sqrt();
     if summary.noise.from == NoiseFrom::Cycles
@@ -30,7 +30,7 @@ fn noise_notes(table: &Table, summary: &Summary) -> Vec<String> {
         && summary.sigma_in_dwell > table.rounding
     {
         note(&format!(
-            "cycles scatter {:.1} times as much as the noise inside the dwells: drift, temperature or settling between cycles",
+            "the cycles scatter {:.1} times as much as the noise within the dwells: drift, temperature or settling between cycles",
             sigma / summary.sigma_in_dwell
         ));
     }
@@ -54,7 +54,7 @@ pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
         }
         if a.flagged {
             note(format!(
-                "at {at:.4} {unit} the cycles disagree and too few would remain: kept whole, do not trust it"
+                "at {at:.4} {unit} the cycles disagree, and too few would remain without the outliers: all are kept; do not trust this value"
             ));
         }
     }
@@ -62,7 +62,7 @@ pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
     if summary.ci95[1] < 0.0 {
         let turned = if joint.kind == JointKind::Revolute { "turns" } else { "moves" };
         note(format!(
-            "the gap is negative: the joint {turned} past its command; check the sense of the joint and of `trigger`"
+            "the gap is negative, as if the joint {turned} past its command: check the direction of the joint and of `trigger`"
         ));
     }
     if let Some(text) = summary.creep.as_ref().and_then(|c| creep_note(c, summary, joint)) {
@@ -84,13 +84,13 @@ fn creep_note(creep: &Creep, summary: &Summary, joint: &Joint) -> Option<String>
     let short = creep.dwell_s < creep.needed_dwell_s && width > WIDE * summary.half_gap.abs();
     if short && !creep.applies() {
         return Some(format!(
-            "the dwells of {:.1} s are too short to exclude that the readings still creep (probability {:.2}): the interval includes that",
+            "the dwells of {:.1} s are too short to exclude that the readings still creep (probability {:.2}); the interval allows for it",
             creep.dwell_s, creep.probability
         ));
     }
     short.then(|| {
         format!(
-            "the readings still creep when the dwells of {:.1} s end ({:.5} {} then, pace {:.1} s, 95 % interval {:.1} to {:.1} s): the half gap at rest is extrapolated and its interval includes that; dwells of {:.0} s measure it",
+            "the readings still creep when the dwells of {:.1} s end ({:.5} {} then, pace {:.1} s, 95 % interval {:.1} to {:.1} s): the half gap at rest is extrapolated, and its interval allows for this; dwells of {:.0} s would measure it",
             creep.dwell_s,
             joint.kind.to_user_unit(creep.at_end),
             joint.kind.unit(),
