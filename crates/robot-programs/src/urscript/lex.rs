@@ -49,9 +49,12 @@ fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
     let statement = line.trim_ascii();
     let list = [b"movej([".as_slice(), b"servoj(["].iter().find_map(|word| statement.strip_prefix(*word))?;
     let plain = memchr::memchr3(b'#', b'"', b'\'', statement).is_none() && memchr::memchr(b'{', statement).is_none();
+    // a call that goes on in the next line is no statement
+    let count = |mark: u8| memchr::memchr_iter(mark, statement).count();
+    let whole = statement.ends_with(b")") && count(b'(') == count(b')') && count(b'[') == count(b']');
     // the list ends with its statement
     let blanks = line.len() - line.trim_ascii_end().len();
-    if plain && statement.ends_with(b")") { elements(line, line.len() - blanks - list.len()) } else { None }
+    if plain && whole { elements(line, line.len() - blanks - list.len()) } else { None }
 }
 
 /// A text that is read up to a byte.
