@@ -192,8 +192,13 @@ impl Reader<'_> {
         self.position.extend_from_slice(&statement.goal);
         self.relative |= !statement.absolute;
         self.note(k);
-        self.last = Some(self.script.steps.len());
-        self.step(k, StepKind::Move(m), Some(statement));
+        let step = self.script.steps.len();
+        self.last = Some(step);
+        self.step(k, StepKind::Move(m), None);
+        let mut alike = std::mem::take(&mut self.alike);
+        alike.learn(self, &statement, step);
+        self.alike = alike;
+        self.statements.push(step, statement);
     }
 
     pub(super) fn opaque(&mut self, k: usize, why: String) -> Result<()> {

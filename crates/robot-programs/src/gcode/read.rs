@@ -5,6 +5,7 @@
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 
+use super::alike::Alike;
 use super::assignments::Assignments;
 use super::lex::{self, Block};
 use super::survey::{AXES, Survey, assignments_of, code_text, flow_hides, is_flow};
@@ -29,7 +30,9 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut reader = Reader::new(text, robot, &letters, survey);
     reader.step(0, StepKind::Break(Break::Start), None);
     for k in 0..text.line_count() {
-        reader.block(k)?;
+        if !reader.again(k) {
+            reader.block(k)?;
+        }
     }
     reader.lose("the end of the program");
     let mixed = reader.survey.mixed();
@@ -134,6 +137,8 @@ pub(super) struct Reader<'a> {
     pub(super) relative: bool,
     /// The last move since the position is known.
     pub(super) last: Option<usize>,
+    /// What lines may be like.
+    pub(super) alike: Alike,
 }
 
 impl<'a> Reader<'a> {
@@ -178,6 +183,7 @@ impl<'a> Reader<'a> {
             digit: vec![0.0; dof],
             relative: false,
             last: None,
+            alike: Alike::default(),
         }
     }
 }

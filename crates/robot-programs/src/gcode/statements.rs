@@ -127,6 +127,13 @@ impl Statements {
         self.kept.push(step, kept);
     }
 
+    /// Adds the statement of a step that is a straight move like the last one, in line `line`.
+    pub fn push_like_last(&mut self, step: usize, line: usize, start: &[Option<f64>], goal: &[Option<f64>]) {
+        let Some(&Kept { frame, motion, absolute, .. }) = self.kept.last() else { return };
+        let (start, goal) = (self.row(start), self.row(goal));
+        self.kept.push(step, Kept { line: line as u32, start, goal, frame, motion, absolute, rest: None });
+    }
+
     /// A row of places; where it is the last one, that.
     fn row(&mut self, places: &[Option<f64>]) -> u32 {
         let last = self.places.len().saturating_sub(places.len());

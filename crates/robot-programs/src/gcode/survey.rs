@@ -1,5 +1,6 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
+use super::alike::Passed;
 use super::assignments::Assignments;
 use super::codes::{PROBES, is_followed};
 use super::lex::{self, Block};
@@ -51,11 +52,16 @@ impl Survey {
 
     pub(super) fn of(text: &Text) -> Result<Self> {
         let mut look = Look::default();
+        let mut passed = Passed::default();
         for k in 0..text.line_count() {
+            if passed.again(text, k, &mut look.survey) {
+                continue;
+            }
             let block = lex::block(text, k)?;
             look.lathe_across |= names(&block, b"Y");
             if look.survey.knows(&block) {
                 block.words.iter().for_each(|w| look.survey.form(w));
+                passed.note(text, k, &block.words);
             } else {
                 look.block(text, k, &block);
             }

@@ -174,13 +174,22 @@ impl Aggregate {
 
 /// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.
 pub(super) fn finest(value: f64) -> f64 {
-    let size = value.abs();
     // most values: powers of ten are exact, as their logarithms are
-    let whole = POW10.iter().take(7).take_while(|p| size >= **p).count();
-    if whole < 7 {
-        return last_digit(6 - whole.saturating_sub(1) as u8);
+    match below_seventh(value) {
+        Some(decimals) => last_digit(decimals),
+        None => 10_f64.powi(value.abs().log10().floor() as i32 - 6),
     }
-    10_f64.powi(size.log10().floor() as i32 - 6)
+}
+
+/// Digits after the point up to the seventh digit.
+pub(super) fn most_decimals(value: f64) -> u8 {
+    below_seventh(value).unwrap_or(0)
+}
+
+/// The same; `None`: the seventh digit stands before the point.
+fn below_seventh(value: f64) -> Option<u8> {
+    let whole = POW10.iter().take(7).take_while(|p| value.abs() >= **p).count();
+    (whole < 7).then(|| 6 - whole.saturating_sub(1) as u8)
 }
 
 /// A1 to A6, E1 to E6.

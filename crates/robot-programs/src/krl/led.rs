@@ -48,6 +48,11 @@ impl Led {
         Self(each.collect())
     }
 
+    /// Nothing leads it anywhere.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// What leads the robot at line `k`.
     pub fn by(&self, k: usize) -> Option<&'static str> {
         let bits = self.0.get(k).copied().unwrap_or_default();

@@ -4,7 +4,7 @@ use super::lex::{Kind, Token};
 use crate::script::{PathKind, Span, Text};
 
 /// Where a motion stands.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Motion {
     /// Its line, from 0.
     pub line: u32,

@@ -1,5 +1,6 @@
 //! A program's text into its script.
 
+mod alike;
 mod flow;
 mod moves;
 
@@ -22,6 +23,7 @@ use crate::script::blocks::{BySteps, Steps};
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{At, Break, Goal, Note, Script, StepKind, Targets, Text, pragma};
+use alike::Alike;
 use flow::Block;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -43,9 +45,14 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.lists = lists(text, &data);
     (reader.later, reader.turning_later) = later(text, &data, &reader.going, &reader.lists);
     (reader.carried_later, reader.moved_later) = carried(text, &data);
+    let mut alike = Alike::default();
     for k in 0..text.line_count() {
-        tokens(text, k, &mut line);
-        reader.line(k, &line)?;
+        if !alike.again(&mut reader, k) {
+            tokens(text, k, &mut line);
+            let seen = alike.before(&reader);
+            reader.line(k, &line)?;
+            alike.learn(&reader, k, &line, seen);
+        }
     }
     reader.note_calls();
     let Reader { steps, targets, sources, mut notes, counted_calls, jumps, .. } = reader;

@@ -5,9 +5,10 @@ use super::motion::Word;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::blocks::BySteps;
-use crate::script::number::last_digit;
+use crate::script::number::{Style, last_digit};
 use crate::script::{At, PathKind, Step, StepKind, Target, Text, Value};
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// KRL's names of the robot's axes: by the robot file where it uses them, else by order.
@@ -52,6 +53,19 @@ pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
 /// Values of axes that are none of the robot's; `None`: not known.
 pub(super) type Others = Option<Arc<[(String, Vec<u8>)]>>;
 
+/// A number of an axis.
+pub(super) fn axis_value(kind: JointKind, value: f64, style: Style, span: Range<usize>) -> Value {
+    let (unit, digit) = (kind.si_per_user_unit(), last_digit(style.decimals));
+    Value {
+        si: value * unit,
+        start: span.start,
+        end: span.end,
+        style,
+        digit: digit * unit,
+        finest: finest(value).min(digit) * unit,
+    }
+}
+
 /// Axis values of an aggregate; why they are no joint target.
 pub(super) fn target(
     axes: &[(String, JointKind)],
@@ -75,15 +89,7 @@ pub(super) fn target(
             continue;
         };
         let Some((span, value, style)) = &c.value else { return Ok(Err(format!("{} is computed", c.name.as_str()))) };
-        let digit = last_digit(style.decimals);
-        values.push(Some(Value {
-            si: value * kind.si_per_user_unit(),
-            start: span.start,
-            end: span.end,
-            style: *style,
-            digit: digit * kind.si_per_user_unit(),
-            finest: finest(*value).min(digit) * kind.si_per_user_unit(),
-        }));
+        values.push(Some(axis_value(*kind, *value, *style, span.clone())));
     }
     if values.iter().all(Option::is_none) {
         return Ok(Err("it moves none of the robot's axes".into()));

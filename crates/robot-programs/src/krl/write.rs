@@ -1,6 +1,6 @@
 //! Edits as patches: numbers of goals, cloned points, new motions in line.
 
-use super::aggregate::finest;
+use super::aggregate::{finest, most_decimals};
 use super::clone::{Clone, Taken, clone, refer, replaced, words};
 use super::form;
 use super::lex::tokens;
@@ -57,35 +57,52 @@ pub(super) fn texts(program: &Program, file: usize) -> Result<&Text> {
     program.script.texts.get(file).ok_or_else(|| Error::Refused("a text that is not there".into()))
 }
 
-/// An axis value in deg or mm.
-fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> String {
+/// An axis value in deg or mm, after what stands in `out`.
+fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style, out: &mut Vec<u8>) {
     let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
     let value = kind.to_user_unit(q);
-    let most = (-finest(value).log10()).round().clamp(0.0, 9.0) as u8;
     let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_user_unit(*d));
-    let decimals = number::decimals_for(style, digit, most);
-    number::write(value, number::Style { exponent: false, ..style }, decimals)
+    let decimals = number::decimals_for(style, digit, most_decimals(value));
+    number::append(out, value, number::Style { exponent: false, ..style }, decimals);
 }
 
 /// Numbers of a target that differ from `q`.
 fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change {
-    let Some(there) = program.script.targets.get(target) else { return Change::new() };
+    let mut out = Change::new();
+    each_change(program, edits, target, q, &mut Vec::new(), &mut |span, new| {
+        out.push((span, String::from_utf8_lossy(new).into_owned()));
+    });
+    out
+}
+
+/// The same one after the other; `new`: room for their texts.
+fn each_change(
+    program: &Program,
+    edits: &Edits,
+    target: usize,
+    q: &[f64],
+    new: &mut Vec<u8>,
+    each: &mut dyn FnMut(Range<usize>, &[u8]),
+) {
+    let Some(there) = program.script.targets.get(target) else { return };
     let values = there.values;
     let own = program.script.texts.get(there.at.file);
-    let mut out = Vec::new();
     if there.pose.is_some() {
-        let number =
-            |(k, v): (usize, &f64)| Some((values.get(k)?.span(), there.pose_number_of_size(k, *v, edits, finest)?));
-        return q.iter().enumerate().filter_map(number).collect();
+        for (k, v) in q.iter().enumerate() {
+            if let (Some(own), Some(new)) = (values.get(k), there.pose_number_of_size(k, *v, edits, finest)) {
+                each(own.span(), new.as_bytes());
+            }
+        }
+        return;
     }
     for (axis, (value, &q)) in values.iter().zip(q).enumerate() {
         let Some(value) = value.filter(|v| (q - v.si).abs() > 1e-13) else { continue };
-        let new = written(program, edits, axis, q, value.style);
-        if own.is_none_or(|t| t.slice(value.span()) != new.as_bytes()) {
-            out.push((value.span(), new));
+        new.clear();
+        written(program, edits, axis, q, value.style, new);
+        if own.is_none_or(|t| t.slice(value.span()) != new.as_slice()) {
+            each(value.span(), new);
         }
     }
-    out
 }
 
 /// A changed goal: its step, its target, and its new joints or the numbers of its pose.
@@ -105,19 +122,21 @@ fn goals<'a>(
     let mut wanted = wanted(program, chosen)?;
     wanted.sort_by_key(|w| w.target);
     let uses = program.script.use_counts();
-    let mut taken = None;
+    let (mut taken, mut room) = (None, Vec::new());
     for of_one in wanted.chunk_by(|a, b| a.target == b.target) {
         let Some(&Wanted { target, .. }) = of_one.first() else { continue };
+        if let [one] = of_one
+            && let (file, true) = place_of_numbers(program, target)?
+            && uses.get(target) == Some(&1)
+        {
+            // one motion, one change: nearly every target
+            each_change(program, edits, target, one.numbers, &mut room, &mut |span, new| out.put(file, span, new));
+            continue;
+        }
         let mut list: Vec<(usize, Change)> =
             of_one.iter().map(|w| (w.step, changes(program, edits, target, w.numbers))).collect();
         let (file, may) = place_of_numbers(program, target)?;
         let all = may && list.len() == uses.get(target).copied().unwrap_or(0);
-        if all && list.len() == 1 {
-            // one motion, one change: nearly every target
-            let change = list.pop().map(|l| l.1).unwrap_or_default();
-            out.extend(change.into_iter().map(|(span, new)| Patch::new(file, span, new)));
-            continue;
-        }
         // where all uses change, the point itself takes the first one's numbers
         let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
         for (span, new) in &kept {
@@ -273,22 +292,26 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
     let values = target.map(|t| t.values).unwrap_or_default();
     let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
     let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
-    let mut all = Vec::new();
+    let mut all = b" {".to_vec();
     // an axis that no target names stands where nobody knows
     for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named.get(*axis) == Some(&true))
     {
-        let value = values.get(axis);
-        let new = match value {
+        if !all.ends_with(b"{") {
+            all.push(b',');
+        }
+        all.extend_from_slice(name.as_bytes());
+        all.push(b' ');
+        match values.get(axis) {
             Some(v) if (v.si - q).abs() <= 1e-13 => {
                 let file = target.map_or(0, |t| t.at.file);
-                String::from_utf8_lossy(texts(program, file)?.slice(v.span())).into_owned()
+                all.extend_from_slice(texts(program, file)?.slice(v.span()));
             }
-            Some(v) => written(program, edits, axis, *q, v.style),
-            None => written(program, edits, axis, *q, usual),
-        };
-        all.push(format!("{name} {new}"));
+            Some(v) => written(program, edits, axis, *q, v.style, &mut all),
+            None => written(program, edits, axis, *q, usual, &mut all),
+        }
     }
-    Ok(format!(" {{{}}}", all.join(",")).into_bytes())
+    all.push(b'}');
+    Ok(all)
 }
 
 /// New points before a motion to a Cartesian target: the same motion with other numbers in line.

@@ -6,25 +6,32 @@
 
 use crate::error::Result;
 use crate::script::Text;
-pub use crate::script::lex::{Kind, Lexed, Token, Words};
+use crate::script::alike::{Passing, elements};
+pub use crate::script::lex::{Kind, Lexed, Like, Token, Words};
 use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, number_end, start, word_end};
+use std::ops::Range;
 
 const PLACEHOLDERS: [&str; 14] =
     ["smt", "exp", "var", "ddn", "rdn", "tdn", "par", "arg", "id", "alt", "lbl", "cse", "eit", "dim"];
 
-/// Cuts a text into its tokens and its comments.
+/// Tokens and comments of a text; `like`: of lines that are joint motions like the one before them.
 ///
 /// `text = {blank | "!" comment | header | string | number | word | ":=" | placeholder | mark}`,
 /// `header = "%%%" {any} "%%%"`
-pub fn lex(text: &Text) -> Result<Lexed> {
+pub fn lex(text: &Text, like: Like) -> Result<Lexed> {
     not_too_long(text)?;
     let bytes = text.bytes.as_slice();
-    let mut tokens = Vec::with_capacity(bytes.len() / 2);
+    let mut tokens = Vec::with_capacity(if like == Like::Read { bytes.len() / 2 } else { 0 });
     let mut comments = Vec::new();
+    let mut passing = Passing::default();
     let mut i = start(bytes);
     while let Some(&b) = bytes.get(i) {
         let start = i;
         let kind = match b {
+            b'\n' if like == Like::Passed => {
+                i = passing.after(bytes, i + 1, tokens.len(), places);
+                continue;
+            }
             // 0x1A ends files of old controllers
             b' ' | b'\t' | b'\r' | b'\n' | 0x0B | 0x0C | 0x1A => {
                 i += 1;
@@ -72,7 +79,20 @@ pub fn lex(text: &Text) -> Result<Lexed> {
         };
         tokens.push(Token::new(text, kind, start, i)?);
     }
-    Ok(Lexed { tokens, comments })
+    Ok(Lexed { tokens, comments, passed: passing.found })
+}
+
+/// Bytes of the joint values of a line that is one motion to joint values in it: `MoveAbsJ [[1,2,3,4,5,6],[...]],v100,fine,tool0;`.
+fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
+    const WORD: &[u8] = b"MoveAbsJ";
+    let statement = line.trim_ascii();
+    let list = statement.get(..WORD.len()).filter(|w| w.eq_ignore_ascii_case(WORD)).and(statement.get(WORD.len()..))?;
+    let list = list.trim_ascii_start().strip_prefix(b"[[")?;
+    let one = memchr::memchr(b';', statement) == Some(statement.len() - 1);
+    let plain = memchr::memchr3(b'!', b'"', b'%', statement).is_none();
+    // the list ends with its statement
+    let blanks = line.len() - line.trim_ascii_end().len();
+    if one && plain { elements(line, line.len() - blanks - list.len()) } else { None }
 }
 
 /// Byte after a string that begins at `start`; a doubled quote is part of it.

@@ -38,6 +38,7 @@ use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::files::Folders;
 use crate::script::{Document, Edits, Format, LeastArc, Patches, Script, Text};
+use lex::Like;
 use project::Project;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -85,9 +86,16 @@ impl Format for Rapid {
 
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         let text = texts.first().ok_or_else(|| Error::bad(Place::default(), "nothing", "a RAPID module"))?;
-        let own = read::parse(text, lex::lex(text)?)?;
-        let project = Project::of(&texts, own);
-        let built = steps::build(texts, &project, robot)?;
+        let whole = |like: Like| -> Result<_> {
+            let project = Project::of(&texts, read::parse(text, lex::lex(text, like)?)?);
+            let built = steps::build(texts.clone(), &project, robot)?;
+            Ok(built.map(|built| (built, project)))
+        };
+        let (built, project) = match whole(Like::Passed)? {
+            Some(found) => found,
+            // some of the lines that were passed over are more than their numbers
+            None => whole(Like::Read)?.ok_or_else(|| text.bad(0, "a module", "lines that are read"))?,
+        };
         let mut words: HashSet<String> =
             project.parsed.words.different().filter(|w| !w.is_empty()).map(String::from).collect();
         // a name of the predefined zone that the file declares itself means something else

@@ -10,7 +10,7 @@
 
 use super::arguments::motion_of;
 use super::facts::{Facts, value_of};
-use super::lex;
+use super::lex::{self, Like};
 use super::read::{self, Parsed, Storage};
 use crate::files::{Folders, of_folder};
 use crate::script::{At, Text};
@@ -104,7 +104,7 @@ impl Said {
         let mut words: HashSet<String> = words.map(|w| String::from_utf8_lossy(w).to_ascii_lowercase()).collect();
         let by_name = words.contains("setdataval") || words.contains("setalldataval");
         let (mut sets, mut shared) = (None, HashMap::new());
-        if let Ok(p) = lex::lex(text).and_then(|l| read::parse(text, l)) {
+        if let Ok(p) = lex::lex(text, Like::Read).and_then(|l| read::parse(text, l)) {
             let alone = p.modules.len() == 1;
             let own = |d: &&read::Decl| d.routine.is_none() && d.storage != Storage::Pers && (alone || !d.local);
             for d in p.decls.iter().filter(own) {
@@ -208,7 +208,7 @@ impl Project {
             return alone(own);
         }
         let all: Vec<(usize, &Text, Parsed)> =
-            others().filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?))).collect();
+            others().filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t, Like::Read).ok()?).ok()?))).collect();
         let taken = globals(&own);
         let fellows: Vec<&(usize, &Text, Parsed)> = match told {
             true => all.iter().filter(|(.., p)| globals(p).is_disjoint(&taken)).collect(),
@@ -228,7 +228,7 @@ impl Project {
             bytes.extend_from_slice(fellow.bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&fellow.bytes));
         }
         let joined = Text::new(text.name.clone(), bytes);
-        match lex::lex(&joined).and_then(|l| read::parse(&joined, l)) {
+        match lex::lex(&joined, Like::Read).and_then(|l| read::parse(&joined, l)) {
             Ok(parsed) => {
                 let taken = fellows.iter().map(|f| f.0).collect();
                 (taken, Self { text: joined, parsed, starts, left_out: LeftOut::default() })

@@ -8,6 +8,7 @@ use super::lex::{Kind, Lexed, Token, Words};
 use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
+use crate::script::alike::Passed;
 use std::ops::Range;
 
 /// Tokens by index.
@@ -92,6 +93,8 @@ pub enum ItemKind {
 pub struct Parsed {
     pub tokens: Vec<Token>,
     pub comments: Vec<(usize, usize)>,
+    /// Lines without tokens, like the statement before them.
+    pub passed: Vec<Passed>,
     /// In lower case.
     pub words: Words,
     pub decls: Vec<Decl>,
@@ -106,7 +109,8 @@ pub struct Parsed {
 /// `file = module {module}`
 pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
     let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).to_lowercase());
-    let out = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
+    let out =
+        Parsed { tokens: lexed.tokens, comments: lexed.comments, passed: lexed.passed, words, ..Parsed::default() };
     let mut p = Parser { text, out, i: 0, module: 0, modules: 0 };
     while p.i < p.out.tokens.len() {
         p.module()?;

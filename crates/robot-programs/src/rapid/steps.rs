@@ -1,5 +1,6 @@
 //! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
 
+mod alike;
 mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
@@ -12,6 +13,7 @@ use super::value::{self, Node};
 use super::words::{self, Motion};
 use crate::axes::Axes;
 use crate::error::Result;
+use crate::script::alike::Passed;
 use crate::script::blocks::{BySteps, Steps};
 use crate::script::fold;
 use crate::script::sites::Time;
@@ -43,7 +45,7 @@ pub struct Owner {
 }
 
 /// Where a move stands.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Site {
     /// Instruction to after the `;`.
     pub bytes: Bytes,
@@ -63,7 +65,7 @@ pub struct Site {
 }
 
 /// An argument as it is written, with names and bytes of its switches.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     pub bytes: Bytes,
     pub switches: Few<(Box<str>, Bytes)>,
@@ -84,8 +86,9 @@ pub struct Built {
     pub literals: Vec<Literal>,
 }
 
-/// Reads the items of a file as steps.
-pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built> {
+/// Reads the items of a file as steps. `None`: lines without tokens are more than the numbers in which they differ from the statement
+/// before them, so that all have to be read.
+pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option<Built>> {
     let (text, p) = (&project.text, &project.parsed);
     let own_end = project.own_end();
     let own = |item: &Item| p.tokens.get(item.span.start).is_none_or(|t| t.start() < own_end);
@@ -113,8 +116,19 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         synchronised: false,
         entry_routine: entry_routine(p, &|item| own(item)),
     };
+    let mut passed = p.passed.iter().peekable();
     for item in p.items.iter().filter(|item| own(item)) {
+        let notes = b.notes.len();
         b.item(item, motion_of(p, item))?;
+        let after = |lines: &&Passed| lines.token == item.span.end + 1;
+        if let Some(lines) = passed.next_if(after)
+            && (b.notes.len() > notes || b.again(item, lines).is_none())
+        {
+            return Ok(None);
+        }
+    }
+    if passed.next().is_some() {
+        return Ok(None);
     }
     b.steps.pragmas(text, &p.comments, own_end);
     let Builder { steps, targets, literals, notes, .. } = b;
@@ -123,7 +137,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     out.script.texts = texts;
-    Ok(out)
+    Ok(Some(out))
 }
 
 pub struct Builder<'a> {

@@ -6,8 +6,9 @@
 
 use super::lex::{Kind, Token};
 use super::read::Span;
-use crate::axes::Axes;
+use crate::axes::{Axes, JointKind};
 use crate::error::Result;
+use crate::script::number::last_digit;
 use crate::script::{PoseForm, Text, Value, number};
 use std::ops::Range;
 
@@ -172,18 +173,17 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
             out.push(None);
             continue;
         }
-        let si = joint.kind.si_per_user_unit();
-        let digit = 10f64.powi(-i32::from(style.decimals));
-        out.push(Some(Value {
-            si: v * si,
-            start: b.start,
-            end: b.end,
-            style: *style,
-            digit: digit * si,
-            finest: finest(*v, *style) * si,
-        }));
+        out.push(Some(axis_value(joint.kind, *v, *style, b.clone())));
     }
     Ok(Ok(out))
+}
+
+/// A number of an axis.
+pub fn axis_value(kind: JointKind, value: f64, style: number::Style, bytes: Range<usize>) -> Value {
+    let si = kind.si_per_user_unit();
+    let digit = last_digit(style.decimals) * si;
+    let finest = finest(value, style) * si;
+    Value { si: value * si, start: bytes.start, end: bytes.end, style, digit, finest }
 }
 
 /// Numbers of a robtarget `[[x,y,z],[q1,q2,q3,q4],...]`; `None`: one is no plain number.

@@ -58,6 +58,11 @@ impl<T> BySteps<T> {
         self.0.into_iter().map(|v| (v.0 as usize, v.1))
     }
 
+    /// The one before the last.
+    pub fn before_last(&self) -> Option<&T> {
+        self.0.get(self.0.len().checked_sub(2)?).map(|v| &v.1)
+    }
+
     /// The last one before a step.
     pub fn before(&self, step: usize) -> Option<&T> {
         let k = self.0.partition_point(|v| (v.0 as usize) < step);
@@ -141,6 +146,16 @@ impl<S> Steps<S> {
     }
 
     /// The last step.
+    pub fn last(&self) -> Option<&Step> {
+        self.steps.last()
+    }
+
+    /// A step that was pushed, as it is before breaks of blocks go.
+    pub fn get(&self, step: usize) -> Option<&Step> {
+        self.steps.get(step)
+    }
+
+    /// The last step.
     pub fn last_mut(&mut self) -> Option<&mut Step> {
         self.steps.last_mut()
     }
@@ -148,6 +163,11 @@ impl<S> Steps<S> {
     /// The place that was given last.
     pub fn last_place(&self) -> Option<&S> {
         self.sites.last()
+    }
+
+    /// The one before it.
+    pub fn place_before_last(&self) -> Option<&S> {
+        self.sites.before_last()
     }
 
     /// Comments for the tool among `comments` that stand before a byte.

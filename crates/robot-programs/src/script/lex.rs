@@ -2,6 +2,7 @@
 //! in all of them. Bytes above 127 count as letters, so that Latin-1 and UTF-8 pass alike.
 
 use super::Text;
+use super::alike::Passed;
 use crate::error::Result;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -147,6 +148,17 @@ pub struct Lexed {
     pub tokens: Vec<Token>,
     /// First byte of each comment and the byte after it.
     pub comments: Vec<(usize, usize)>,
+    /// Lines that have no tokens, as they are like the one before them; empty where all were asked for.
+    pub passed: Vec<Passed>,
+}
+
+/// Whether lines that are like those before them get tokens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Like {
+    /// All lines do.
+    Read,
+    /// They are passed over.
+    Passed,
 }
 
 /// After a byte order mark.

@@ -6,10 +6,11 @@
 //! robots beyond the unit of an axis, nor of compensation.
 //!
 //! Modules: [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
-//! have; [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of
+//! have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of
 //! languages with statements share; [`held`] what may be on where control comes from several places; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
 //! expressions of plain numbers.
 
+pub mod alike;
 pub mod blocks;
 pub mod edits;
 pub mod fold;
@@ -169,7 +170,7 @@ impl Step {
     /// A step that follows `before`: moves that go alike share what they have in common.
     pub fn following(before: Option<&Self>, at: At, mut kind: StepKind) -> Self {
         if let (StepKind::Move(m), Some(Self { kind: StepKind::Move(last), .. })) = (&mut kind, before)
-            && m.how == last.how
+            && (Arc::ptr_eq(&m.how, &last.how) || m.how == last.how)
         {
             m.how = Arc::clone(&last.how);
         }
@@ -225,6 +226,16 @@ impl Move {
     /// A motion to `goal`.
     pub fn new(how: How, goal: Goal, way: impl Into<Few<Way>>) -> Self {
         Self { goal, way: way.into(), how: Arc::new(how) }
+    }
+
+    /// A motion that goes as this one does, straight to another goal.
+    pub fn alike(&self, goal: Goal) -> Self {
+        Self { goal, way: Few::new(), how: Arc::clone(&self.how) }
+    }
+
+    /// Whether both share how they go, as moves that follow each other do where it is the same.
+    pub fn shares_how(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.how, &other.how)
     }
 }
 

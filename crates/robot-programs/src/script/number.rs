@@ -107,6 +107,15 @@ pub fn write(value: f64, style: Style, decimals: u8) -> String {
     text
 }
 
+/// The same after what stands in `out`.
+pub fn append(out: &mut Vec<u8>, value: f64, style: Style, decimals: u8) {
+    let plain = !(style.bare || style.plus || style.point && decimals == 0);
+    match nearest(value, decimals).filter(|_| plain) {
+        Some(number) => number.write(out),
+        None => out.extend_from_slice(write(value, style, decimals).as_bytes()),
+    }
+}
+
 /// The digits of the decimal that is nearest to the number, exactly; zero has no sign.
 fn rounded(value: f64, decimals: u8) -> String {
     if let Some(text) = nearest(value, decimals).and_then(text_of) {

@@ -6,20 +6,32 @@
 
 use crate::error::Result;
 use crate::script::Text;
-pub use crate::script::lex::{Kind, Lexed, Token, Words};
+use crate::script::alike::{Passing, elements};
+pub use crate::script::lex::{Kind, Lexed, Like, Token, Words};
 use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, number_end, start, word_end};
+use std::ops::Range;
 
-/// Tokens and comments of a text.
+/// Tokens and comments of a text; `like`: of lines that are joint motions like the one before them.
 ///
 /// `text = {blank | "#" comment | "$" mark_of_the_editor | string | number | word | compare | mark | newline}`
-pub fn lex(text: &Text) -> Result<Lexed> {
+pub fn lex(text: &Text, like: Like) -> Result<Lexed> {
     not_too_long(text)?;
     let bytes = text.bytes.as_slice();
     let at = start(bytes);
-    let mut lexer =
-        Lexer { text, bytes, at, tokens: Vec::with_capacity(bytes.len() / 3), comments: Vec::new(), open: Vec::new() };
+    let tokens = Vec::with_capacity(if like == Like::Read { bytes.len() / 3 } else { 0 });
+    let mut lexer = Lexer { text, bytes, at, tokens, comments: Vec::new(), open: Vec::new() };
+    let mut passing = Passing::default();
     while let Some(&b) = bytes.get(lexer.at) {
-        let start = lexer.at;
+        let mut start = lexer.at;
+        if like == Like::Passed && lexer.open.is_empty() && start.checked_sub(1).is_some_and(|k| bytes[k] == b'\n') {
+            let next = passing.after(bytes, start, lexer.tokens.len(), places);
+            if next > start {
+                // at the start of another line, or the end
+                lexer.at = next;
+                continue;
+            }
+            start = next;
+        }
         if let Some(kind) = lexer.token(b)? {
             lexer.tokens.push(Token::new(text, kind, start, lexer.at)?);
         }
@@ -29,7 +41,20 @@ pub fn lex(text: &Text) -> Result<Lexed> {
         return Err(text.bad(at, found, "its closing bracket"));
     }
     lexer.tokens.push(Token::new(text, Kind::Line, bytes.len(), bytes.len())?);
-    Ok(Lexed { tokens: lexer.tokens, comments: lexer.comments })
+    Ok(Lexed { tokens: lexer.tokens, comments: lexer.comments, passed: passing.found })
+}
+
+/// Bytes of the joint values of a line that is one motion to joint values in it: `movej([1,2,3,4,5,6], a=1.4, v=1.05)`.
+fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
+    let statement = line.trim_ascii();
+    let list = [b"movej([".as_slice(), b"servoj(["].iter().find_map(|word| statement.strip_prefix(*word))?;
+    let plain = memchr::memchr3(b'#', b'"', b'\'', statement).is_none() && memchr::memchr(b'{', statement).is_none();
+    // a call that goes on in the next line is no statement
+    let count = |mark: u8| memchr::memchr_iter(mark, statement).count();
+    let whole = statement.ends_with(b")") && count(b'(') == count(b')') && count(b'[') == count(b']');
+    // the list ends with its statement
+    let blanks = line.len() - line.trim_ascii_end().len();
+    if plain && whole { elements(line, line.len() - blanks - list.len()) } else { None }
 }
 
 /// A text that is read up to a byte.

@@ -33,6 +33,7 @@ mod tests;
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::{Document, Edits, Format, Patches, Script, Text};
+use lex::Like;
 use std::collections::HashSet;
 
 /// The format.
@@ -64,8 +65,12 @@ impl Format for UrScript {
 
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         let text = texts.into_iter().next().ok_or_else(|| Error::bad(Place::default(), "nothing", "a URScript"))?;
-        let parsed = read::parse(&text, lex::lex(&text)?)?;
-        let (built, words) = steps::build(text, parsed, robot)?;
+        let whole = |like: Like| steps::build(text.clone(), read::parse(&text, lex::lex(&text, like)?)?, robot);
+        let (built, words) = match whole(Like::Passed)? {
+            Some(found) => found,
+            // some of the lines that were passed over are more than their numbers
+            None => whole(Like::Read)?.ok_or_else(|| text.bad(0, "a script", "lines that are read"))?,
+        };
         let words = words.different().filter(|w| !w.is_empty()).map(String::from).collect();
         let kinds = robot.axis_joints().map(|j| j.kind).collect();
         Ok(Box::new(Doc { built, words, kinds }))

@@ -8,6 +8,7 @@ use super::lex::{Kind, Lexed, Token, Words};
 use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
+use crate::script::alike::Passed;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -58,6 +59,8 @@ pub struct Variable {
 pub struct Parsed {
     pub tokens: Vec<Token>,
     pub comments: Vec<(usize, usize)>,
+    /// Lines without tokens, like the statement before them.
+    pub passed: Vec<Passed>,
     /// As they are written.
     pub words: Words,
     pub items: Vec<Item>,
@@ -118,7 +121,8 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn new(text: &'a Text, lexed: Lexed) -> Self {
         let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).into_owned());
-        let p = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
+        let p =
+            Parsed { tokens: lexed.tokens, comments: lexed.comments, passed: lexed.passed, words, ..Parsed::default() };
         Self { text, p, open: Vec::new(), def: None, branches: 0 }
     }
 

@@ -1,5 +1,7 @@
 //! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
 
+mod alike;
+
 use super::arguments::{arguments, call, goal_name};
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::value;
@@ -36,7 +38,7 @@ pub struct Owner {
 }
 
 /// Where a move stands.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Site {
     /// Function name to closing bracket.
     pub bytes: Bytes,
@@ -60,7 +62,9 @@ pub struct Built {
     pub literals: Vec<Literal>,
 }
 
-pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::lex::Words)> {
+/// Reads the items of a file as steps. `None`: lines without tokens are more than the numbers in which they differ from the statement
+/// before them, so that all have to be read.
+pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, super::lex::Words)>> {
     let goals: Vec<Option<usize>> = p.items.iter().map(|item| goal_name(&p, item)).collect();
     p.settle(&goals);
     let moving = p.moving();
@@ -86,8 +90,17 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::l
     b.tools = b.find_tools();
     let first = b.tools.as_ref().map(|t| t.0);
     b.tools_def = first.and_then(|first| p.items.iter().find(|item| item.span.contains(&first))).and_then(|i| i.def);
+    let mut passed = p.passed.iter().peekable();
     for item in &p.items {
         b.item(item)?;
+        if let Some(lines) = passed.next_if(|lines| lines.token == item.span.end + 1)
+            && b.again(item, lines).is_none()
+        {
+            return Ok(None);
+        }
+    }
+    if passed.next().is_some() {
+        return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
     let Builder { steps, targets, literals, .. } = b;
@@ -95,7 +108,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::l
     out.sites = steps.finish(&mut out.script);
     out.script.targets = targets;
     out.script.texts = vec![text];
-    Ok((out, p.words))
+    Ok(Some((out, p.words)))
 }
 
 pub struct Builder<'a> {

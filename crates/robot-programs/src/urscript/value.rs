@@ -9,6 +9,7 @@ use super::lex::{Kind, Token, Words};
 use super::read::Span;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
+use crate::script::number::last_digit;
 use crate::script::{Text, Value, fold, number};
 use std::ops::Range;
 
@@ -160,16 +161,21 @@ pub fn joints(
         }
         let unit = if e.degrees { JointKind::Revolute.si_per_user_unit() } else { 1.0 };
         units.push(unit);
-        out.push(Some(Value {
-            si: e.value * unit,
-            start: e.bytes.start,
-            end: e.bytes.end,
-            style: e.style,
-            digit: 10f64.powi(-i32::from(e.style.decimals)) * unit,
-            finest: if e.degrees { FINEST_DEG * unit } else { FINEST },
-        }));
+        let finest = if e.degrees { FINEST_DEG * unit } else { FINEST };
+        out.push(Some(axis_value(e.value, e.style, e.bytes.clone(), unit, finest)));
     }
     Ok(Ok((out, units)))
+}
+
+/// A number of an axis; `unit`: SI per unit of the number.
+fn axis_value(value: f64, style: number::Style, bytes: Range<usize>, unit: f64, finest: f64) -> Value {
+    let digit = last_digit(style.decimals) * unit;
+    Value { si: value * unit, start: bytes.start, end: bytes.end, style, digit, finest }
+}
+
+/// A number of an axis that is written as it is, without a function around it.
+pub fn plain_axis_value(value: f64, style: number::Style, bytes: Range<usize>) -> Value {
+    axis_value(value, style, bytes, 1.0, FINEST)
 }
 
 /// Numbers of a pose `p[..]` as they can be written; `None`: it is none, or a number is computed.
