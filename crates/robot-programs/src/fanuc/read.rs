@@ -50,6 +50,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             format!("the number of lines is given as {}, the last line is {}", found.1, last.number),
         );
     }
+    let reads = all.iter().filter(|(_, words)| instruction::reads_place(text, words));
+    let reads = reads.map(|(statement, _)| statement.line as u64 + 1).collect();
     let Reader { steps, taught, uses, notes, counted_calls, .. } = reader;
     let Taught { positions, targets, of_target, .. } = taught;
     let bare = bare(&positions);
@@ -61,6 +63,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut script = Script { targets, notes, ..Script::default() };
     let motions = steps.finish(&mut script);
     script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
+    script.keep_before_reading("the program reads where it ends (LPOS, JPOS)", &reads);
     script.texts = texts;
     Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }

@@ -145,7 +145,7 @@ impl Assembly<'_> {
     /// A statement with a further piece, which ends it where that ends in `;`, is a remark, or is the only one and blank.
     fn extend(&mut self, mut statement: Statement, body: Range<usize>) {
         let text = self.text;
-        let content = text.slice(body.clone()).trim_ascii_end();
+        let content = without_remark(text.slice(body.clone())).trim_ascii_end();
         let comment = statement.pieces.is_empty() && is_comment(content);
         let closed = content.strip_suffix(b";");
         let piece = body.start..body.start + closed.map_or(content.len(), <[u8]>::len);
@@ -163,6 +163,14 @@ impl Assembly<'_> {
         }
         self.done.push(statement);
     }
+}
+
+/// A line up to the `;` that ends its statement, where a remark stands after that: people write them into listings by hand.
+///
+/// `line = text ";" "!" remark`
+fn without_remark(content: &[u8]) -> &[u8] {
+    let ends = |at: &usize| content[at + 1..].trim_ascii_start().starts_with(b"!");
+    memchr::memchr_iter(b';', content).find(ends).map_or(content, |at| &content[..=at])
 }
 
 fn endless(text: &Text, s: &Statement) -> Error {

@@ -96,6 +96,9 @@ impl MoveLine {
                     ("CR", Some((v, _))) if v >= 0.0 => self.m.blend_m = Some(v * 1e-3),
                     _ => {}
                 }
+                if matches!(key, "PL" | "CR") && n.is_none() {
+                    self.close(&format!("`{name}`: the size of its corner is computed"));
+                }
                 self.tags.extend(copied(key).map(|key| Tag { key, span: w.clone().into() }));
             }
             _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {

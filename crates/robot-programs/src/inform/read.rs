@@ -111,7 +111,9 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let Reader { mut script, steps, numbers, mut pinned, counted_calls, .. } = reader;
     let statements = steps.finish(&mut script);
     // what a move before a relative one leads to stays, whoever else leads there
-    for step in script.keep_before_relative("IMOV after it counts from where it ends", &counted_calls, true) {
+    let mut kept = script.keep_before_relative("IMOV after it counts from where it ends", &counted_calls, true);
+    kept.extend(script.keep_before_reading("the job reads where it ends", &reads_place(text, begin)));
+    for step in kept {
         let positions = statements.get(step).map(|s| &s.references[..]).unwrap_or_default();
         positions.iter().for_each(|r| pinned[r.position()] = true);
     }
@@ -231,6 +233,12 @@ fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> {
         found.extend(named.flat_map(|w| variables(w).0));
     }
     found
+}
+
+/// Lines that take down where the robot stands: `GETS PX010 $PX000`.
+fn reads_place(text: &Text, begin: usize) -> BTreeSet<u64> {
+    let named = |k: &usize| memchr::memmem::find(text.line(*k), b"$PX").is_some();
+    (begin..text.line_count()).filter(named).map(|k| k as u64 + 1).collect()
 }
 
 /// Numbers of user frames and tools that the job sets while it runs (`MFRAME UF#(1) ...`, `SETTOOL TL#(2) P001`); `None`: any.

@@ -366,6 +366,10 @@ impl<'a> Writer<'a> {
         let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
         let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
         let word = String::from_utf8_lossy(text.slice(tag.span)).into_owned();
+        // a size that is computed stays: any number in its place may be a wider corner
+        if !word.split_once('=').is_some_and(|w| w.1.parse::<f64>().is_ok()) {
+            return;
+        }
         let new = match (tag.key, level(&word)) {
             ("CR", _) => radius(&word, at_most),
             (_, Some(own)) if own <= fits => word.clone(),

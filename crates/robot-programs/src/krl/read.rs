@@ -65,6 +65,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         others.push(k, site.others);
     }
     script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
+    script.keep_before_reading("the program reads where it ends", &reads_place(text));
     let mut steps = script.steps;
     if texts.iter().filter(|t| !t.context).count() == 1
         && data.names.is_empty()
@@ -251,6 +252,26 @@ struct Fold {
 struct Site {
     motion: Option<Motion>,
     others: Others,
+}
+
+/// Lines that assign where the robot stands to a variable: `HERE=$POS_ACT`.
+fn reads_place(text: &Text) -> BTreeSet<u64> {
+    const PLACES: [&[u8]; 8] =
+        [b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET"];
+    let is = |at: usize| {
+        let rest = text.bytes.get(at..).unwrap_or_default();
+        PLACES.iter().any(|place| rest.get(..place.len()).is_some_and(|w| w.eq_ignore_ascii_case(place)))
+    };
+    let mut line = Vec::new();
+    let assigns = |at: usize| {
+        let k = text.line_of(at);
+        tokens(text, k as usize - 1, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
+        let sign = assignment(&line).filter(|_| motion::word(&first).is_none());
+        sign.and_then(|sign| line.get(sign)).is_some_and(|t| t.start < at).then_some(k)
+    };
+    memchr::memchr_iter(b'$', &text.bytes).filter(|at| is(*at)).filter_map(assigns).collect()
 }
 
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
@@ -481,10 +502,29 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// A routine to which `$BASE` or `$TOOL` itself is passed may set it.
+    fn passed(&mut self, line: &[Token]) {
+        let between =
+            |before: &Token, after: &Token| (before.is(b'(') || before.is(b',')) && (after.is(b')') || after.is(b','));
+        for three in line.windows(3) {
+            let [before, name, after] = three else { continue };
+            if !between(before, after) {
+                continue;
+            }
+            let set = |name: &str| Some(Frame::Named(format!("{name} as a routine sets it")));
+            match &*in_upper(self.text, name) {
+                name @ "$BASE" => self.set.base = set(name),
+                name @ "$TOOL" => self.set.tool = set(name),
+                _ => {}
+            }
+        }
+    }
+
     /// An assignment, a call, or something unknown.
     ///
     /// `other = assignment | call | unknown`
     fn other(&mut self, k: usize, line: &[Token], word: &str) {
+        self.passed(line);
         let Some(sign) = assignment(line) else {
             match line.get(1).is_some_and(|t| t.is(b'(')) {
                 true => self.called(k, line),

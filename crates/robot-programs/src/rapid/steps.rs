@@ -134,6 +134,13 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let Builder { steps, targets, literals, notes, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
+    let reads = p
+        .items
+        .iter()
+        .filter(|item| own(item) && item.kind == ItemKind::Assign)
+        .filter(|item| item.span.clone().any(|i| matches!(p.words.at(i), "crobt" | "cjointt" | "cpos")));
+    let lines = reads.filter_map(|item| p.tokens.get(item.span.start)).map(|t| text.line_of(t.start())).collect();
+    out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     out.script.texts = texts;

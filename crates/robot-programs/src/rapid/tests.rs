@@ -809,3 +809,32 @@ fn a_movec_is_split_into_arcs() {
         assert!(document(&source).script().moves().nth(1).unwrap().1.closed.is_some(), "{other}");
     }
 }
+
+#[test]
+fn a_move_after_which_the_program_reads_its_place_keeps_its_goal() {
+    let j = |v: f64| format!("MoveAbsJ [[{v},2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n");
+    for (line, kept) in [
+        ("p1:=CRobT(\\Tool:=tool0);\n", true),
+        ("p1:=Offs(CRobT(),0,0,10);\n", true),
+        ("jx:=CJointT();\nWaitTime 1;\n", true),
+        ("n:=CalcRobT(jx,tool0);\n", false),
+        ("TPWrite \"at\"\\Pos:=CPos();\n", false),
+    ] {
+        let source = program("", &format!("{}{}{line}{}", j(1.0), j(2.0), j(3.0)));
+        let fixed: Vec<bool> = moves(&source).iter().map(|m| m.fixed.is_some()).collect();
+        assert_eq!(fixed, [false, kept, false], "{line}");
+    }
+}
+
+#[test]
+fn the_tool_of_a_move_with_a_procedure_stands_before_its_name() {
+    let p = "[[600,0,600],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    for line in [
+        format!("MoveLSync {p},v100,z10,tHand,\"work\";"),
+        format!("MoveJSync {p},v100,z10,tHand\\WObj:=wobj0,\"work\";"),
+        format!("MoveL {p},v100,z10,tHand;"),
+    ] {
+        let Goal::Pose(goal) = &moves(&program("", &line))[0].goal else { panic!("{line}") };
+        assert_eq!(goal.tool, Frame::Named("tHand".into()), "{line}");
+    }
+}

@@ -7,7 +7,7 @@
 //!
 //! Modules: [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
 //! have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of
-//! languages with statements share; [`held`] what may be on where control comes from several places; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
+//! languages with statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
 //! expressions of plain numbers.
 
 pub mod alike;
@@ -17,6 +17,7 @@ pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod held;
+mod kept;
 pub mod lex;
 pub mod number;
 pub mod patches;

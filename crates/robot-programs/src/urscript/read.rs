@@ -93,7 +93,7 @@ pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
     let mut i = 0;
     let mut line_end = 0;
     while i < walk.p.tokens.len() {
-        if walk.p.tokens[i].kind == Kind::Line {
+        if matches!(walk.p.tokens[i].kind, Kind::Line | Kind::Mark(b';')) {
             i += 1;
             continue;
         }
@@ -166,6 +166,7 @@ impl<'a> Walk<'a> {
             _ => {
                 // `if a: x = 1 end` on one line
                 let end = (i..line_end).find(|&k| k > i && p.words.at(k) == "end").unwrap_or(line_end);
+                let end = p.end_of_call(i, end).unwrap_or(end);
                 self.p.simple(self.def, i..end, self.branches > 0);
                 Ok(end)
             }
@@ -251,6 +252,29 @@ impl Parsed {
             }
             false
         })
+    }
+
+    /// Token after a call that begins a statement, where another statement follows on its line.
+    ///
+    /// `call = name "(" ... ")"`
+    fn end_of_call(&self, i: usize, end: usize) -> Option<usize> {
+        if self.words.at(i).is_empty() || self.tokens.get(i + 1)?.kind != Kind::Mark(b'(') {
+            return None;
+        }
+        let mut depth = 0_usize;
+        let close = (i + 1..end).find(|&k| {
+            match self.tokens[k].kind {
+                Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+                Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            depth == 0
+        })?;
+        let next = close + 1;
+        let word = self.words.at(next);
+        let goes_on = word.is_empty() || matches!(word, "and" | "or" | "xor" | "not");
+        let follows = next < end && (!goes_on || self.tokens[next].kind == Kind::Mark(b';'));
+        follows.then_some(next)
     }
 
     /// `simple = ["global" | "local"] name ["[" ... "]"] "=" expression | call | other`

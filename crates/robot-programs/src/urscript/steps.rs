@@ -9,6 +9,7 @@ use super::words;
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps};
+use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
 use crate::script::{At, Break, Script, Span as Bytes, StepKind, Targets, Text};
@@ -103,12 +104,30 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
+    let reads =
+        p.items.iter().filter(|item| matches!(item.kind, ItemKind::Assign { .. }) && reads_place(&p, &item.span));
+    let lines = reads.map(|item| b.line(item.span.start)).collect();
     let Builder { steps, targets, literals, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
+    out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
     out.script.texts = vec![text];
     Ok(Some((out, p.words)))
+}
+
+/// Whether something in these tokens reads where the robot stands.
+fn reads_place(p: &Parsed, span: &Span) -> bool {
+    const PLACES: [&str; 5] = [
+        "get_actual_tcp_pose",
+        "get_target_tcp_pose",
+        "get_actual_joint_positions",
+        "get_target_joint_positions",
+        "get_actual_tool_flange_pose",
+    ];
+    // without joints it is the pose of those at which the robot stands
+    let here = |i: usize| p.tokens.get(i + 2).is_some_and(|t| t.kind == Kind::Mark(b')'));
+    span.clone().any(|i| PLACES.contains(&p.words.at(i)) || p.words.at(i) == "get_forward_kin" && here(i))
 }
 
 pub struct Builder<'a> {

@@ -482,3 +482,28 @@ fn a_movec_is_split_into_arcs() {
     let alone = rewritten(source, &edits(Edit { vias: vec![vec![0.11, 0.2, 0.3]], ..Edit::default() }));
     assert_eq!(alone, source.replace("movec(via", "movec(p[0.1100000, 0.2000000, 0.3, 0, 3.2, 0]"));
 }
+
+#[test]
+fn a_second_statement_on_a_line_is_a_statement_of_its_own() {
+    let two = format!("def p():\n movej({Q}) movej([1,2,3,4,5,6], a=1)\n movej({Q}); movej([1,2,3,4,5,6])\nend\n");
+    assert_eq!(moves(&two).len(), 4);
+    assert_eq!(joints(&two, 1), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    // an expression goes on after a call
+    assert_eq!(moves(&format!("def p():\n ready() and movej({Q})\n x = f(1) + 2\n movej({Q})\nend\n")).len(), 1);
+    let out = rewritten(&two, &shifted(&two, &[(1, 0.002)]));
+    assert!(out.contains(&format!("movej({Q}) movej([1.002")), "{out}");
+}
+
+#[test]
+fn a_move_after_which_the_program_reads_its_place_keeps_its_goal() {
+    let fixed = |line: &str| {
+        let source = format!("def p():\n movej({Q})\n movej([1,2,3,4,5,6])\n {line}\n movej({Q})\nend\n");
+        moves(&source).iter().map(|m| m.fixed.is_some()).collect::<Vec<_>>()
+    };
+    for line in ["here = get_actual_tcp_pose()", "q = get_target_joint_positions()", "p1 = get_forward_kin()"] {
+        assert_eq!(fixed(line), [false, true, false], "{line}");
+    }
+    for line in ["p1 = get_forward_kin([1,2,3,4,5,6])", "textmsg(get_actual_tcp_pose())"] {
+        assert_eq!(fixed(line), [false; 3], "{line}");
+    }
+}

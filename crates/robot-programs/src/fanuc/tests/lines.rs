@@ -302,3 +302,31 @@ fn a_frame_that_a_system_variable_sets_ends_the_known_direction_and_so_does_a_ma
         assert_eq!(kinds(line), kind, "{line}");
     }
 }
+
+#[test]
+fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
+    for (line, kept) in [
+        ("PR[5]=LPOS", true),
+        ("PR[5:place] = JPOS", true),
+        ("P[9]=LPOS", true),
+        ("PR[5]=P[1]", false),
+        ("R[1]=R[2]", false),
+        ("!PR[5]=LPOS", false),
+    ] {
+        let text = of_lines(&format!(
+            "   1:J P[1] 100% FINE    ;\n   2:J P[2] 100% FINE    ;\n   3:  {line} ;\n   4:J P[1] 100% FINE    ;"
+        ));
+        let d = doc(text.as_bytes());
+        let fixed: Vec<bool> = d.script().moves().map(|(_, m)| m.fixed.is_some()).collect();
+        assert_eq!(fixed, [false, kept, false], "{line}");
+    }
+}
+
+#[test]
+fn a_remark_that_stands_after_the_end_of_a_statement_is_passed_over() {
+    let text = of_lines(
+        "   1:J P[1] 100% FINE    ; ! to the place\n   2:  WAIT DI[1]=ON ; ! \u{10c}ek\u{e1}\n   3:   ; !\n   4:  !HOME ? ; ! start\n   5:J P[2] 100% FINE    ;",
+    );
+    let d = doc(text.as_bytes());
+    assert_eq!(harness::kinds(d.script())[1..], ["move", "dwell None", "move"]);
+}

@@ -120,3 +120,27 @@ fn moves_on_a_conveyor_or_with_soft_servos_stay() {
         assert_eq!(left, [false, true, false], "{on}");
     }
 }
+
+#[test]
+fn a_move_after_which_the_job_reads_its_place_keeps_its_goal() {
+    let moves = "MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00";
+    let text = three(&format!("{moves}\nGETS PX010 $PX000\nMOVJ C00002 VJ=25.00"));
+    assert_eq!(fixed(&script_of(&Inform, &text, &robot())), [false, true, false]);
+    let text = three(&format!("{moves}\nGETS B010 $B000\nMOVJ C00002 VJ=25.00"));
+    assert_eq!(fixed(&script_of(&Inform, &text, &robot())), [false; 3]);
+}
+
+#[test]
+fn a_corner_whose_size_is_computed_stays_and_takes_no_points() {
+    let text = three("MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00 PL=I001\nMOVL C00002 V=50.0 CR=LD001");
+    for (_, m) in moves(&script_of(&Inform, &text, &robot())).iter().skip(1) {
+        assert!(m.closed.as_ref().is_some_and(|why| why.contains("computed")), "{m:?}");
+    }
+    let goal = [1007.0, -2000.0, 300.0, 0.0, -500.0, 622.0];
+    let mut edits = edit(&robot(), &[(2, Some(goal), vec![]), (3, None, vec![])]);
+    for step in [2, 3] {
+        edits.steps.change(step, |e| e.blend_at_most_m = Some(0.6));
+    }
+    let out = edited(&Inform, text.as_bytes(), &edits, &robot()).unwrap();
+    assert_eq!(String::from_utf8(out).unwrap(), text.replace("C00001=1000,", "C00001=1007,"));
+}

@@ -55,7 +55,9 @@ impl Reader<'_> {
         let turning = self.going.of_motion(self.set.turning_now(), self.text, tail);
         let goal = self.as_the_robot_goes(k, goal, word, tail, turning);
         let via = self.via_of_splittable(line, at, word, &goal);
-        let copied = word.arc || whole || !has_more_after(line, at);
+        // what `WITH` sets holds for one motion, and a copy of a plain motion would go without it
+        let own = !word.spline && tail.iter().any(|t| upper(self.text, t) == "WITH");
+        let copied = (word.arc || whole || !has_more_after(line, at)) && !own;
         let closed = self.closed(word, turning, via.is_some(), copied);
         let (speed, blend_m) = self.speed_and_blend(word, tail);
         let motion = end.filter(|_| whole).map(|e| self.written(k, line, at..e, word, via));

@@ -105,3 +105,27 @@ fn a_list_of_the_controller_that_is_set_in_a_branch_in_part_or_by_an_index_is_no
     assert_eq!(last(&format!("BASE_DATA[1].A=90\nFDAT_ACT=FP1\n{AT}"))[0], "1 as the program sets it");
     assert_eq!(last(&format!("FP1.BASE_NO=3\nFDAT_ACT=FP1\n{AT}"))[0], "base of FP1");
 }
+
+#[test]
+fn a_routine_that_is_given_the_base_itself_may_set_it() {
+    for call in ["SETB($BASE)\n", "SETB(1,$base)\n", "N=SETB($BASE,2)\n"] {
+        assert_eq!(last(&format!("$BASE=BASE_DATA[1]\n{call}{AT}"))[0], "$BASE as a routine sets it", "{call}");
+    }
+    assert_eq!(last(&format!("$TOOL=TOOL_DATA[1]\nN=SETT($TOOL)\n{AT}"))[1], "$TOOL as a routine sets it");
+    // a part of it is a number, and what is set after the call is known
+    assert_eq!(last(&format!("$BASE=BASE_DATA[1]\nN=ABS($BASE.X)\n{AT}"))[0], "1");
+    assert_eq!(last(&format!("SETB($BASE)\n$BASE=BASE_DATA[1]\n{AT}"))[0], "1");
+}
+
+#[test]
+fn a_plain_motion_with_settings_of_its_own_gets_no_copy_without_them() {
+    let closed = |line: &str| {
+        let d = doc(&[format!("DEF a()\n$BASE=BASE_DATA[1]\n{line}END\n").as_bytes()]);
+        moves(d.as_ref())[0].1.closed.is_some()
+    };
+    let of = AT.trim_end();
+    assert!(closed(&format!("{of} WITH $BASE={{X 50.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}}\n")));
+    assert!(closed("PTP {A1 5} WITH $VEL_AXIS[1]=10\n"));
+    assert!(!closed(AT) && !closed(&format!("{of} ;WITH $BASE\n")));
+    assert!(!closed(&format!("S{of} WITH $BASE=BASE_DATA[2]\n")));
+}

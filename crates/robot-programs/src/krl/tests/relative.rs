@@ -97,3 +97,21 @@ fn moves_from_which_a_relative_motion_may_count_stay() {
         assert_eq!(fixed(&format!("DEF a()\n{a}{b}sub()\n{a}END\n"), &beside), [false, stays, false], "{beside}");
     }
 }
+
+#[test]
+fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
+    let (a, b) = ("PTP {A1 5}\n", "PTP {A1 9}\n");
+    for (read, kept) in [
+        ("HERE=$POS_ACT\n", true),
+        ("HERE.Z=$pos_act.z+100\n", true),
+        ("Q[1]=$AXIS_ACT\nWAIT SEC 1\n", true),
+        // a look at it takes nothing on
+        ("IF $POS_ACT.X>5 THEN\nN=1\nENDIF\n", false),
+        ("N=1 ;$POS_ACT\n", false),
+    ] {
+        let src = format!("DEF a()\n{a}{b}{read}{a}{b}END\n");
+        assert_eq!(fixed(&src, ""), [false, kept, false, false], "{read}");
+    }
+    // it is not known which motion came before
+    assert_eq!(fixed(&format!("DEF a()\n{a}X()\nHERE=$POS_ACT\n{b}END\n"), ""), [false; 2]);
+}

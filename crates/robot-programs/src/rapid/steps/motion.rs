@@ -6,6 +6,7 @@
 
 use super::super::arguments::{Arg, Switch, positional};
 use super::super::facts;
+use super::super::lex::Kind;
 use super::super::read::{Item, Span};
 use super::super::rules::External;
 use super::super::value::Node;
@@ -101,7 +102,8 @@ impl Builder<'_> {
             return Err(self.f.text.bad(p.tokens[token].start(), found, "its arguments: target, speed, zone, tool"));
         };
         // process moves have it last, whatever stands before
-        let last = || (0..args.len()).rev().find(|&k| k > goal + 2 && !args[k].span.is_empty());
+        let text = |k: usize| p.tokens.get(args[k].span.start).map(|t| t.kind) == Some(Kind::String);
+        let last = || (0..args.len()).rev().find(|&k| k > goal + 2 && !args[k].span.is_empty() && !text(k));
         Ok(Places {
             goal,
             speed: named(args, &["speed"]).or_else(|| positional(args, motion.target + 1)),
