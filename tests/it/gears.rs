@@ -128,7 +128,7 @@ fn a_path_on_which_the_axes_of_a_sum_move_together_gives_every_gap() {
     let (_, log) = run(&program);
     let found = path::identify(&pendant(), std::slice::from_ref(&log), &path::Options::default()).unwrap();
     assert!(largest_error(&found.gaps) < 0.05, "{:?}", found.gaps.joints);
-    let together = machine::identify(&pendant(), &[log]).unwrap();
+    let together = machine::identify(&pendant(), &[log], &[]).unwrap();
     assert!(largest_error(&together) < 0.15, "{:?}", together.joints);
 }
 
