@@ -161,6 +161,16 @@ fn standard_error_that_cannot_be_written_changes_no_exit_code() {
     assert!(bench.path("o.csv").exists());
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn where_no_thread_is_left_a_program_is_rewritten_on_the_one_there_is() {
+    let bench = Bench::new();
+    bench.run(&format!("{REWRITE} p.csv --output many.csv")).assert().success();
+    let done = bench.injected("clone,clone3:error=EAGAIN", &format!("{REWRITE} p.csv --output one.csv"));
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(bench.read("many.csv") == bench.read("one.csv"));
+}
+
 /// A program of the KUKA that goes to and fro, with a time for each point.
 fn timed(t_s: impl Fn(u32) -> f64) -> String {
     let row = |k: u32| {
