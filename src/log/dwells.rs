@@ -121,21 +121,7 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
             None => walk.approach(),
             marked => marked,
         };
-        if let (Some(trigger), Some(a)) = (&log.trigger, &approach)
-            && trigger[rows.start].signum() != a.dir
-            && trigger[rows.start] != 0
-        {
-            let joint = &robot.axis(a.axis).name;
-            return Err(Error::bad(
-                Place::line(&log.name, u64::from(log.line[rows.start])),
-                format!(
-                    "trigger {} where the command of {joint} moved {} last",
-                    trigger[rows.start],
-                    if a.dir > 0 { "up" } else { "down" }
-                ),
-                "trigger 1 in a dwell reached by positive movement of the command, -1 by negative",
-            ));
-        }
+        refuse_contradiction(log, robot, rows.start, approach.as_ref())?;
         let dwell = Dwell {
             command: log.cmd.iter().map(|c| median_of(&mut c[averaged.clone()].to_vec()).unwrap_or(0.0)).collect(),
             dirs: walk.dir.clone(),
@@ -169,6 +155,21 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
         }
     }
     Ok(found)
+}
+
+/// Refuses a trigger that says another side than the commands.
+fn refuse_contradiction(log: &Log, robot: &Robot, row: usize, approach: Option<&Approach>) -> Result<()> {
+    let (Some(trigger), Some(a)) = (&log.trigger, approach) else { return Ok(()) };
+    if trigger[row] == 0 || trigger[row].signum() == a.dir {
+        return Ok(());
+    }
+    let joint = &robot.axis(a.axis).name;
+    let moved = if a.dir > 0 { "up" } else { "down" };
+    Err(Error::bad(
+        Place::line(&log.name, u64::from(log.line[row])),
+        format!("trigger {} where the command of {joint} moved {moved} last", trigger[row]),
+        "trigger 1 in a dwell reached by positive movement of the command, -1 by negative",
+    ))
 }
 
 /// How a settled pose was reached that says so itself (`trigger`): the turning poses need not be written down then. The joint is the one
