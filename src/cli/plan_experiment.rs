@@ -171,7 +171,7 @@ fn checked_model_file(args: &Args) -> Result<&Path> {
     paths::refuse_shared(&inputs, &outputs)?;
     paths::refuse_program_ending("--output", args.output.as_deref())?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
-        let expected = "a file: standard output holds the document";
+        let expected = "a file, because standard output contains the document";
         return Err(bad(Place::file("--output"), "`-` with --json", expected));
     }
     if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {

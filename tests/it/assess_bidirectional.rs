@@ -320,7 +320,7 @@ fn options_that_cannot_be_meant_are_refused() {
         (vec!["--robot", GANTRY, "--joint", "Q", "--output", &gaps], "joint `Q`"),
         (vec!["--robot", KUKA, "--joint", "A1", "--output", &gaps], "--lever-mm"),
         (vec!["--robot", GANTRY, "--joint", "X", "--lever-mm", "9", "--output", &gaps], "a prismatic joint"),
-        (vec!["--json", "--robot", GANTRY, "--joint", "X", "--output", "-"], "together with --json"),
+        (vec!["--json", "--robot", GANTRY, "--joint", "X", "--output", "-"], "`-` and --json"),
         (vec!["--report", SAMPLE], "the same file as --readings"),
     ] {
         let all: Vec<&str> = std::iter::once(SAMPLE).chain(args.iter().copied()).collect();

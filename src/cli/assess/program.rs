@@ -140,7 +140,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     match result.verdict {
         Verdict::Worse => Err(no(format!(
-            "{}: {}; one reversal up by {:.1} um",
+            "{}: {}; the error after one reversal grows by {:.1} um",
             result.after.name,
             result.figures.sentence(),
             result.figures.worst_reversal_growth_m * 1e6
