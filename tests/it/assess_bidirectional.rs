@@ -198,7 +198,7 @@ fn missing_readings_and_unequal_repeats_are_used_as_far_as_they_go_and_said() {
     assert_eq!((&poses[0]["pairs"], &poses[0]["repeats_forward"]), (&3.into(), &4.into()));
     assert!(poses[4]["backlash_um"].is_null() && poses[4]["repeatability_forward_um"].is_number());
     assert_eq!(doc["model"]["lack_of_fit"][0]["dof"], serde_json::json!([2, 18 - 4]));
-    for says in ["2 of 45 readings are missing", "without a partner", "one direction only, so no backlash: 600 mm"] {
+    for says in ["2 of 45 readings are missing", "without a partner", "only one direction, so no backlash: 600 mm"] {
         assert!(notes.contains(says), "{says}: {notes}");
     }
 }
