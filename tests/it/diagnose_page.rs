@@ -152,7 +152,7 @@ fn a_log_of_joints_alone_is_told_in_degrees() {
     command.arg("diagnose").arg("--model").arg(&model).arg("--log").arg(&log).arg("--report").arg(&page);
     let output = command.assert().success();
     let story = String::from_utf8(output.get_output().stdout.clone()).unwrap();
-    assert!(story.contains("backlash A2") && story.contains(" deg rms as given"), "{story}");
+    assert!(story.contains("backlash A2") && story.contains(" deg rms before the diagnosis"), "{story}");
     assert!(!story.contains(" um"), "{story}");
     let html = std::fs::read_to_string(page).unwrap();
     sound(&html);
