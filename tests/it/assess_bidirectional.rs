@@ -416,7 +416,7 @@ fn the_page_shows_both_directions_and_the_curves() {
     command(&[SAMPLE, "--report", &page]).assert().success();
     let html = std::fs::read_to_string(&page).unwrap();
     for says in
-        ["What each direction reads at each pose", "Backlash over position", "Student", "ŷ = ", "speed_mm_s=6000"]
+        ["Reading of each direction at each pose", "Backlash over position", "Student", "ŷ = ", "speed_mm_s=6000"]
     {
         assert!(html.contains(says), "{says}");
     }
