@@ -46,7 +46,7 @@ pub struct Args {
     pub diagnosis: Option<PathBuf>,
     /// Alternative hypotheses, separated by commas: EFFECT:TARGET[:key=value...]. `+` joins effects, `*` is every joint, and
     /// `frame` is no effect
-    #[arg(long, value_name = "RIVALS")]
+    #[arg(long, value_name = "HYPOTHESES")]
     pub between: Option<String>,
     /// Joint pose at which the program starts and ends, deg or mm [default: near the middle of the joint ranges]
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]

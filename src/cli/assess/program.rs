@@ -29,8 +29,8 @@ use std::path::{Path, PathBuf};
 /// runs instead of the programs; their measured TCP is fitted onto that path.
 ///
 /// A program is worse if its rms or largest error grows, or if its error after any reversal grows by more than 5 um. The
-/// exit code is then 1. The targets of a vendor program, where it stops or is taught, are judged apart from the way between
-/// them, and the verdict tells both.
+/// exit code is then 1. The targets of a vendor program, where it stops or is taught, are judged separately from the path between
+/// them, and the verdict reports both.
 ///
 /// Examples:
 ///   lostmotion assess program --model machine.yaml --before job.csv --after job.done.csv --speed-mm-s 10
