@@ -119,7 +119,8 @@ fn points_that_stop_a_straight_move_are_said_with_their_lines() {
     );
     let run =
         desk.run("rewrite --model model.yaml part.JBI --output out.JBI --step-fraction 0.01 --frames frames.yaml");
-    run.success().stderr(contains("on straight TCP moves are written without corner rounding").and(contains("line 18")));
+    run.success()
+        .stderr(contains("on straight TCP moves are written without corner rounding").and(contains("line 18")));
     let out = lines(&desk, "out.JBI", "MOVL");
     assert!(out.len() > 2 && out.last().unwrap().contains("C00002 V=50.0 PL=0"), "{out:?}");
 }
@@ -271,7 +272,9 @@ fn friction_that_fades_in_seconds_is_left_out_where_no_speed_can_be_told() {
     let gaps_alone = desk.read("out.src");
     let model = String::from_utf8(desk.read("model.yaml")).unwrap();
     desk.write("model.yaml", &format!("{model}  - {{effect: stiction, joint: A1, spike_deg: 0.0034, decay_s: 5.2}}\n"));
-    desk.run(&format!("{RUN} --force")).success().stderr(contains("only the gaps are compensated").and(contains("give a TCP speed")));
+    desk.run(&format!("{RUN} --force"))
+        .success()
+        .stderr(contains("only the gaps are compensated").and(contains("give a TCP speed")));
     assert_eq!(String::from_utf8(desk.read("out.src")).unwrap(), String::from_utf8(gaps_alone.clone()).unwrap());
     // with a speed the friction is in it
     desk.run(&format!("{RUN} --speed-mm-s 10")).success().stderr(contains("only the gaps are compensated").not());

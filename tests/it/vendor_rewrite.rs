@@ -326,9 +326,7 @@ fn a_straight_way_to_joint_values_of_a_tool_that_nobody_gives_stays_and_its_tool
     let text = format!("def part():\n{TURNING}end\n");
     desk.write("part.script", &text);
     let line = "rewrite --model model.yaml part.script --output out.script";
-    desk.run(line)
-        .success()
-        .stderr(contains("a straight move to joint values with unknown tool `tcp`; line 3"));
+    desk.run(line).success().stderr(contains("a straight move to joint values with unknown tool `tcp`; line 3"));
     let out = String::from_utf8(desk.read("out.script")).unwrap();
     assert!(out.matches("movel").count() == 1 && out.contains("movel([0.3, -1.27, 1.0, -1.25, -0.57, 0.3]"), "{out}");
     desk.write(
