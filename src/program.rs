@@ -76,7 +76,7 @@ pub struct ScriptPath {
 impl ScriptPath {
     /// What has to be given for the moves that are not in the path; `None`: nothing that a name stands for.
     pub fn waiting(&self) -> Option<String> {
-        let given = "give it in a file of frames and tools; `rewrite` writes one to fill in";
+        let given = "give it in a file of frames and tools (`rewrite --list-frames` prints a template)";
         (!self.waits_for.is_empty()).then(|| format!("not known: {}: {given}", self.waits_for.join(", ")))
     }
 
@@ -86,16 +86,16 @@ impl ScriptPath {
         let mut notes = Vec::new();
         if all > known + unknown_start {
             let left = counted(all - known - unknown_start, "move");
-            notes.push(format!("{left} of {all} to a place that is not known: left out"));
+            notes.push(format!("{left} of {all} to an unknown position are left out"));
             notes.extend(self.waiting());
         }
         if !self.starts.is_empty() {
             let ways = counted(self.starts.len(), "way");
-            notes.push(format!("{ways} from a place that is not known, or not determined: straight in the joints"));
+            notes.push(format!("{ways} from a position that is unknown or not determined: interpolated in the joints"));
         }
         if unknown_speed > 0 && asked.is_none() {
             let moves = counted(unknown_speed, "move");
-            notes.push(format!("{moves} of unknown speed: run at {} mm/s", speed_m_s * 1e3));
+            notes.push(format!("{moves} of unknown speed: they run at {} mm/s", speed_m_s * 1e3));
         }
         notes
     }

@@ -71,7 +71,7 @@ pub fn assess(robot: &Robot, nominal: &Program, before: &Log, after: Option<&Log
         let Some(before) = left(&without, axis) else { continue };
         let after = with.as_ref().and_then(|w| left(w, axis));
         if with.is_some() && after.is_none() {
-            out.notes.push(format!("{}: no deadzone could be read with compensation", robot.axis(axis).name));
+            out.notes.push(format!("{}: no deadzone could be determined with compensation", robot.axis(axis).name));
         }
         out.joints.push(JointLeft { axis, before, after });
     }
@@ -83,7 +83,11 @@ fn wanted(log: &Log, nominal: &Program) -> Result<Log> {
     let times = nominal.t_s.as_deref().filter(|t| t.len() > 1);
     let Some(times) = times else {
         let found = "a program without times";
-        return Err(Error::bad(Place::file(&nominal.name), found, "a column t_s: which motion was wanted when"));
+        return Err(Error::bad(
+            Place::file(&nominal.name),
+            found,
+            "a column t_s with the times of the intended motion",
+        ));
     };
     let (first, last) = (times[0], times[times.len() - 1]);
     if log.poses {

@@ -69,7 +69,7 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &outputs)?;
     let to_stdout = outputs.iter().find(|(_, path)| path.is_some_and(is_stdio));
     if let Some((option, _)) = to_stdout.filter(|_| args.json) {
-        return Err(bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
+        return Err(bad(Place::file(*option), "`-` and --json", "one document on standard output"));
     }
     let mut model_out = output::create(args.model_out.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;

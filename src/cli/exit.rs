@@ -96,7 +96,7 @@ pub fn option(error: &Error) -> Option<String> {
             let flags: Vec<String> = settings.iter().map(|s| flag(s)).collect();
             return Some(format!(" ({})", flags.join(", ")));
         }
-        Error::RewrittenAlready(_) => return Some(" (--force rewrites it all the same)".into()),
+        Error::RewrittenAlready(_) => return Some(" (--force rewrites it anyway)".into()),
         _ => return None,
     };
     let words = match (why.downcast_ref::<Refusal>(), why.downcast_ref::<NoGap>()) {
@@ -107,8 +107,7 @@ pub fn option(error: &Error) -> Option<String> {
             format!(" (--leave-out {} writes the others)", joints.join(","))
         }
         (_, Some(NoGap::NoPlay { .. })) => {
-            "; if the errors are commanded minus measured, or forward is towards falling positions, say --reversed"
-                .into()
+            "; if the errors are commanded minus measured, or forward is towards lower positions, use --reversed".into()
         }
         _ => return None,
     };

@@ -91,7 +91,7 @@ pub enum FormArg {
 pub fn run(args: Args) -> Result<()> {
     let to_stdout = args.output.as_deref().is_some_and(is_stdio);
     if args.json && to_stdout {
-        return Err(bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
+        return Err(bad(Place::file("--output"), "`-` and --json", "one document on standard output"));
     }
     if let Some(day) = args.valid_until.as_deref().filter(|d| !is_date(d)) {
         return Err(bad(Place::file("--valid-until"), format!("`{day}`"), "a date as 2027-01-31"));
@@ -140,7 +140,7 @@ fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
     refuse_repeats(&args.gaps, &documents, robot)?;
     let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrust.as_ref().map(|why| (p, why)));
     if let Some((path, why)) = distrusted.filter(|_| !args.force) {
-        return Err(no(format!("{}: {why} (--force fits them all the same)", crate::error::shown(path))));
+        return Err(no(format!("{}: {why} (--force fits them anyway)", crate::error::shown(path))));
     }
     let contradictions = contradictions(&documents, robot);
     if let Some(first) = contradictions.first().filter(|_| !args.force) {
@@ -161,7 +161,7 @@ fn corrected(path: &Path, args: &Args, robot: &Robot) -> Result<Compensator> {
     let used = |l: &&Log| previous.evidence.logs.iter().any(|u| !u.sha256.is_empty() && u.sha256 == l.sha256);
     if let Some(log) = logs.iter().find(used) {
         let expected = "a run of a program that was rewritten with this compensator";
-        return Err(bad(Place::file(&log.name), "a log that the compensator was made of", expected));
+        return Err(bad(Place::file(&log.name), "a log from which the compensator was made", expected));
     }
     update::update(robot, &logs, &previous).map_err(Into::into)
 }
@@ -194,7 +194,7 @@ fn form(args: &Args, documents: &[Gaps], robot: &Robot) -> Result<Form> {
         (Some(path), _) => spacing::of_program(path, robot)?,
         (None, Some(m)) => m,
         (None, None) => {
-            let expected = "--program FILE or --pose-spacing-mm MM: equation 17 counts points of one spacing";
+            let expected = "--program FILE or --pose-spacing-mm MM (equation 17 counts points of one spacing)";
             return Err(bad(Place::file("--form poses"), "no spacing of points", expected));
         }
     };

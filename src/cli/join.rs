@@ -75,7 +75,7 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
     paths::refuse_program_ending("--output", Some(&args.output))?;
     if args.json && is_stdio(&args.output) {
-        let expected = "a file: standard output holds the document";
+        let expected = "a file, because standard output contains the document";
         return Err(bad(Place::file("--output"), "standard output with --json", expected));
     }
     if let Some(near) = args.near_s.filter(|v| !v.is_finite()) {

@@ -32,8 +32,8 @@ pub fn refuse_missing_folders(outputs: &[Named]) -> Result<()> {
     for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
         let folder = path.parent().filter(|f| !is_stdio(path) && !f.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|f| !f.is_dir()) {
-            let found = format!("{} in a folder that is not there, {}", shown(path), shown(folder));
-            return Err(bad(Place::file(option), found, "a folder that is there"));
+            let found = format!("{} in a folder that does not exist, {}", shown(path), shown(folder));
+            return Err(bad(Place::file(option), found, "an existing folder"));
         }
     }
     Ok(())
@@ -47,7 +47,7 @@ pub fn refuse_program_ending(option: &str, path: Option<&Path>) -> Result<()> {
         return Ok(());
     }
     let found = format!("{}, the name of a vendor's program", shown(path));
-    Err(bad(Place::file(option), found, "a name for a table, such as .csv: it is written as CSV"))
+    Err(bad(Place::file(option), found, "a name for a table, such as .csv (the output is CSV)"))
 }
 
 /// Whether both are one regular file.

@@ -46,7 +46,7 @@ pub struct Args {
     pub diagnosis: Option<PathBuf>,
     /// Alternative hypotheses, separated by commas: EFFECT:TARGET[:key=value...]. `+` joins effects, `*` is every joint, and
     /// `frame` is no effect
-    #[arg(long, value_name = "RIVALS")]
+    #[arg(long, value_name = "HYPOTHESES")]
     pub between: Option<String>,
     /// Joint pose at which the program starts and ends, deg or mm [default: near the middle of the joint ranges]
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
@@ -171,7 +171,7 @@ fn checked_model_file(args: &Args) -> Result<&Path> {
     paths::refuse_shared(&inputs, &outputs)?;
     paths::refuse_program_ending("--output", args.output.as_deref())?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
-        let expected = "a file: standard output holds the document";
+        let expected = "a file, because standard output contains the document";
         return Err(bad(Place::file("--output"), "`-` with --json", expected));
     }
     if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {

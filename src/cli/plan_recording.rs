@@ -81,7 +81,11 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
     }
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     if args.json && to_stdout {
-        return Err(bad(Place::file("--output"), "`-` with --json", "a file: standard output holds the document"));
+        return Err(bad(
+            Place::file("--output"),
+            "`-` with --json",
+            "a file, because standard output contains the document",
+        ));
     }
     let robot = Robot::load(&args.robot)?;
     let options = options(args, kind, &robot)?;
@@ -113,7 +117,7 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
     for note in &recording.notes {
         eprintln!("note: {note}");
     }
-    eprintln!("note: the program knows no obstacles: run it slowly first");
+    eprintln!("note: the program does not know of obstacles: run it slowly first");
     Ok(())
 }
 

@@ -129,7 +129,7 @@ fn init(args: InitArgs) -> Result<()> {
     super::paths::refuse_shared(&inputs, &[("--output", Some(&args.output))])?;
     let there = std::fs::metadata(&args.output).is_ok_and(|m| m.is_file() && m.len() > 0);
     if there && !args.force && !is_stdio(&args.output) {
-        let expected = "another file: changes made by hand would be lost (--force replaces it)";
+        let expected = "another file (changes made by hand would be lost; --force replaces it)";
         return Err(bad(Place::file(shown(&args.output)), "a file", expected));
     }
     match (&args.urdf, &args.dh) {
@@ -159,7 +159,7 @@ fn of_table(args: &InitArgs, file: &Path) -> Result<()> {
     let title = file.file_stem().map_or_else(|| "robot".into(), |s| s.to_string_lossy().into_owned());
     let title = args.name.clone().unwrap_or(title);
     let robot = table::read(&input.name, &text, &title, convention)?;
-    write(args, &input.name, &robot, "lengths in millimetres, as the headings say")?;
+    write(args, &input.name, &robot, "lengths in millimetres, as the headings state")?;
     let axes = if robot.dof() == 1 { "1 axis".into() } else { format!("{} axes", robot.dof()) };
     let named = if args.name.is_some() { "" } else { ", after the file (--name gives another)" };
     eprintln!(
@@ -183,7 +183,7 @@ fn of_urdf(args: &InitArgs, file: &Path) -> Result<()> {
     if distance_m.is_nan() || distance_m > SAME_CHAIN_M {
         return Err(bad(
             Place::file(&input.name),
-            format!("joint axes that Denavit-Hartenberg parameters follow only within {:.3e} mm", distance_m * 1e3),
+            format!("joint axes that Denavit-Hartenberg parameters reproduce only within {:.3e} mm", distance_m * 1e3),
             "axes that are not nearly parallel at a great distance",
         ));
     }
@@ -197,7 +197,7 @@ fn of_urdf(args: &InitArgs, file: &Path) -> Result<()> {
     );
     if !made.flange.ends_with("tool0") {
         eprintln!(
-            "note: the URDF has no link `tool0`: `{}` is taken as the flange; compare a pose with the pendant before Cartesian programs",
+            "note: the URDF has no link `tool0`: `{}` is used as the flange; compare a pose with the pendant before Cartesian programs",
             made.flange
         );
     }
@@ -342,7 +342,7 @@ fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> 
 fn sentence(finding: &Finding) -> String {
     match finding {
         Finding::Reach { reach_m } => format!(
-            "the links span {:.4} mm, which no machine does: are metres written as millimetres, or the other way round?",
+            "the links span {:.4} mm, which no machine does: are metres written as millimetres, or millimetres as metres?",
             reach_m * 1e3
         ),
         Finding::LimitsInRadians => "every revolute joint has limits below 7 deg: are they radians?".into(),
@@ -363,11 +363,14 @@ fn sentence(finding: &Finding) -> String {
             format!("no limits of travel for {}: rewrite cannot check them", joints.join(", "))
         }
         Finding::NoSpeeds { joints } => {
-            format!("no largest speed for {}: rewrite cannot check that of its steps", joints.join(", "))
+            format!("no largest speed for {}: rewrite cannot check the speed of its steps", joints.join(", "))
         }
         Finding::NoAccelerations { joints } => {
-            format!("no largest acceleration for {}: rewrite cannot check that of its steps", joints.join(", "))
+            format!(
+                "no largest acceleration for {}: rewrite cannot check the acceleration of its steps",
+                joints.join(", ")
+            )
         }
-        Finding::NoMasses => "no links with masses: what gravity bends is left out".into(),
+        Finding::NoMasses => "no links with masses: deflections by gravity are not computed".into(),
     }
 }

@@ -114,7 +114,7 @@ fn again(
         written.notes.push("--rate-hz and --speed-mm-s do not apply to a log: it keeps its rows".into());
     }
     if log.poses {
-        written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
+        written.notes.push("no t_s: rows are settled poses, in which the servo has corrected its error".into());
     }
     Ok((written, log.poses))
 }
@@ -144,7 +144,7 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
     paths::refuse_program_ending("--output", Some(&args.output))?;
     if args.json && is_stdio(&args.output) {
-        let expected = "a file: standard output holds the document";
+        let expected = "a file, because standard output contains the document";
         return Err(bad(Place::file("--output"), "standard output with --json", expected));
     }
     let mut out = Output::create(&args.output)?;
@@ -170,7 +170,7 @@ pub fn run(args: Args) -> Result<()> {
     for e in &model.effects {
         if let Some(why) = e.effect.idle(&e.site(&model.robot), settled) {
             let target = e.target_text(&model.robot);
-            written.notes.push(format!("{} of {target} does nothing: {why}", e.effect.name()));
+            written.notes.push(format!("{} of {target} has no effect: {why}", e.effect.name()));
         }
     }
     // with the columns of a map the log is theirs, and not drawn
@@ -245,16 +245,16 @@ fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (V
     let timing = Timing::at_speed(&model.robot, program, options.speed_m_s);
     let mm_s = options.speed_m_s * 1e3;
     if program.t_s.is_some() {
-        notes.push(format!("the program's t_s gives way to --speed-mm-s {mm_s}"));
+        notes.push(format!("the program's t_s is ignored because of --speed-mm-s {mm_s}"));
     } else if args.speed_mm_s.is_none() {
-        notes.push(format!("no t_s and no --speed-mm-s: run at {mm_s} mm/s"));
+        notes.push(format!("no t_s and no --speed-mm-s: the program runs at {mm_s} mm/s"));
     }
     if timing.held_by_a_joint > 0 {
-        notes.push(format!("{} segments take longer, as a joint's max_speed allows no more", timing.held_by_a_joint));
+        notes.push(format!("{} segments take longer because max_speed of a joint limits them", timing.held_by_a_joint));
     }
     if timing.unknown_speed > 0 {
         notes.push(format!(
-            "{} segments turn joints of unknown max_speed about a TCP at rest: {} ms each",
+            "{} segments move joints of unknown max_speed while the TCP stands still: they take {} ms each",
             timing.unknown_speed,
             crate::simulate::timing::SHORTEST_S * 1e3
         ));

@@ -164,13 +164,13 @@ fn kinematics(model: &Model, source: Source, learned: Option<Learned>, path: &Pa
     let left = model.effects.iter().filter(|e| e.effect.stage() != crate::effects::Stage::Geometry).count();
     if left > 0 {
         eprintln!(
-            "note: {} of the model {} joints, not the geometry: rewrite --model undoes those that an offset can",
+            "note: {} of the model {} joints, not the geometry: `rewrite --model` compensates those that an offset can compensate",
             counted(left, "effect"),
             if left == 1 { "moves" } else { "move" }
         );
     }
     if model.registration.is_some() {
-        eprintln!("note: the path is taken in the robot's frame; the model's registration is not applied");
+        eprintln!("note: the path is in the robot's frame; the registration of the model is not applied");
     }
     let origin = Origin { by: "kinematics of the model's geometry".into(), file };
     Ok((Kinematics::of_model(model, &path.coordinates), origin))

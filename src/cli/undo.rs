@@ -61,7 +61,7 @@ fn companion(args: &Args, c: &Companion, name: &str, target: &Path) -> Result<(P
     let ending = Path::new(&c.output).extension().unwrap_or_default();
     let to = if args.in_place { rewritten.clone() } else { target.with_extension(ending) };
     if !args.in_place && (paths::same(&to, &rewritten) || paths::same(&to, &args.input) || to == target) {
-        let found = format!("a name by which {} would go over {}", c.input, shown(&to));
+        let found = format!("a name with which {} would replace {}", c.input, shown(&to));
         return Err(bad(Place::file("--output"), found, "another name or folder (or --in-place)"));
     }
     Ok((to, bytes))
@@ -93,7 +93,7 @@ pub fn run(args: Args) -> Result<()> {
     let folder = args.input.parent().unwrap_or(Path::new(""));
     journal::finish(folder, Towards::Result)?;
     let Some(note) = read_note(&args.input)? else {
-        return Err(bad(Place::file(&name), "no note of `rewrite`", "the note that lies beside a rewritten program"));
+        return Err(bad(Place::file(&name), "no note of `rewrite`", "the note next to a rewritten program"));
     };
     let target = args.output.clone().unwrap_or_else(|| args.input.clone());
     paths::refuse_missing_folders(&[("--output", args.output.as_deref())])?;
@@ -106,7 +106,7 @@ pub fn run(args: Args) -> Result<()> {
         }
     }
     if args.json && is_stdio(&target) {
-        let expected = "a file: standard output holds the document";
+        let expected = "a file, because standard output contains the document";
         return Err(bad(Place::file("--output"), "standard output with --json", expected));
     }
     let mut files = vec![(target.clone(), original_of(&args, &note, &name)?)];
@@ -137,7 +137,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     all.commit()?;
     let to = if is_stdio(&target) { "standard output".into() } else { shown(&target) };
-    eprintln!("{to}: {} as it was, {} bytes", note.input, files[0].1.len());
+    eprintln!("{to}: original of {} restored, {} bytes", note.input, files[0].1.len());
     Ok(())
 }
 
@@ -147,7 +147,7 @@ fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
         return Ok(bytes);
     }
     let Some(sha256) = &note.sha256_in else {
-        return Err(bad(Place::file(name), "no SHA-256 of the original", "a note that has one"));
+        return Err(bad(Place::file(name), "no SHA-256 of the original", "a note that contains it"));
     };
     match (&args.original, &note.original) {
         (Some(path), _) => {
@@ -161,7 +161,7 @@ fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
 
 fn too_large(name: &str, original: &str) -> anyhow::Error {
     no(format!(
-        "{name}: the note does not hold the bytes of {original} (a stream, or more than {} MB): give the file with --original",
+        "{name}: the note does not contain the bytes of {original} (a stream, or more than {} MB): give the file with --original",
         KEPT_UP_TO >> 20
     ))
 }
@@ -186,7 +186,7 @@ fn unchanged(file: &Path, rewritten: &str, original: Option<&str>) -> Result<Opt
         return Ok(Some(bytes));
     }
     Err(no(format!(
-        "{}: changed since it was written: what was changed would be lost; nothing was written",
+        "{}: changed since `rewrite` wrote it: the changes would be lost; nothing was written",
         shown(file)
     )))
 }

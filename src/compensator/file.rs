@@ -260,7 +260,7 @@ mod tests {
             ("  A1: {backlash: {half_gap_mm: 1}}\n", 4, "unknown key `half_gap_mm`"),
             ("  A1:\n    backlash:\n      half_gap_deg: -0.1\n", 6, "half_gap_deg: -0.1"),
             ("  A1: {backlash: {half_gap_deg: .nan}}\n", 4, "half_gap_deg"),
-            ("  A1: {friction: {gain_deg: 0.1}}\n", 4, "without the way it fades"),
+            ("  A1: {friction: {gain_deg: 0.1}}\n", 4, "without a decay"),
             ("  A1: {friction: {gain_deg: 0.1, decay_s: 1, exponent: 2, poses: 5}}\n", 4, "two of them"),
             ("  A1: {friction: {gain_deg: 0.1, decay_s: 0}}\n", 4, "decay_s: 0"),
             ("  A1: {friction: {gain_deg: 0.1, exponent: 3, poses: 2.5}}\n", 4, "poses: 2.5"),

@@ -48,7 +48,7 @@ impl Compensator {
                         return Err(Error::bad(
                             Place::default(),
                             format!("two stictions with different decays on {name}"),
-                            "one stiction per joint, or the same decay: one friction offset can undo it",
+                            "one stiction per joint, or the same decay for all (one friction offset must compensate them)",
                         ));
                     }
                 }
@@ -90,7 +90,7 @@ pub fn part_of_geometry(model: &Model, placed: &EffectInstance) -> bool {
 pub fn not_compensated(model: &Model, tcp_speed_m_s: Option<f64>) -> Vec<String> {
     let left = model.effects.iter().filter_map(|placed| {
         if part_of_geometry(model, placed) {
-            let reason = "it is part of the geometry beside it: correct all of it in the kinematics";
+            let reason = "it is part of a geometry error: correct all of it in the kinematics";
             return Some(format!("{} of {}: {reason}", placed.effect.name(), placed.target_text(&model.robot)));
         }
         let reason = placed.effect.undo(&context(model, placed, tcp_speed_m_s)).left?;

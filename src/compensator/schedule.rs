@@ -45,7 +45,7 @@ fn polynomial(map: &Mapping, range_key: &str, joint: &Joint) -> Result<GapCurve,
         (!v.is_empty() && v.iter().all(|x| x.is_finite())).then_some(v)
     };
     let c = numbers("coefficients")
-        .ok_or_else(|| wrong("coefficients", "no coefficients, or one that is no number", "finite numbers"))?;
+        .ok_or_else(|| wrong("coefficients", "no coefficients, or one that is not a number", "finite numbers"))?;
     let range = match (map.contains_key(range_key), joint.limits) {
         (true, _) => numbers(range_key)
             .and_then(|v| <[f64; 2]>::try_from(v).ok())

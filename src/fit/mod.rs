@@ -86,7 +86,9 @@ pub fn fit(robot: &Robot, documents: &[Gaps], form: Form) -> Result<Compensator>
         evidence.joints.push(known);
     }
     if joints.is_empty() {
-        evidence.notes.push("no joint has lost motion that exceeds its uncertainty: programs stay as they are".into());
+        evidence
+            .notes
+            .push("no joint has lost motion that exceeds its uncertainty, so programs stay as they are".into());
     }
     Ok(Compensator { robot_name: robot.name.clone(), robot_sha256: fingerprint, joints, evidence })
 }
@@ -144,7 +146,7 @@ fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Ve
     let uncertainty = (g.ci95[1] - g.ci95[0]) / 2.0;
     if g.significant && g.half_gap < -uncertainty {
         notes.push(format!(
-            "{name}: half gap {} is left out: the joint goes beyond its command, which is no gap (look at the sense of the joint and at the log)",
+            "{name}: half gap {} is left out: the joint overshoots its command, which is not a gap (check the direction of the joint and the log)",
             shown(g.half_gap, joint)
         ));
         known.half_gap_ci95 = None;
@@ -152,7 +154,7 @@ fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Ve
     }
     if !g.significant || g.half_gap <= uncertainty {
         notes.push(format!(
-            "{name}: half gap {} is left out: not larger than its uncertainty of {}",
+            "{name}: half gap {} is left out because it is not larger than its uncertainty of {}",
             shown(g.half_gap, joint),
             shown(uncertainty, joint)
         ));
@@ -238,7 +240,7 @@ fn friction(
     let Some(s) = &m.stiction else {
         if let Some(p) = m.stiction_p {
             let why = if p < 0.01 {
-                "what looks like stiction is not told from other misfit"
+                "the apparent stiction cannot be distinguished from other misfit"
             } else {
                 "the log shows no stiction"
             };
@@ -249,7 +251,7 @@ fn friction(
     let uncertainty = (s.ci95[1] - s.ci95[0]) / 2.0;
     if s.spike <= uncertainty || s.ci95[0] <= 0.0 {
         notes.push(format!(
-            "{name}: friction term of {} is left out: not larger than its uncertainty of {}",
+            "{name}: friction term of {} is left out because it is not larger than its uncertainty of {}",
             shown(s.spike, joint),
             shown(uncertainty, joint)
         ));
@@ -262,7 +264,7 @@ fn friction(
     let (gain, decay) = prudent(s);
     if gain < s.spike {
         notes.push(format!(
-            "{name}: friction gain {} instead of the spike {}: the side of its uncertainty that does less harm",
+            "{name}: friction gain {} is used instead of the spike {}, because it is at the end of the uncertainty that does less harm",
             shown(gain, joint),
             shown(s.spike, joint)
         ));
@@ -298,7 +300,7 @@ fn over_poses(
     let d = poses::distance(gain, tau_s, spacing_s, f.gain, f.exponent, f.poses);
     if d.largest >= worth || d.energy >= 1.0 {
         notes.push(format!(
-            "{name}: friction term is left out: points {spacing_s:.2} s apart cannot follow a decay of {tau_s:.2} s"
+            "{name}: friction term is left out because points {spacing_s:.2} s apart cannot follow a decay of {tau_s:.2} s"
         ));
         return Ok(None);
     }

@@ -91,15 +91,13 @@ impl fmt::Display for Distrust {
                 let held = if *gaps_held { "the gaps given as known, " } else { "" };
                 write!(
                     f,
-                    "the model does not describe this log (variance inflated {inflation:.1} times), the gaps cannot be trusted: check {held}the \
+                    "the model does not describe this log (variance inflated {inflation:.1} times), so the gaps cannot be trusted: check {held}the \
                      order and sign of the x, y, z columns, units and the robot file"
                 )
             }
             Self::FarFromRobotFile { misfit_mm, largest_mm } => write!(
                 f,
-                "a tenth of the measured points stand {misfit_mm:.1} mm or more (the largest {largest_mm:.1} mm) from where the robot file puts \
-                 them, and calibration errors are a few millimetres at most: the gaps cannot be trusted; check that the robot file is this \
-                 robot's (model, lengths), its `tool` and its zero positions"
+                "a tenth of the measured points are {misfit_mm:.1} mm or more (the largest {largest_mm:.1} mm) from the positions computed with the robot file, and calibration errors are at most a few millimetres: the gaps cannot be trusted; check that the robot file describes this robot (model, lengths), its `tool` and its zero positions"
             ),
         }
     }

@@ -198,7 +198,7 @@ pub fn finish_locked(folder: &Path, towards: Towards) -> Result<()> {
             return Err(Error::bad(
                 crate::error::Place::file(shown(path)),
                 "a journal that is damaged",
-                "one that a run left which was killed: look at the programs beside it, then remove it",
+                "the journal of a run that was killed (check the programs next to it, then remove it)",
             ));
         };
         journal.finish(folder, towards).map_err(|e| Error::io(path, "finish what it lists in", e))?;

@@ -100,7 +100,7 @@ pub fn busy(folder: &Path, by: &str) -> Error {
     Error::bad(
         Place::file(shown(folder)),
         format!("another run of lostmotion that writes into this folder ({by})"),
-        "a folder that no other run writes into: wait until it ends, or give another one",
+        "a folder into which no other run writes (wait until the other run ends, or give another folder)",
     )
 }
 

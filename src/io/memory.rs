@@ -25,7 +25,7 @@ pub fn require(name: &str, bytes: u64) -> Result<()> {
         Some(there) if there < bytes => Err(Error::bad(
             Place::file(name),
             format!("a file that needs about {} MB of memory", bytes.div_ceil(MIB)),
-            format!("one that fits: {} MB are available (out of memory otherwise)", there / MIB),
+            format!("a file that fits into the {} MB that are available (out of memory otherwise)", there / MIB),
         )),
         _ => Ok(()),
     }

@@ -48,7 +48,7 @@ impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Read { name, bytes, sha256 } => write!(f, "read {name}: {bytes} bytes, SHA-256 {sha256}"),
-            Self::ClearedUp(folder) => write!(f, "{}: what an interrupted run had left is cleared up", shown(folder)),
+            Self::ClearedUp(folder) => write!(f, "{}: the remains of an interrupted run are removed", shown(folder)),
             Self::NotSynced(folder, e) => {
                 write!(f, "{}: written, but a loss of power may undo it: cannot sync the folder: {e}", shown(folder))
             }
@@ -57,7 +57,7 @@ impl fmt::Display for Notice<'_> {
             }
             Self::Replaced(files) => write!(f, "replaced: {}", files.join(", ")),
             Self::DamagedNote(path) => {
-                write!(f, "{}: damaged: the program that it describes is not recognised by it", shown(path))
+                write!(f, "{}: damaged, so the program that it describes cannot be recognised", shown(path))
             }
         }
     }

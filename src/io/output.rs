@@ -103,7 +103,7 @@ impl Output {
         // the mode of the file it replaces, else what the umask leaves of 0666
         let mode = Some(there.as_ref().map_or(0o666, mode_of));
         let (file, temporary) = Temporary::create(folder, mode).map_err(|e| match e.kind() {
-            io::ErrorKind::NotFound => Error::io(path, "write", io::Error::new(e.kind(), "the folder is not there")),
+            io::ErrorKind::NotFound => Error::io(path, "write", io::Error::new(e.kind(), "the folder does not exist")),
             _ => Error::io(path, "write", e),
         })?;
         let writer = BufWriter::with_capacity(small, file);
@@ -175,11 +175,7 @@ impl Output {
             return Ok(());
         }
         let found = format!("{}, which {} would replace", there.name(), ours.name());
-        Err(Error::bad(
-            crate::error::Place::file(&self.shown),
-            found,
-            "another name, or no file there: remove it first",
-        ))
+        Err(Error::bad(crate::error::Place::file(&self.shown), found, "another name, or remove the file first"))
     }
 
     /// A file that a person named, and that was there.

@@ -33,7 +33,7 @@ pub fn unpacked(input: Input) -> Result<(Input, bool)> {
         bounded(&name, &bytes)?;
     }
     let refused = |e: calamine::Error| {
-        Error::bad(Place::file(&name), format!("a file that no spreadsheet wrote ({e})"), "CSV text or a workbook")
+        Error::bad(Place::file(&name), format!("a file that is not a workbook ({e})"), "CSV text or a workbook")
     };
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes.as_slice())).map_err(refused)?;
     for sheet in book.sheet_names() {
@@ -82,8 +82,9 @@ fn require_cells(name: &str, cells: u64) -> Result<()> {
     if cells <= MOST_CELLS {
         return Ok(());
     }
-    let found =
-        format!("a sheet of more than {MOST_CELLS} cells from its first to its last, the empty ones between included");
+    let found = format!(
+        "a sheet of more than {MOST_CELLS} cells from its first to its last, including empty cells between them"
+    );
     Err(Error::bad(Place::file(name), found, "a smaller table, or CSV text"))
 }
 

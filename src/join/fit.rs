@@ -179,13 +179,13 @@ pub enum Failure {
     #[error("{0} readings of the tracker within the controller's recording")]
     FewReadings(usize),
     /// No rigid transform brings the commanded path to the measured one.
-    #[error("a path that fits no frame")]
+    #[error("a path that does not fit in any frame")]
     NoFrame,
     /// The motion leaves the clock open.
-    #[error("a motion that does not show the clock")]
+    #[error("a motion that does not determine the clock offset")]
     Open,
     /// The rounds were used up.
-    #[error("a fit of the clock that does not settle")]
+    #[error("a fit of the clock that does not converge")]
     NotSettled,
 }
 

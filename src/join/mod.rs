@@ -152,11 +152,11 @@ pub struct Joined {
 fn notes(aligned_by: &str, fit: &fit::Fit) -> Vec<String> {
     let mut notes = Vec::new();
     if aligned_by == "cmd" {
-        notes.push("the offset contains the servo's lag: encoders (enc_) of all joints in the controller's file would tell it apart".into());
+        notes.push("the offset contains the lag of the servo; encoders (enc_) of all joints in the controller's file would separate the two".into());
     }
     if fit.offset_s.half_95 > 1e-3 {
         notes.push(format!(
-            "the motion shows the clock within {:.1} ms only: move faster, or longer",
+            "the motion determines the clock offset only within {:.1} ms: move faster, or longer",
             fit.offset_s.half_95 * 1e3
         ));
     }
@@ -248,7 +248,7 @@ fn refuse_repeated(found: &search::Found, options: &Options, tracker: &Recording
     let place = Place::file(&tracker.name);
     if found.misfit > NO_COMMON_PATH {
         let text = format!(
-            "no offset of the clocks at which both recordings show one path: at best {} of its size is left",
+            "no clock offset at which both recordings show the same path: at best, {} of its size remains",
             suspect::percent(found.misfit)
         );
         return Err(Error::bad(place, text, "recordings of one motion, and the robot file of that robot"));
@@ -262,8 +262,9 @@ fn refuse_repeated(found: &search::Found, options: &Options, tracker: &Recording
         [a, .., b] => format!("{a:.2} s to {b:.2} s, about every {period:.2} s"),
         _ => String::new(),
     };
-    let text = format!("a motion that repeats: the clocks agree as well at {} offsets, {text}", all.len());
-    let expected = "the offset to look near, or a motion with one part that occurs once";
+    let text =
+        format!("a motion that repeats: the recordings agree equally well at {} clock offsets, {text}", all.len());
+    let expected = "an approximate offset, or a motion with a part that occurs only once";
     Err(Error::bad(place, text, expected).mended_by(&["near_s"]))
 }
 
@@ -277,7 +278,7 @@ fn refuse_misfit(fit: &fit::Fit, seen: &[Option<Vector3<f64>>], tracker: &Record
         return Ok(());
     }
     let text = format!(
-        "a path that is not the controller's: {:.1} mm rms per coordinate is left of {:.1} mm",
+        "a path that differs from the controller's: {:.1} mm rms per coordinate remains of {:.1} mm",
         fit.rms_m * 1e3,
         size * 1e3
     );
@@ -285,7 +286,11 @@ fn refuse_misfit(fit: &fit::Fit, seen: &[Option<Vector3<f64>>], tracker: &Record
 }
 
 fn missing(of: &Recording, what: &str) -> Error {
-    Error::bad(Place::file(&of.name), format!("no column {what}"), "it, under our name or through a column map")
+    Error::bad(
+        Place::file(&of.name),
+        format!("no column {what}"),
+        "this column under its standard name or through a column map",
+    )
 }
 
 fn times(of: &Recording) -> Result<&[f64]> {

@@ -65,7 +65,7 @@ pub fn rows(log: &Log, desired: Option<&Program>) -> Result<Vec<Row>> {
 /// Commands of a program at the times of a log, `[axis][row]`.
 fn at_times(log: &Log, program: &Program, usual_s: f64) -> Result<Vec<Vec<f64>>> {
     let Some(t_s) = program.t_s.as_ref().filter(|t| t.len() > 1) else {
-        let expected = "a program with times: the log's rows are looked up in it";
+        let expected = "a program with times, in which the rows of the log are looked up";
         return Err(Error::bad(Place::file(&program.name), "no column t_s, or one point", expected));
     };
     if log.poses {

@@ -122,7 +122,8 @@ fn teach(learned: &Learned, rows: &[Row], c: usize, dof: usize, options: &Option
 fn refuse_too_little(name: &str, rows: &[Row], dof: usize, options: &Options) -> Result<()> {
     let weights = Network::count(dof, options.hidden);
     if rows.len() < weights {
-        let expected = format!("{weights} or more, as many as a network of {} neurons has weights", options.hidden);
+        let expected =
+            format!("{weights} or more, because a network of {} neurons has this many weights", options.hidden);
         let found = format!("{} with a measurement to learn from", counted(rows.len(), "row"));
         return Err(Error::bad(Place::file(name), found, expected));
     }
@@ -165,7 +166,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
     learned.networks = networks;
     for (&c, t) in options.coordinates.iter().zip(&training) {
         if t.reason == TerminationReason::StepLimit {
-            notes.push(format!("{}: stopped after {} steps, the cost was still falling", LETTERS[c], t.steps));
+            notes.push(format!("{}: stopped after {} steps while the cost was still decreasing", LETTERS[c], t.steps));
         }
     }
     let of = |r: &Row| (learned.position_m(&r.q), r.speed.as_ref().map(|(dq, _)| measure::speed(&learned, &r.q, dq)));
@@ -210,7 +211,7 @@ fn still(robot: &Robot, inputs: &[Input]) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "{} stand still in the logs: what was learned holds for that position of theirs alone",
+        "{} stand still in the logs: the learned kinematics are valid only for this position of these joints",
         still.join(", ")
     )]
 }

@@ -89,7 +89,7 @@ pub fn sentence(plan: &Plan) -> String {
     let evidence = best.and_then(|b| b.evidence.as_ref());
     let expected = evidence.map_or(String::new(), |e| {
         format!(
-            "expected 2 ln L {}, named alone in {:.1} % of logs",
+            "expected 2 ln L {}, named as the only effect in {:.1} % of logs",
             short(e.expected_2lnl),
             100.0 * e.probability_named
         )
@@ -100,16 +100,16 @@ pub fn sentence(plan: &Plan) -> String {
         Verdict::NeedsChannel => {
             let channel = plan.needs_channel.as_deref().unwrap_or_default();
             format!(
-                "No motion separates them by the TCP alone. Run \"{motion}\" with {channel} in the log: {expected}."
+                "The TCP alone does not separate them on any motion. Run \"{motion}\" with {channel} in the log: {expected}."
             )
         }
-        Verdict::Inseparable => "No motion separates them, with no channel that a log can hold. No program.".into(),
-        Verdict::Observable => format!("Run \"{motion}\": every effect that can be seen is seen at its typical size."),
+        Verdict::Inseparable => "No motion separates them with any channel that a log can contain. No program.".into(),
+        Verdict::Observable => format!("Run \"{motion}\": every detectable effect is detected at its typical size."),
         Verdict::PartlyObservable => {
             let worst = best.and_then(|b| b.detectable.iter().find(|d| d.ratio.is_finite() && d.ratio > 0.0));
             let (effect, target, ratio) = worst.map_or(("", "", 0.0), |w| (w.effect, w.target.as_str(), w.ratio));
             let from = short(1.0 / f64::max(ratio, 1e-12));
-            format!("Run \"{motion}\"; {effect} {target} is seen worst, from {from} times its typical size.")
+            format!("Run \"{motion}\"; {effect} {target} is the hardest to detect: from {from} times its typical size.")
         }
         Verdict::NothingToDecide => "Nothing to decide. No program.".into(),
     }

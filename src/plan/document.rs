@@ -283,31 +283,32 @@ pub fn of_separation<'a>(
     plan.motions = answer.singles.iter().map(|j| shown(&j.motion, &j.worth)).collect();
     if sets.iter().flat_map(|s| &s.alternatives).any(|r| r.effects.len() > MOST_EFFECTS) {
         plan.notes.push(format!(
-            "a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger alternative into a model and compare"
+            "a diagnosis searches for at most {MOST_EFFECTS} effects: put the larger alternative into a model and compare"
         ));
     }
     let Some(best) = answer.best() else {
         plan.verdict = Verdict::Inseparable;
-        plan.reason = Some("no motion of the library fits into the duration and the joints' windows".into());
+        plan.reason = Some("no motion of the library fits into the duration and the ranges of the joints".into());
         return (plan, None);
     };
     if answer.pair.is_some() {
-        plan.notes.push("no single motion is enough: two, one after the other, in one program".into());
+        plan.notes.push("no single motion is enough: one program contains two motions, one after the other".into());
     }
     if best.worth.evidence >= NEEDED {
         plan.verdict = Verdict::Separable;
         plan.best = Some(shown(&best.motion, &best.worth));
         if let Some((_, what)) = best.worth.outside.as_ref().filter(|o| o.0 < NEEDED) {
-            plan.notes.push(format!("the set will be decided, but it may be taken for another effect: {what}"));
+            plan.notes.push(format!(
+                "the motion decides between the alternatives, but the effect may be confused with another one: {what}"
+            ));
         }
         return (plan, Some(&best.motion));
     }
     plan.channels = channels_shown(answer);
     if best.worth.evidence >= LEAST {
         let times = (NEEDED / best.worth.evidence).ceil();
-        plan.notes.push(format!(
-            "evidence grows with the time: {times:.0} times the duration (or less noise) would be enough"
-        ));
+        plan.notes
+            .push(format!("evidence grows with time: {times:.0} times the duration (or less noise) would be enough"));
         plan.verdict = Verdict::Weak;
         plan.best = Some(shown(&best.motion, &best.worth));
         return (plan, Some(&best.motion));
@@ -347,7 +348,7 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Optio
     plan.motions = answer.iter().map(shown).collect();
     let Some(best) = answer.first() else {
         plan.verdict = Verdict::Inseparable;
-        plan.reason = Some("no motion of the library fits into the duration and the joints' windows".into());
+        plan.reason = Some("no motion of the library fits into the duration and the ranges of the joints".into());
         return (plan, None);
     };
     plan.best = Some(shown(best));
@@ -362,10 +363,10 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Optio
         .collect();
     if !hidden.is_empty() {
         plan.reason = Some(format!(
-            "{} cannot be seen by any motion: {}",
+            "{} cannot be detected by any motion: {}",
             hidden.join(", "),
             if bench.model.registration.is_none() {
-                "the estimated frame moves alike; measure the base"
+                "the estimated frame can move in the same way; measure the base"
             } else {
                 "they do not move the TCP"
             }

@@ -59,9 +59,9 @@ pub fn library(envelope: &Envelope, axes: &[usize], payload: bool) -> Vec<Motion
 }
 
 fn of_one_joint(list: &mut Library, envelope: &Envelope, a: usize) {
-    const SOFT: &str = "reverses so slowly that many rows stand inside the transition";
+    const SOFT: &str = "reverses so slowly that many rows are inside the transition";
     const FINE: &str = "stairs of growing steps after each reversal, with dwells";
-    const TWO: &str = "sweeps both ways at the working speed and at a quarter of it";
+    const TWO: &str = "sweeps in both directions at the working speed and at a quarter of it";
     let joint = &envelope.robot.axis(a).name;
     let named = |name: &str| format!("{name} {joint}");
     list.add(named("sweep"), "sweeps both ways at the working speed", sweep(envelope, a));
@@ -79,13 +79,13 @@ fn of_all_joints(list: &mut Library, envelope: &Envelope) {
     list.add("one joint at a time", "each joint alone, both ways, at two speeds", one_at_a_time(envelope, &all));
     list.add("stairs of all joints", "each joint alone by stairs with dwells, up and down", stairs_of(envelope, &all));
     for (plane, [u, v]) in [("XY", [0, 1]), ("YZ", [1, 2]), ("XZ", [0, 2])] {
-        let does = "a circle of the TCP both ways, at the working speed and at half of it";
+        let does = "a circle of the TCP in both directions, at the working speed and at half of it";
         list.add(format!("circle {plane}"), does, circle(envelope, u, v));
     }
-    list.add("all joints", "all joints at once through their windows, both ways", all_joints(envelope));
-    list.add("poses", "poses over the whole window with dwells", poses(envelope));
-    list.add("wrist", "the last three joints over wide angles, the arm at rest", wrist(envelope));
-    let back = "comes back to one pose again and again and waits there";
+    list.add("all joints", "all joints at once through their ranges, in both directions", all_joints(envelope));
+    list.add("poses", "poses over the whole range with dwells", poses(envelope));
+    list.add("wrist", "the last three joints over wide angles while the arm stands still", wrist(envelope));
+    let back = "returns to one pose repeatedly and waits there";
     list.add("back to one pose", back, back_to_one_pose(envelope));
     list.add("stand still", "stands still after one short move", stand_still(envelope));
 }
@@ -97,7 +97,7 @@ fn of_two_payloads(list: &mut Library, half: &Envelope, axes: &[usize]) {
     list.add_for(true, "all joints, two payloads", does, all_joints(half));
     for &a in axes {
         let name = format!("sweep {}, two payloads", half.robot.axis(a).name);
-        list.add_for(true, name, "sweeps both ways, without and with the payload", sweep(half, a));
+        list.add_for(true, name, "sweeps in both directions, without and with the payload", sweep(half, a));
     }
 }
 

@@ -131,7 +131,7 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
     if value["verdict"] == "bad_data" {
         let reason = value["reason"].as_str().unwrap_or("its log cannot be right");
         let found = format!("a diagnosis of bad data: {reason}");
-        return Err(Error::bad(Place::file(name), found, "a diagnosis whose log is right"));
+        return Err(Error::bad(Place::file(name), found, "a diagnosis of a log without such errors"));
     }
     let found = effects(&value, name, scale, &doc)?;
     let text_of = |p: &EffectInstance| (p.effect.name().to_string(), p.target_text(scale.robot));

@@ -30,13 +30,13 @@ pub const CHANNELS: [Channel; 4] = [
         channels: Channels { frame: true, ..NONE },
     },
     Channel {
-        name: "two further reflectors on the tool",
+        name: "two more reflectors on the tool",
         log: "x2_mm..., x3_mm..., their places under `tools:`",
         channels: Channels { reflectors: true, ..NONE },
     },
     Channel { name: "the motor encoders", log: "enc_<joint> columns", channels: Channels { motors: true, ..NONE } },
     Channel {
-        name: "the joints behind their gears",
+        name: "the joints after their gears",
         log: "meas_<joint> columns: secondary encoder, level or scale",
         channels: Channels { joints: true, ..NONE },
     },
@@ -97,8 +97,7 @@ pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
         && plays(a) != plays(b)
         && plays(a).min(plays(b)) > 0
     {
-        return "gaps in series act as one gap of their sum: what stands before and after both moves alike. Only a sensor \
-                between the two (motor shaft and screw, say), which no log of this tool has, tells them apart"
+        return "gaps in series act as one gap of their sum. Only a sensor between the two gaps (for example between motor shaft and screw) can distinguish them, and no log of this tool contains one"
             .into();
     }
     let named_nothing = |r: &Alternative| r.effects.is_empty();
@@ -108,27 +107,26 @@ pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
             .into();
     }
     if either(&|x, y| named_nothing(y) && !x.effects.is_empty()) {
-        return "the estimated frame swallows the effect, or it is too small for the noise".into();
+        return "the estimated frame absorbs the effect, or the effect is too small compared with the noise".into();
     }
     if either(&|x, y| only(x, &|p| zero(p, last)) && only(y, &tool)) {
-        return "a zero offset of the last joint turns the TCP about its axis, and so does another tool, where one point of it is measured".into();
+        return "a zero offset of the last joint turns the TCP about its axis, and so does a different tool if only one point of it is measured".into();
     }
     if only(a, &link_d) && only(b, &link_d) {
-        return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum is seen".into();
+        return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum has an effect".into();
     }
     let lag = |p: &EffectInstance| p.effect.nature() == Nature::Lag;
     let clock = |p: &EffectInstance| p.target == Target::Log;
     if either(&|x, y| only(x, &lag) && only(y, &clock)) {
         let moving = model.robot.dof();
         return format!(
-            "a lag of all {moving} joints by the same time and a shifted clock show the same path later; they differ only where \
-             a joint speeds up"
+            "a lag of all {moving} joints by the same time and a shifted clock both delay the path; they differ only where a joint accelerates"
         );
     }
     let geometry = |r: &Alternative| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
     if geometry(a) && geometry(b) {
         let kind = if model.robot.axis(0).kind == JointKind::Revolute { "wider angles" } else { "longer strokes" };
-        return format!("both bend the path in the same way over the travel that was allowed; {kind} may part them");
+        return format!("both change the path in the same way over the allowed travel; {kind} may distinguish them");
     }
-    "their traces at the TCP are alike on every motion of the library, once the frame and the alternative's own size are fitted".into()
+    "their errors at the TCP are the same on every motion of the library once the frame and the size of the alternative are fitted".into()
 }

@@ -48,7 +48,7 @@ impl Method {
 /// Play operator.
 pub const PLAY: Method = Method::known(
     "Backlash as play",
-    "The joint q follows its command p at the distance of the half gap b and stands still while the gap is crossed: the three cases of the equation in one line. b may depend on position.",
+    "The joint q follows its command p at a distance of the half gap b and stands still while the gap is crossed. One line contains the three cases of the equation. b may depend on position.",
     "<i>q<sub>j</sub></i> = min( max( <i>q</i><sub><i>j</i>−1</sub>, <i>p<sub>j</sub></i> − <i>b</i> ), <i>p<sub>j</sub></i> + <i>b</i> )",
     "equation 6",
     PAPER,
@@ -57,7 +57,7 @@ pub const PLAY: Method = Method::known(
 /// Stiction after a reversal.
 pub const STICTION: Method = Method::known(
     "Stiction",
-    "After a reversal the joint stands still until its command has moved as far from the turning point as what is left of the spike s; the servo works that off with the time constant τ, or with the travel.",
+    "After a reversal, the joint stands still until its command has moved away from the turning point by the remaining spike s. The servo reduces the spike with the time constant τ, or over the travel.",
     "<i>r</i><sub>f</sub> = −dir · min( |<i>p</i> − <i>p</i><sub>rev</sub>|, <i>s</i> e<sup>−(<i>t</i> − <i>t</i><sub>rev</sub>)/<i>τ</i></sup> )",
     "after equations 8 and 9",
     PAPER,
@@ -66,7 +66,7 @@ pub const STICTION: Method = Method::known(
 /// Friction's response after a reversal, over time.
 pub const RESPONSE: Method = Method::known(
     "Friction after a reversal",
-    "Friction z turns over with the travel x of the command, over the presliding σ. The servo passes the change and works it off with each time constant τ, by the gain g; gear and link wind up by w. Gap and wind-up look alike in a log: their sum is known far better than each of them.",
+    "Friction z changes its direction over the travel x of the command, within the presliding σ. The servo first passes the change on with the gain g and then corrects it with each time constant τ; gear and link wind up by w. Gap and wind-up look the same in a log: their sum is known far better than each of them.",
     "d<i>z</i>/d<i>x</i> = (1 − <i>z</i>)/<i>σ</i>, <i>h</i>′ = <i>z</i>′ − <i>h</i>/<i>τ</i>, lost = <i>b</i> + <i>w z</i> + <i>g h</i>",
     "",
     "Dahl (1968), A solid friction model; lostmotion, documentation of identify.",
@@ -84,7 +84,7 @@ pub const TWO_FLANKS: Method = Method::known(
 /// Gap from dwells reached from both sides.
 pub const STATIC_GAP: Method = Method::known(
     "Half gap from dwells",
-    "Each position is reached from below and from above and rested at; half of the difference of the two joint positions is the half gap. Joint positions come from the measured TCP by inverse kinematics, each dwell is a mean, each cycle a value.",
+    "The joint reaches each position from below and from above and stands still there; half of the difference of the two joint positions is the half gap. Joint positions come from the measured TCP by inverse kinematics; each dwell gives a mean, each cycle a value.",
     "<i>b</i> = ½ ( <i>q</i><sub>from above</sub> − <i>q</i><sub>from below</sub> )",
     "section 3.3, equation 6",
     PAPER,
@@ -93,7 +93,7 @@ pub const STATIC_GAP: Method = Method::known(
 /// Deadzones from sweeps of one joint.
 pub const DEADZONE: Method = Method::known(
     "Deadzones from growing sweeps",
-    "After each turn of the motor the tip rests until the deadzone is crossed. Its size is the travel of the motor between the turn and the place where the branch on which the tip leaves meets the place where it rested; half of it is the half gap, in the middle between both. Only tip positions enter.",
+    "After each reversal of the motor, the tip stands still until the deadzone is crossed. The size of the deadzone is the travel of the motor from the reversal to the point where the moving branch, extrapolated, meets the resting position of the tip. Half of it is the half gap at the middle of this travel. Only tip positions are used.",
     "<i>δ</i> = | <i>θ</i><sub>fin</sub> − <i>θ</i><sub>init</sub> | = <i>b</i>(<i>θ</i><sub>init</sub>) + <i>b</i>(<i>θ</i><sub>fin</sub>)",
     "algorithm 1",
     "Model Learning with Backlash Compensation for a Tendon-Driven Surgical Robot",
@@ -102,7 +102,7 @@ pub const DEADZONE: Method = Method::known(
 /// Offsets of the compensator.
 pub const FEEDFORWARD: Method = Method::known(
     "Feedforward compensation",
-    "The program that is sent holds the wanted joint position plus an offset against the gap, of the sign of the movement, and an offset against friction that fades after each reversal. The movement never turns back while an offset fades.",
+    "The program that is sent contains the desired joint position, an offset for the gap with the sign of the movement, and an offset for friction that fades after each reversal. The movement never reverses while an offset fades.",
     "<i>Θ</i><sub>sent</sub> = <i>Θ</i> + <i>C</i><sub>b</sub> + <i>C</i><sub>f</sub>, <i>C</i><sub>b</sub> = dir · <i>d</i>",
     "equations 15 and 16",
     PAPER,
@@ -129,7 +129,7 @@ pub const IMPACT: Method = Method::known(
 /// Circle fit and its errors.
 pub const CIRCLE: Method = Method::known(
     "Error against the best-fit circle",
-    "The plane is that of the smallest singular value of the centred points, the circle in it Taubin's fit. In plane: radius minus fitted radius; out of plane: distance from the plane; total: their 2-norm. Beyond nominal: the same after the nominal path's own deviation from its circle, mostly its chords, is taken off.",
+    "The plane is that of the smallest singular value of the centred points, the circle in it Taubin's fit. In plane: radius minus fitted radius; out of plane: distance from the plane; total: their 2-norm. Beyond nominal: the same after subtraction of the deviation of the nominal path from its circle, mostly by its chords.",
     "<i>e</i> = √( (<i>ρ</i> − <i>R</i>)² + <i>n</i>² )",
     "",
     "G. Taubin, Estimation of planar curves, surfaces, and nonplanar space curves defined by implicit equations, IEEE Transactions on Pattern Analysis and Machine Intelligence 13 (11), 1991",
@@ -138,7 +138,7 @@ pub const CIRCLE: Method = Method::known(
 /// Registration together with the gaps.
 pub const REGISTRATION: Method = Method::known(
     "Registration",
-    "The rigid transform from base to tracker frame is estimated from the log together with the gaps and away from reversals: fitted first, it would swallow part of a gap on a path that goes round in one direction.",
+    "The rigid transform from base to tracker frame is estimated from the log together with the gaps and away from reversals. If it were fitted first, it would absorb part of a gap on a path that runs in one direction.",
     "",
     "",
     "lostmotion, documentation of the measurement log",
@@ -150,7 +150,7 @@ const BACKLASH_PAPER: &str = "M. Slamani, A. Nubiola, I. A. Bonev, Modeling and 
 /// Repeatability and backlash of poses.
 pub const BIDIRECTIONAL: Method = Method::known(
     "Repeatability and backlash",
-    "Of each pose: RP is 3 standard deviations of one direction; the backlash is the mean of the forward errors less the mean of the backward ones; R holds both directions and their distance. ISO 230-2 since 1997 takes 2 standard deviations instead of 3.",
+    "Of each pose: RP is 3 standard deviations of one direction; the backlash is the mean of the forward errors minus the mean of the backward ones; R contains both directions and their distance. ISO 230-2 since 1997 takes 2 standard deviations instead of 3.",
     "<i>R</i> = max( 3<i>s</i>↑ + 3<i>s</i>↓ + |<i>ȳ</i>|, 6<i>s</i>↑, 6<i>s</i>↓ )",
     "equations 1, 23 and 24",
     BACKLASH_PAPER,
@@ -159,7 +159,7 @@ pub const BIDIRECTIONAL: Method = Method::known(
 /// Degree by lack of fit.
 pub const LACK_OF_FIT: Method = Method::known(
     "Degree by lack of fit",
-    "What a polynomial of degree p leaves of the means of n poses, against what the repeats (n_t readings of the backlash in all) scatter about their means. The first degree whose F is not significant is chosen.",
+    "F compares the residual of a polynomial of degree p at the means of n poses with the scatter of the repeats (n_t readings of the backlash in all) about their means. The first degree whose F is not significant is used.",
     "<i>F</i> = [ Σ <i>m</i><sub>i</sub> (<i>ȳ</i><sub>i</sub> − <i>ŷ</i><sub>i</sub>)² / (<i>n</i> − <i>p</i> − 1) ] / [ Σ Σ (<i>y</i><sub>iu</sub> − <i>ȳ</i><sub>i</sub>)² / (<i>n</i><sub>t</sub> − <i>n</i>) ]",
     "equations 7 to 14",
     BACKLASH_PAPER,
@@ -168,7 +168,7 @@ pub const LACK_OF_FIT: Method = Method::known(
 /// Indicator variables.
 pub const INDICATOR: Method = Method::known(
     "Indicator variables of states",
-    "D is 1 in the state and 0 in the reference. Its offset is tested by Student in a fit of the reference and that state; where it is significant, its slope; and so on. States without a significant term share the curve of the reference.",
+    "D is 1 in the state and 0 in the reference. Student's t test decides on its offset in a fit of the reference and this state; if the offset is significant, on its slope; and so on. States without a significant term share the curve of the reference.",
     "<i>y</i> = <i>β</i><sub>0</sub> + <i>β</i><sub>1</sub><i>x</i> + … + <i>β</i>′<sub>0</sub><i>D</i> + <i>β</i>′<sub>1</sub><i>Dx</i> + …, <i>t</i> = <i>b</i>/<i>s</i>(<i>b</i>)",
     "equations 15 to 22",
     BACKLASH_PAPER,

@@ -43,9 +43,9 @@ impl Page {
                     main { @for (i, s) in self.sections.iter().enumerate() { (section(i, s, &joints)) } }
                     (self.provenance())
                     footer { p {
-                        "lostmotion " (env!("CARGO_PKG_VERSION")) ". mdeg: thousandth of a degree; µm: thousandth of a millimetre. "
-                        "The same input gives the same page, byte for byte; there is no date in it."
-                        @if has_use { span.screen { " Charts: drag across a stretch to enlarge it, double click to see all; keys + and −, or Ctrl with the wheel, do the same." } }
+                        "lostmotion " (env!("CARGO_PKG_VERSION")) ". mdeg: a thousandth of a degree; µm: a thousandth of a millimetre. "
+                        "The same input gives the same page, byte for byte; the page contains no date."
+                        @if has_use { span.screen { " Charts: drag across a part to enlarge it, double-click to show everything; the keys + and −, or Ctrl with the wheel, also zoom." } }
                     } }
                     @if has_use { @for script in SCRIPTS { script { (PreEscaped(script)) } } }
                 }
@@ -79,7 +79,7 @@ impl Page {
                 }
                 @if !self.warnings.is_empty() {
                     aside.warnings {
-                        h2 { "To be aware of" }
+                        h2 { "Notes" }
                         ul { @for w in self.warnings.iter().take(LISTED) { li { (w) } } }
                         (further(self.warnings.len()))
                     }

@@ -101,7 +101,7 @@ pub(super) fn gaps(rows: &[GapRow], joints: &Joints) -> Markup {
                     th.joint scope="row" { (joint_key(&r.joint, joints)) (r.joint) }
                     td.n { (number(r.half_gap_milli * factor, decimals)) " " span.unit { (unit) } }
                     td.n { (span(r.ci95_milli)) }
-                    td { (if r.significant { "yes" } else { "no: the interval holds zero" }) }
+                    td { (if r.significant { "yes" } else { "no: the interval contains zero" }) }
                     td.n { (r.varies_p_value.map_or_else(|| "–".into(), p_value)) }
                     @if tcp { td.n { (r.tcp_um.map_or_else(|| "–".into(), |t| number(t, 1))) } }
                     @if stiction {

@@ -134,7 +134,7 @@ fn damaged(path: &Path) -> Error {
     Error::bad(
         Place::file(shown(path)),
         "a note that is damaged",
-        "the note as `rewrite` left it: it tells what its program was",
+        "the note as `rewrite` wrote it, which describes the original program",
     )
     .mended_by(&["force"])
 }

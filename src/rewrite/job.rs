@@ -96,7 +96,7 @@ impl Job<'_> {
         if self.force || found.is_empty() {
             return Ok(());
         }
-        let expected = "offsets as lost motion has them: are the units right?";
+        let expected = "offsets of a size that lost motion can have (check the units)";
         Err(Error::bad(Place::file(compensator_file), found.join("; "), expected).mended_by(&["force"]))
     }
 
@@ -157,7 +157,7 @@ impl Job<'_> {
 
     pub(super) fn refuse_known(&self, name: &str, notes: &[String], sha256: &Option<String>) -> Result<()> {
         match sha256 {
-            Some(s) if notes.contains(s) => Err(guard::already(name, "its note lies beside it")),
+            Some(s) if notes.contains(s) => Err(guard::already(name, "its note is in the same folder")),
             _ => Ok(()),
         }
     }
@@ -238,7 +238,7 @@ impl Job<'_> {
                 figure(edge(v.value)),
                 figure(edge(v.limit)),
                 if v.what == LimitKind::Range && self.largest(v.axis).is_some_and(|m| (v.value - v.limit).abs() > m) {
-                    " (the program itself is beyond it)"
+                    " (the program itself exceeds it)"
                 } else {
                     ""
                 }

@@ -147,7 +147,7 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
         }
         let at = || Place::line(name, k as u64 + 1);
         let entry: Entry = serde_json::from_str(&line).map_err(|e| {
-            let found = if e.is_data() { e.to_string() } else { "a line that is no JSON".into() };
+            let found = if e.is_data() { e.to_string() } else { "a line that is not JSON".into() };
             Error::bad(at(), found, "a line of a manifest, as `lostmotion manifest` writes it")
         })?;
         if below(&entry.key).is_none() {
@@ -194,7 +194,7 @@ pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
         let now = read(&path, None).ok().map(|r| r.1);
         // `rewrite` reports what cannot be read
         let other = now.is_some() && e.sha256.is_some() && now != e.sha256;
-        let bad = || Error::bad(Place::file(shown(&path)), "another content than the manifest says", "a new manifest");
+        let bad = || Error::bad(Place::file(shown(&path)), "content that differs from the manifest", "a new manifest");
         other.then(|| (e.key.clone(), Line::failed(shown(&path), &bad(), now)))
     };
     entries.par_iter().filter_map(differs).collect()
@@ -249,7 +249,7 @@ impl Merged {
                 let place = places.get(key.as_str()).copied();
                 let place = place.ok_or_else(|| Error::bad(at(), format!("`{key}`"), "a program of the manifest"))?;
                 if lines[place].is_some() {
-                    return Err(Error::bad(at(), format!("`{key}` a second time"), "each program in one summary"));
+                    return Err(Error::bad(at(), format!("`{key}` twice"), "each program in one summary"));
                 }
                 lines[place] = Some((summed.status, line));
             }

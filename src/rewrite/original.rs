@@ -29,7 +29,7 @@ pub fn pack(bytes: &[u8]) -> Option<String> {
 
 /// The bytes of a note's text; `name` stands in messages.
 pub fn unpack(name: &str, text: &str) -> Result<Vec<u8>> {
-    let damaged = || Error::bad(Place::file(name), "an `original` that is damaged", "a note as `rewrite` left it");
+    let damaged = || Error::bad(Place::file(name), "an `original` that is damaged", "a note as `rewrite` wrote it");
     let packed = STANDARD.decode(text).map_err(|_| damaged())?;
     let mut bytes = Vec::new();
     let most = KEPT_UP_TO + 1;

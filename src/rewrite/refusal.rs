@@ -13,7 +13,7 @@ pub enum Refusal {
         /// Number of axes that can be handled.
         most: usize,
     },
-    #[error("a robot with a gap that belongs to a sum of axes (gap_of) takes neither a finer path nor another law")]
+    #[error("a robot with a gap that belongs to a sum of axes (gap_of) does not support --refine or another --law")]
     /// An axis of the program turns by the sum of two joints, and the offset of one would move the other.
     SumOfAxes,
     /// A friction offset fades in time, and the program has none.
@@ -53,14 +53,14 @@ pub enum Refusal {
     CoarseDigits(Vec<CoarseDigit>),
     /// A number at a joint limit would pass it once it is rounded.
     #[error(
-        "{name}: a position at a limit cannot be written in the format's digits without passing it; nothing was written"
+        "{name}: a position at a limit cannot be written with the digits of the format without exceeding the limit; nothing was written"
     )]
     AtLimit {
         /// Name of the program.
         name: String,
     },
     /// A file is declared by two programs of a folder.
-    #[error("{name}: {with} belongs to another program of the folder, too; nothing was written")]
+    #[error("{name}: {with} also belongs to another program of the folder; nothing was written")]
     Shared {
         /// Name of the program.
         name: String,

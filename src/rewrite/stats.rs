@@ -9,7 +9,7 @@ pub enum UncheckedRates {
     NoLimits,
     /// The speeds of some moves are not known.
     SomeSpeeds,
-    /// The program gives no times and no speeds.
+    /// The program contains no times and no speeds.
     NoTimes,
 }
 
@@ -17,9 +17,9 @@ impl UncheckedRates {
     /// As it stands in documents and messages.
     pub fn text(self) -> &'static str {
         match self {
-            Self::NoLimits => "the robot file gives no largest speeds (max_speed, max_accel)",
+            Self::NoLimits => "the robot file contains no limits of speed and acceleration (max_speed, max_accel)",
             Self::SomeSpeeds => "the speeds of some moves are not known",
-            Self::NoTimes => "the program gives no times and no speeds",
+            Self::NoTimes => "the program contains no times and no speeds",
         }
     }
 

@@ -277,7 +277,7 @@ impl RobotFile {
             joints.push(joint);
         }
         if joints.iter().all(|j| j.follows.is_some()) {
-            return none("no joint with a command of its own", "at least one");
+            return none("no joint with its own command", "at least one");
         }
         Ok(joints)
     }
@@ -303,7 +303,7 @@ impl RobotFile {
 /// The sums of axes to which gaps belong.
 fn gaps_of(texts: &IndexMap<String, String>, robot: &Robot, doc: &Document) -> Result<Vec<GapOf>> {
     let bad = |name: &str, found: String| {
-        let expected = "a joint and the axes by whose sum its gear turns, such as `J3: J2 + J3`";
+        let expected = "a joint and the sum of axes that turns its gear, such as `J3: J2 + J3`";
         Error::bad(doc.place(&["gap_of", name]), format!("gap_of {found}"), expected)
     };
     let mut all: Vec<GapOf> = Vec::new();

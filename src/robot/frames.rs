@@ -153,9 +153,9 @@ impl Missing {
     /// A frames file to fill in: every name with the number of moves that wait for it.
     pub fn template(&self) -> String {
         let mut out = format!(
-            "# Frames and tools that the programs name and that are not known. Put in the controller's values: a frame in the\n\
+            "# Frames and tools that the programs name and that are not known. Enter the values of the controller: a frame in the\n\
              # world, a tool in the flange frame; mm, and fixed-axis X, then Y, then Z in degrees (C, B, A of a KUKA frame; W, P, R\n\
-             # of a FANUC frame). Leave out what you do not know: its moves stay as they are.\nschema: {SCHEMA}\n"
+             # of a FANUC frame). Leave out what you do not know: the moves that need it stay as they are.\nschema: {SCHEMA}\n"
         );
         for (what, names) in [("frames", &self.frames), ("tools", &self.tools)] {
             if names.is_empty() {

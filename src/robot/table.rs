@@ -82,7 +82,7 @@ impl Row<'_> {
             (None, None) => None,
             _ => {
                 let heading = if kind == JointKind::Revolute { "min_deg" } else { "min_mm" };
-                return Err(self.bad(heading, "limits that are no range", "both ends, the lower one first"));
+                return Err(self.bad(heading, "limits that are not a range", "both ends, the lower one first"));
             }
         };
         let direction = match self.number("direction")? {
@@ -161,7 +161,7 @@ mod tests {
             ("", "an empty file"),
             ("a_mm,alfa_deg\n1,2\n", "dh.csv:1:2: found heading `alfa_deg`"),
             ("a_mm,d_mm\n1,x\n", "dh.csv:2:2: found `x`"),
-            ("a_mm,min_deg,max_deg\n1,-10,\n", "limits that are no range"),
+            ("a_mm,min_deg,max_deg\n1,-10,\n", "limits that are not a range"),
             ("kind,max_speed_deg_s\nprismatic,10\n", "max_speed_deg_s of a prismatic joint"),
             ("a_mm,d_mm\n1\n", "dh.csv:2"),
         ] {

@@ -96,7 +96,7 @@ impl Tracked {
     /// What was done, in lines.
     pub fn words(&self, path: &Path, kinematics: &str) -> String {
         format!(
-            "{} in {}, {kinematics}\nby that kinematics: {:.6} mm from the path on average, {:.6} mm at most; half way between two points {:.6} mm at most\n",
+            "{} in {}, {kinematics}\nwith these kinematics: {:.6} mm from the path on average, {:.6} mm at most; half way between two points {:.6} mm at most\n",
             counted(self.q.len(), "point"),
             path.coordinates.iter().map(|&c| LETTERS[c]).collect::<Vec<_>>().join(", "),
             self.mean_error_m() * 1e3,

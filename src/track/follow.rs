@@ -138,7 +138,7 @@ pub fn follow(robot: &Robot, kinematics: &Kinematics, path: &Path, t_s: &[f64], 
         walker.round(&mut q, &reach);
         if q.iter().any(|v| !v.is_finite()) {
             let place = Place::line(&path.name, path.line[i]);
-            return Err(Error::bad(place, "a point that leads to no finite joint vector", "a path near the robot"));
+            return Err(Error::bad(place, "a point without a finite joint vector", "a path near the robot"));
         }
         let error_m = (&target - kinematics.position_m(&q)).norm();
         if error_m > options.tolerance_m {

@@ -198,7 +198,7 @@ fn missing_readings_and_unequal_repeats_are_used_as_far_as_they_go_and_said() {
     assert_eq!((&poses[0]["pairs"], &poses[0]["repeats_forward"]), (&3.into(), &4.into()));
     assert!(poses[4]["backlash_um"].is_null() && poses[4]["repeatability_forward_um"].is_number());
     assert_eq!(doc["model"]["lack_of_fit"][0]["dof"], serde_json::json!([2, 18 - 4]));
-    for says in ["2 of 45 readings are missing", "without a partner", "one direction only, so no backlash: 600 mm"] {
+    for says in ["2 of 45 readings are missing", "without a partner", "only one direction, so no backlash: 600 mm"] {
         assert!(notes.contains(says), "{says}: {notes}");
     }
 }
@@ -320,7 +320,7 @@ fn options_that_cannot_be_meant_are_refused() {
         (vec!["--robot", GANTRY, "--joint", "Q", "--output", &gaps], "joint `Q`"),
         (vec!["--robot", KUKA, "--joint", "A1", "--output", &gaps], "--lever-mm"),
         (vec!["--robot", GANTRY, "--joint", "X", "--lever-mm", "9", "--output", &gaps], "a prismatic joint"),
-        (vec!["--json", "--robot", GANTRY, "--joint", "X", "--output", "-"], "together with --json"),
+        (vec!["--json", "--robot", GANTRY, "--joint", "X", "--output", "-"], "`-` and --json"),
         (vec!["--report", SAMPLE], "the same file as --readings"),
     ] {
         let all: Vec<&str> = std::iter::once(SAMPLE).chain(args.iter().copied()).collect();
@@ -416,7 +416,7 @@ fn the_page_shows_both_directions_and_the_curves() {
     command(&[SAMPLE, "--report", &page]).assert().success();
     let html = std::fs::read_to_string(&page).unwrap();
     for says in
-        ["What each direction reads at each pose", "Backlash over position", "Student", "ŷ = ", "speed_mm_s=6000"]
+        ["Reading of each direction at each pose", "Backlash over position", "Student", "ŷ = ", "speed_mm_s=6000"]
     {
         assert!(html.contains(says), "{says}");
     }

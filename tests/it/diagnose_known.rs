@@ -87,8 +87,8 @@ fn logs_of_two_stations_of_the_tracker_have_a_frame_each() {
     let one = desk.diagnose(logs);
     desk.halves(30.0, 50.0);
     let two = desk.diagnose(&format!("{logs} --model-out found.yaml"));
-    assert!(two["notes"].to_string().contains("each log has a frame of its own"), "{}", two["notes"]);
-    assert!(!one["notes"].to_string().contains("frame of its own"), "{}", one["notes"]);
+    assert!(two["notes"].to_string().contains("each log gets its own frame"), "{}", two["notes"]);
+    assert!(!one["notes"].to_string().contains("its own frame"), "{}", one["notes"]);
     for d in [&one, &two] {
         assert_eq!(
             (d["rounds"][0]["effect"].as_str(), d["rounds"][0]["target"].as_str()),
@@ -125,14 +125,14 @@ fn an_effect_of_the_model_that_is_too_large_is_named_with_the_size_that_fits() {
     let d = desk.diagnose("--model model.yaml --log log.csv");
     assert_eq!(d["verdict"], "unknown");
     let note = first_note(&d);
-    assert!(note.contains("the model's own backlash J1 does not fit this log"), "{note}");
+    assert!(note.contains("backlash J1 of the model does not fit this log"), "{note}");
     let near: f64 = note.split("half_gap_deg ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((near - truth).abs() < 0.02 * truth, "{near} for {truth}");
     // right, or a little small, it is no contradiction
     for size in [truth, 0.9 * truth] {
         desk.model("model.yaml", &format!("effects:\n  - {{effect: backlash, joint: J1, half_gap_deg: {size}}}"));
         let d = desk.diagnose("--model model.yaml --log log.csv");
-        assert!(!d["notes"].to_string().contains("the model's own"), "{}", d["notes"]);
+        assert!(!d["notes"].to_string().contains("of the model does not fit this log"), "{}", d["notes"]);
     }
 }
 

@@ -57,18 +57,18 @@ fn a_named_effect_has_its_verdict_its_action_and_all_drawings() {
             "The gap falls from",
             "parts that were not fitted",
             "The gap along the path",
-            "Where on the path",
-            "Each joint by itself",
+            "Gap along the path in space",
+            "Each joint alone",
             "What was found",
-            "What was tried in its place",
-            "could hide in this log",
-            "A test without the catalogue",
+            "Alternatives",
+            "cannot be detected in this log",
+            "Test without the catalogue",
             "Noise of",
         ],
     );
     assert_eq!(drawings(html, "gap at the TCP in µm over time"), 1);
     assert_eq!(drawings(html, "Path in space"), 2);
-    // J1 without what was found on it and with it, two others; three joints rest
+    // J1 without the effects found on it and with it, two others; three joints rest
     assert_eq!(drawings(html, "Error of joint"), 4);
     assert!(html.contains("not visible at any size"), "the frame is free: a zero offset of J1 is a turned frame");
 }
@@ -81,8 +81,8 @@ fn what_is_unknown_stands_first_with_its_place_and_what_to_record() {
     let at =
         |words: &str| titles.iter().position(|t| t.contains(words)).unwrap_or_else(|| panic!("{words}: {titles:?}"));
     // what only stood in for the unknown is put aside, so there is no fall to show
-    assert!(at("What is left depends on") < at("The gap along the path"));
-    assert!(at("Put aside on the way") > 0);
+    assert!(at("The remaining structure depends on") < at("The gap along the path"));
+    assert!(at("Replaced hypotheses") > 0);
     assert!(html.contains("Unknown: ") && html.contains("to find the rest"));
     assert!(html.contains("The nearest effect of the catalogue"));
 }
@@ -152,7 +152,7 @@ fn a_log_of_joints_alone_is_told_in_degrees() {
     command.arg("diagnose").arg("--model").arg(&model).arg("--log").arg(&log).arg("--report").arg(&page);
     let output = command.assert().success();
     let story = String::from_utf8(output.get_output().stdout.clone()).unwrap();
-    assert!(story.contains("backlash A2") && story.contains(" deg rms as given"), "{story}");
+    assert!(story.contains("backlash A2") && story.contains(" deg rms before the diagnosis"), "{story}");
     assert!(!story.contains(" um"), "{story}");
     let html = std::fs::read_to_string(page).unwrap();
     sound(&html);

@@ -176,8 +176,8 @@ fn a_half_gap_below_zero_is_left_out_and_called_no_gap() {
     let c = fit(&robot, &[document(&robot, rest)], Form::Decay).unwrap();
     assert!(c.joints.is_empty());
     for words in [
-        "A1: half gap -0.00280 deg is left out: the joint goes beyond",
-        "A2: half gap -0.00010 deg is left out: not larger",
+        "A1: half gap -0.00280 deg is left out: the joint overshoots its command",
+        "A2: half gap -0.00010 deg is left out because it is not larger",
     ] {
         assert!(c.evidence.notes.iter().any(|n| n.starts_with(words)), "{words}: {:?}", c.evidence.notes);
     }

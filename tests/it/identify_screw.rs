@@ -371,7 +371,11 @@ fn a_dead_sensor_is_no_gap_and_a_log_without_sensors_is_refused() {
     let log = read(&changed("clean", "meas_Z_mm", |_| -150.0), &robot).unwrap();
     let found = identify(&robot, &[log], None).unwrap();
     assert!(one(&found).both.is_none() && one(&found).at_least.is_none());
-    assert!(notes(&found).contains("check that this is the sensor of this joint and that it works"), "{}", notes(&found));
+    assert!(
+        notes(&found).contains("check that this is the sensor of this joint and that it works"),
+        "{}",
+        notes(&found)
+    );
     let bare = text_of("clean").lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect::<Vec<_>>();
     let log = read(&bare.join("\n"), &robot).unwrap();
     let said = identify(&robot, &[log], None).map(|_| ()).unwrap_err().to_string();

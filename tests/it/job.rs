@@ -242,7 +242,7 @@ fn a_rewritten_program_is_refused_by_its_note_whatever_the_compensator_and_by_it
     std::fs::copy(made("out.csv"), work.path().join("bare.csv")).unwrap();
     let (out, comp) = (made("out.csv"), made("comp.yaml"));
     for (input, comp, why) in [
-        (out.to_str().unwrap(), "{}/other.yaml", "its note lies beside it"),
+        (out.to_str().unwrap(), "{}/other.yaml", "its note is in the same folder"),
         ("{}/bare.csv", comp.to_str().unwrap(), "its reversals carry the steps of this compensator"),
     ] {
         let line = format!("rewrite --robot {ROBOT} --compensator {comp} {input} --output {{}}/again.csv");

@@ -130,7 +130,7 @@ fn a_motion_that_repeats_is_refused_with_its_offsets() {
     let (controller, tracker) = (of("controller.csv", controller), of("tracker.csv", tracker));
     let error = join(&robot, &controller, &tracker, &Options::default()).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("repeats") && error.contains("about every 3.14 s"), "{error}");
-    assert!(error.contains("offset to look near") && error.len() < 260, "{error}");
+    assert!(error.contains("an approximate offset") && error.len() < 260, "{error}");
     let near = Options { near_s: Some(-5.3), ..Options::default() };
     let report = join(&robot, &controller, &tracker, &near).unwrap().report;
     assert!((report.offset_ms.value + 5000.0).abs() < 0.05, "{:?}", report.offset_ms);

@@ -80,7 +80,7 @@ fn a_page_without_errors_has_no_scale_for_them() {
     let name = report.to_str().unwrap();
     let robot = page(&["show", KUKA, "--output", name], &report);
     assert!(!robot.contains("Errors drawn") && !robot.contains("error 5") && !robot.contains("0 effects"), "{robot}");
-    let caption = robot.split("which stands at ").nth(1).and_then(|t| t.split(" mm").next()).unwrap();
+    let caption = robot.split("from the base to the TCP at ").nth(1).and_then(|t| t.split(" mm").next()).unwrap();
     assert!(caption.split(", ").count() == 3 && !caption.contains("-0.0"), "{caption}");
     assert!(robot.contains("class=\"nominal arm\"") && robot.contains("class=\"elbow\""));
     let program = page(&["show", PROGRAM, "--robot", KUKA, "--output", name], &report);

@@ -278,7 +278,7 @@ fn the_channel_that_would_separate_is_named() {
     let plan = desk.plan(&["--model", fixed, "--between", "joint_zero_offset:A1,frame"]);
     assert_eq!(plan["verdict"], "separable");
     let plan = desk.plan(&["--model", free, "--between", "joint_zero_offset:A6,tool_error"]);
-    assert_eq!(plan["needs_channel"], "two further reflectors on the tool");
+    assert_eq!(plan["needs_channel"], "two more reflectors on the tool");
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn a_correction_whose_run_is_worse_is_taken_back() {
     let mut command = Command::cargo_bin("lostmotion").unwrap();
     let done = command.current_dir(desk.folder.path()).args(line.split_whitespace()).assert().code(2);
     let words = String::from_utf8(done.get_output().stderr.clone()).unwrap();
-    assert!(words.contains("a log that the compensator was made of"), "{words}");
+    assert!(words.contains("a log from which the compensator was made"), "{words}");
 }
 
 #[test]

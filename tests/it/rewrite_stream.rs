@@ -118,7 +118,7 @@ fn refuses_a_file_whose_hash_stands_in_a_note_of_its_folder_under_whatever_name(
         let args = [&["--model", "model.yaml", "program.csv", "--output", "out.csv"], extra].concat();
         b.rewrite(&args).assert()
     };
-    run(&[]).code(2).stderr(predicate::str::contains("its note lies beside it"));
+    run(&[]).code(2).stderr(predicate::str::contains("its note is in the same folder"));
     assert!(!b.path("out.csv").exists());
     run(&["--force"]).success();
 }

@@ -303,7 +303,7 @@ fn show_draws_every_kind_of_file() {
     let robot = "configs/kuka-kr120-r2500-pro.yaml";
     for (k, (file, needs, holds)) in [
         (robot, false, "The arm at zero"),
-        ("samples/models/kuka-table3.model.yaml", false, "What is wrong with it"),
+        ("samples/models/kuka-table3.model.yaml", false, "Effects of the model"),
         ("samples/circle/circle_program.csv", true, "Path of the TCP"),
         ("samples/static/single_axis_A1.csv.gz", true, "measured"),
     ]

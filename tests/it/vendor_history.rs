@@ -95,7 +95,7 @@ fn no_point_is_put_on_a_way_on_which_external_axes_move() {
     let moves = [absj(0.0, &track(0)), absj(80.0, &track(1000)), absj(0.0, &track(4000))].concat();
     let (out, said) = rewritten(&desk, "track.mod", &module(&format!("PROC main()\n{moves}ENDPROC\n")), "");
     assert_eq!(out.matches("MoveAbsJ").count(), 3, "{out}");
-    assert!(said.contains("moves that take none") && said.contains("(line 5)"), "{said}");
+    assert!(said.contains("moves that cannot be split") && said.contains("(line 5)"), "{said}");
     // also after a block that moves nothing, and from a place that the text does not give
     let quiet = "IF di1=1 THEN\nSetDO do1,1;\nENDIF\n";
     let moves = [absj(0.0, &track(0)), absj(80.0, &track(1000)), quiet.into(), absj(0.0, &track(4000))].concat();
@@ -186,7 +186,7 @@ fn moves_that_name_some_axes_each_tell_together_where_the_robot_stands() {
     let program = "DEF part( )\r\nPTP {A1 0.0,A2 -90.0,A3 90.0}\r\nPTP {A4 0.0,A5 10.0,A6 0.0}\r\n\
 PTP {A1 20.0000}\r\nPTP {A1 5.0000}\r\nEND\r\n";
     let (out, said) = rewritten(&desk, "some.src", program, "");
-    assert!(said.contains("before it is known where every axis stands; line 2"), "{said}");
+    assert!(said.contains("before the position of every axis is known; line 2"), "{said}");
     // what was said before the whole was known stays, after it the turn is undone
     assert!(out.contains("PTP {A1 0.0,A2 -90.0,A3 90.0}") && out.contains("PTP {A1 20.0200}"), "{out}");
     assert!(out.contains("PTP {A1 4.9800}") && out.matches("PTP").count() == 5, "{out}");

@@ -90,7 +90,7 @@ fn the_points_of_a_solved_line_are_passed_and_its_end_is_the_old_one() {
         &format!("def part():\n  set_tcp(p[0,0,0,0,0,0])\n{}  {line}\n{}end\n", at(0.0), at(0.3)),
     );
     let run = desk.run("rewrite --model model.yaml part.script --output out.script --solve-cartesian=20");
-    run.success().stderr(contains("without a corner").not());
+    run.success().stderr(contains("without corner rounding").not());
     let moves = lines(&desk, "out.script", "movel");
     let (last, way) = moves.split_last().unwrap();
     assert!(way.len() > 8 && way.iter().all(|l| l.contains(", r=0.00")), "{way:?}");
@@ -119,7 +119,8 @@ fn points_that_stop_a_straight_move_are_said_with_their_lines() {
     );
     let run =
         desk.run("rewrite --model model.yaml part.JBI --output out.JBI --step-fraction 0.01 --frames frames.yaml");
-    run.success().stderr(contains("on straight TCP moves without a corner").and(contains("line 18")));
+    run.success()
+        .stderr(contains("on straight TCP moves are written without corner rounding").and(contains("line 18")));
     let out = lines(&desk, "out.JBI", "MOVL");
     assert!(out.len() > 2 && out.last().unwrap().contains("C00002 V=50.0 PL=0"), "{out:?}");
 }
@@ -271,10 +272,12 @@ fn friction_that_fades_in_seconds_is_left_out_where_no_speed_can_be_told() {
     let gaps_alone = desk.read("out.src");
     let model = String::from_utf8(desk.read("model.yaml")).unwrap();
     desk.write("model.yaml", &format!("{model}  - {{effect: stiction, joint: A1, spike_deg: 0.0034, decay_s: 5.2}}\n"));
-    desk.run(&format!("{RUN} --force")).success().stderr(contains("the gaps alone").and(contains("give a TCP speed")));
+    desk.run(&format!("{RUN} --force"))
+        .success()
+        .stderr(contains("only the gaps are compensated").and(contains("give a TCP speed")));
     assert_eq!(String::from_utf8(desk.read("out.src")).unwrap(), String::from_utf8(gaps_alone.clone()).unwrap());
     // with a speed the friction is in it
-    desk.run(&format!("{RUN} --speed-mm-s 10")).success().stderr(contains("the gaps alone").not());
+    desk.run(&format!("{RUN} --speed-mm-s 10")).success().stderr(contains("only the gaps are compensated").not());
     assert_ne!(desk.read("out.src"), gaps_alone);
 }
 

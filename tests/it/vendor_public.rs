@@ -217,7 +217,7 @@ fn a_limit_that_the_controller_keeps_by_itself_is_a_note_and_no_refusal() {
     let body: String = [0.0, 20.0, 19.0, 20.0, 19.0].map(at).concat().replace("]], v", &format!("],{extern_axes}], v"));
     desk.write("part.mod", &format!("MODULE M\n  PROC main()\n{body}  ENDPROC\nENDMODULE\n"));
     let run = desk.run("rewrite --model model.yaml part.mod --output out.mod --speed-mm-s 2000");
-    run.success().stderr(contains("the controller slows down for it"));
+    run.success().stderr(contains("the controller slows down there"));
     assert!(out(&desk, "out.mod").contains("[[20.05"));
 }
 

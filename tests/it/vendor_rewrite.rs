@@ -87,7 +87,7 @@ fn undo_gives_the_original_back_and_touches_no_program_that_was_changed() {
     let mut changed = desk.read("out.src");
     changed.extend(b"; later\r\n");
     std::fs::write(desk.path("out.src"), &changed).unwrap();
-    desk.run("undo out.src --output other.src").code(1).stderr(contains("changed since it was written"));
+    desk.run("undo out.src --output other.src").code(1).stderr(contains("changed since `rewrite` wrote it"));
     assert!(!desk.path("other.src").exists());
     std::fs::write(desk.path("out.src"), &changed[..changed.len() - 9]).unwrap();
     desk.run("undo out.src --in-place").success();
@@ -246,7 +246,7 @@ fn no_number_is_made_up_for_an_axis_whose_place_is_not_known() {
          PTP {A1 8.0000,A2 -85.0000}\r\nENDLOOP\r\nEND\r\n",
     );
     let run = desk.run("rewrite --model model.yaml part.src --output out.src");
-    run.success().stderr(contains("before it is known where every axis stands; lines 4, 5, 6"));
+    run.success().stderr(contains("before the position of every axis is known; lines 4, 5, 6"));
     let out = String::from_utf8(desk.read("out.src")).unwrap();
     assert!(!out.contains("A3 0.0"), "{out}");
     // an axis that nobody names is not written at all
@@ -326,9 +326,7 @@ fn a_straight_way_to_joint_values_of_a_tool_that_nobody_gives_stays_and_its_tool
     let text = format!("def part():\n{TURNING}end\n");
     desk.write("part.script", &text);
     let line = "rewrite --model model.yaml part.script --output out.script";
-    desk.run(line)
-        .success()
-        .stderr(contains("a straight way to joint values of tool `tcp`, which nobody gives; line 3"));
+    desk.run(line).success().stderr(contains("a straight move to joint values with unknown tool `tcp`; line 3"));
     let out = String::from_utf8(desk.read("out.script")).unwrap();
     assert!(out.matches("movel").count() == 1 && out.contains("movel([0.3, -1.27, 1.0, -1.25, -0.57, 0.3]"), "{out}");
     desk.write(
@@ -357,7 +355,7 @@ fn an_arc_to_joint_values_stays_as_its_joints_may_turn_on_it() {
     );
     desk.write("part.JBI", &job);
     let run = desk.run("rewrite --model model.yaml part.JBI --output out.JBI").success();
-    run.stderr(contains("the end of an arc or spline, on which it is not known where the joints turn; lines"));
+    run.stderr(contains("the end of an arc or spline on which the turning points of the joints are not known; lines"));
     let out = String::from_utf8(desk.read("out.JBI")).unwrap();
     for kept in ["C00001=8.0000,", "C00002=3.0000,"] {
         assert!(out.contains(kept), "{out}");
@@ -375,7 +373,7 @@ fn files_of_a_program_go_over_no_other_file() {
     desk.run("rewrite --model model.yaml part.src --output part.txt").code(2).stderr(contains("file of the program"));
     desk.run("rewrite --model model.yaml part.src --output part.dat").code(2);
     desk.write("other.dat", "DEFDAT other\r\nENDDAT\r\n");
-    desk.run("rewrite --model model.yaml part.src --output other.src").code(2).stderr(contains("there already"));
+    desk.run("rewrite --model model.yaml part.src --output other.src").code(2).stderr(contains("an existing file"));
     desk.run("rewrite --model model.yaml part.src --output out.src --summary part.dat").code(2);
     assert_eq!(desk.read("part.dat"), data.as_bytes());
     desk.run("rewrite --model model.yaml part.src --output out.src").success();
@@ -429,7 +427,7 @@ fn a_file_that_cannot_be_read_beside_a_program_is_said_and_leaves_what_it_may_ch
     let wide: Vec<u8> = "DEF b( )\nXSAFE.A1=5\nEND\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
     std::fs::write(desk.path("in/R1/Program/b.src"), [&[0xff, 0xfe], wide.as_slice()].concat()).unwrap();
     desk.run(dry).success().stdout(
-        contains("b.src cannot be read: moves that it may declare or change are left")
+        contains("b.src cannot be read: moves that it may declare or change stay as they are")
             .and(contains("\"editable\":2").or(contains("\"editable\": 2"))),
     );
 }

@@ -97,7 +97,7 @@ fn curve(model: &Model, state: usize, mapping: &Mapping, notes: &mut Vec<String>
     if polynomial.smallest() >= 0.0 {
         return polynomial;
     }
-    notes.push("the half gap is cut at 0 where its curve falls below".into());
+    notes.push("the half gap is set to 0 where its curve is negative".into());
     let step = (range[1] - range[0]) / (KNOTS - 1) as f64;
     let places = (0..KNOTS).map(|k| range[0] + step * k as f64);
     let knots: Vec<[f64; 2]> = places.map(|p| [p, polynomial.at(p).max(0.0)]).collect();
@@ -138,7 +138,7 @@ pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping,
     let ci95 = scaled([y - half, y + half], scale);
     let varies = model.given || model.varies_p_value.is_some_and(|p| p < result.alpha);
     if !varies && model.degree > 0 {
-        notes.push("the backlash does not vary with position: one half gap, no schedule".into());
+        notes.push("the backlash does not vary with position: the result is one half gap without a schedule".into());
     }
     let schedule = (varies && model.degree > 0).then(|| curve(model, state, mapping, &mut notes));
     let text = result.states.text(state);
@@ -227,7 +227,11 @@ pub fn over_speed(
         }
     }
     if points.len() < 2 {
-        return Err(Error::bad(file(), "one TCP speed", "readings at two or more TCP speeds, all else the same"));
+        return Err(Error::bad(
+            file(),
+            "one TCP speed",
+            "readings at two or more TCP speeds with all other states equal",
+        ));
     }
     if !model.states().any(|s| states.contains(&s)) {
         return Err(Refusal::NoSlope.into());
@@ -244,10 +248,10 @@ pub fn over_speed(
     let off = points.iter().map(|p| (half_gap + slope * p[0] - p[1]).abs()).fold(0.0, f64::max);
     if points.len() > 2 {
         let um = off * mapping.lever.abs() * 1e6;
-        notes.push(format!("backlash_speed is a straight line over {n} speeds: off by {um:.1} um at most"));
+        notes.push(format!("backlash_speed is a straight line over {n} speeds, with an error of at most {um:.1} um"));
     }
     if model.degree > 0 {
-        notes.push("backlash_speed holds the mean over the line: how the gap varies with position is not in it".into());
+        notes.push("backlash_speed contains the mean over the line, not the variation of the gap with position".into());
     }
     Ok(EffectInstance::on_axis(mapping.axis, BacklashSpeed { half_gap, slope }))
 }

@@ -41,7 +41,7 @@ use state::States;
 pub enum Refusal {
     /// The difference of the directions has the sign that no play gives.
     #[error(
-        "forward readings lie {:.1} um {} backward ones on average, which is no play of the joint: it would lag behind in both directions",
+        "forward readings are {:.1} um {} backward ones on average, which is not play of the joint: with play, the joint would lag in both directions",
         1e6 * backlash_m.abs(), if *backlash_m > 0.0 { "above" } else { "below" }
     )]
     NoPlay {
@@ -99,8 +99,7 @@ pub fn assess(readings: Readings, reference: &[(String, String)], options: &Opti
     let model = match fitted {
         Ok(model) => Some(model),
         Err(NoModel::NoPureError) => {
-            let text = "one repeat only: there is no pure error, so no degree can be tested and no repeatability be given; \
-                        repeat the run, or give the degree for a curve without that test";
+            let text = "only one repeat: there is no pure error, so no degree can be tested and no repeatability can be reported; repeat the run, or give the degree for a curve without this test";
             notes.push(text.into());
             None
         }
@@ -145,16 +144,16 @@ fn about_poses(poses: &[Pose], states: &States, notes: &mut Vec<String>) {
             notes.push(format!("{text}: {}", listed(&found, states)));
         }
     };
-    note(&|p| p.forward.is_none() && p.backward.is_none(), "no reading at all, left out");
-    note(&|p| p.forward.is_some() != p.backward.is_some(), "one direction only, so no backlash");
-    note(&|p| p.by_order, "paired by their order, as the repeats have no names in common");
+    note(&|p| p.forward.is_none() && p.backward.is_none(), "no reading, so it is left out");
+    note(&|p| p.forward.is_some() != p.backward.is_some(), "only one direction, so no backlash");
+    note(&|p| p.by_order, "paired by their order, because the repeats have no names in common");
     note(
         &|p| p.backlash.is_some() && p.unpaired > 0,
         "readings without a partner in the same repeat count for means and repeatability, not for the model",
     );
     let one = |p: &Pose| p.backlash.is_some() && p.bidirectional_m(1.0).is_none();
     if poses.iter().any(|p| p.bidirectional_m(1.0).is_some()) {
-        note(&one, "one reading of a direction, so no repeatability");
+        note(&one, "only one reading of a direction, so no repeatability");
     }
 }
 
@@ -169,7 +168,9 @@ fn about_states(states: &States, order: &[usize], notes: &mut Vec<String>) {
             let together = (0..x.len()).all(|i| (0..i).all(|j| same(&x, i, j) == same(&y, i, j)));
             if together {
                 let (a, b) = (&states.names[a], &states.names[b]);
-                notes.push(format!("{a} and {b} always change together: what one of them does cannot be determined"));
+                notes.push(format!(
+                    "{a} and {b} always change together, so the effect of one of them cannot be determined"
+                ));
             }
         }
     }

@@ -211,7 +211,7 @@ impl Curve {
             ));
         }
         if base.pure_dof() > 0.0 && base.pure == 0.0 {
-            notes.push("the repeats agree to the last digit: there is no pure error to compare with".into());
+            notes.push("the repeats agree to the last digit, so there is no pure error to compare with".into());
         }
     }
 }
@@ -228,7 +228,7 @@ fn over_all_states(
     let test = LackOfFit::new(degree, fit.residual, data.pure, dof, options.alpha)?;
     if !test.adequate {
         notes.push(format!(
-            "over all states the model leaves more than the repeats explain (F = {:.2}, p = {:.2e}): the curve, or what a state adds to it, is not of this form; a higher degree may be",
+            "over all states, the residual of the model is larger than the repeats explain (F = {:.2}, p = {:.2e}): the curve or the term of a state has another form; try a higher degree",
             test.f, test.p_value
         ));
     }

@@ -201,7 +201,7 @@ impl Readings {
                         "a second reading of position {} mm, {direction}, repeat {repeat} (the first is on line {first})",
                         crate::assess::bidirectional::digits::digits(r.position_m * 1e3, 9)
                     ),
-                    "a repeat of its own for each reading; a state that differs belongs into a column",
+                    "a different repeat for each reading; put a state that differs into a column",
                 ));
             }
         }

@@ -122,8 +122,8 @@ impl States {
             let text: Vec<String> = asked.iter().map(|(n, v)| format!("{n}={v}")).collect();
             Error::bad(
                 Place::file(file),
-                format!("no reading with {} together", text.join(", ")),
-                "values that occur together",
+                format!("no reading with the combination {}", text.join(", ")),
+                "a combination of values that occurs",
             )
         })
     }

@@ -166,7 +166,7 @@ impl Registered {
             }
         }
         let frame = rigid::fit(&seen, &want).ok_or_else(|| {
-            let found = format!("{} measured positions on a line, or too few", seen.len());
+            let found = format!("{} measured positions that lie on a line or are too few", seen.len());
             Error::bad(place(), found, "positions along a circle")
         })?;
         let base_m: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();

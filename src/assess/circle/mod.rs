@@ -98,17 +98,16 @@ fn notes_on(nominal: &Nominal) -> Vec<String> {
     let turns = nominal.revolutions();
     if !nominal.closed() {
         notes.push(format!(
-            "the program runs an arc of {:.1} deg: its radius and centre rest on that arc alone, and reversals beyond it are not seen",
+            "the program runs an arc of {:.1} deg: its radius and centre depend on this arc alone, and reversals outside it are not assessed",
             nominal.travel_deg
         ));
     } else if turns < 2.0 - 1e-4 {
         notes.push(format!(
-            "{turns:.2} revolutions: the joints leave the middle of their gaps in what is assessed, so an error up to the \
-             first reversal of a joint is not its steady one (run two revolutions)"
+            "{turns:.2} revolutions: the joints leave the middle of their gaps in the assessed part, so the error before the first reversal of a joint is not its steady error (run two revolutions)"
         ));
     }
     if nominal.reversals.is_empty() {
-        notes.push("no joint reverses in what is assessed".into());
+        notes.push("no joint reverses in the assessed part".into());
     }
     notes
 }

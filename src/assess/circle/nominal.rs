@@ -94,7 +94,9 @@ impl Nominal {
             let r = circle.radius_m * 1e3;
             return Err(no_circle(
                 place,
-                format!("a point {a:.3} mm in plane and {b:.3} mm out of plane off the best circle (radius {r:.3} mm)"),
+                format!(
+                    "a point that deviates by {a:.3} mm in plane and {b:.3} mm out of plane from the best circle (radius {r:.3} mm)"
+                ),
             ));
         }
         let (zero, quarter, normal) = axes(&circle.normal);

@@ -80,7 +80,7 @@ impl MovesShown {
     pub fn text(&self) -> String {
         let Self { all, in_verdict, from_unknown_place, to_unknown_place } = self;
         format!(
-            "of {}, {in_verdict} in the verdict; {from_unknown_place} from an unknown place, {to_unknown_place} to one",
+            "of {}, {in_verdict} in the verdict; {from_unknown_place} from an unknown position, {to_unknown_place} to one",
             counted(*all, "move")
         )
     }

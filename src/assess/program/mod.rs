@@ -119,7 +119,7 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
     }
     let mut found = by_axes(model, before, after, options)?;
     if model.robot.has_sums() {
-        found.notes.push("a gap that belongs to a sum of axes (`gap_of`) is taken as that of its joint alone".into());
+        found.notes.push("a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone".into());
     }
     Ok(found)
 }
@@ -161,7 +161,7 @@ fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) ->
         }
     };
     if parts.is_empty() {
-        let found = "no move of which start, way and goal are known in both programs";
+        let found = "no move whose start, path and goal are known in both programs";
         return Err(Error::bad(Place::file(before.name()), found, "a path"));
     }
     notes.extend(speed_note(before, options));
@@ -193,11 +193,13 @@ fn speed_note(before: &Source, options: &Options) -> Option<String> {
     let mm_s = options.speed_m_s * 1e3;
     match (&p.t_s, &p.script) {
         (None, Some(_)) => Some(format!(
-            "not every move tells its speed: the whole program is run at {mm_s} mm/s, as no other speed is given"
+            "not every move states its speed: the whole program runs at {mm_s} mm/s, because no other speed is given"
         )),
-        (None, None) => Some(format!("the program tells no times: run at {mm_s} mm/s, as no other speed is given")),
+        (None, None) => {
+            Some(format!("the program contains no times: it runs at {mm_s} mm/s, because no other speed is given"))
+        }
         (Some(_), Some(s)) if s.moves.unknown_speed > 0 => Some(format!(
-            "{} of unknown speed: run at {mm_s} mm/s, as no other speed is given",
+            "{} of unknown speed: they run at {mm_s} mm/s, because no other speed is given",
             counted(s.moves.unknown_speed, "move")
         )),
         _ => None,
@@ -265,7 +267,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     let off = (first.length_m - second.length_m).abs();
     if off > path::SLACK_M.max(0.01 * reference.length_m()) {
         notes.push(format!(
-            "the commanded paths differ in length by {:.2} mm of {:.1} mm: do both programs draw the same path?",
+            "the commanded paths differ in length by {:.2} mm of {:.1} mm: check that both programs follow the same path",
             off * 1e3,
             reference.length_m() * 1e3
         ));

@@ -217,7 +217,7 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let along: Vec<f64> = along.iter().map(|a| a * scale).collect();
     let slack = SLACK_M + (total - reference.length_m()).abs().min(MOST_SLACK_M);
     let Some(frame) = frame::across(&seen, &along, reference, slack) else {
-        let expected = "a path with points off one line, so that the frame can be found";
+        let expected = "a path whose points do not lie on one line, so that the frame can be determined";
         return Err(Error::bad(Place::file(&log.name), "measured points on one line", expected));
     };
     let placed: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();

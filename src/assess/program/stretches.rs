@@ -76,7 +76,7 @@ pub fn of(robot: &Robot, before: &Source, after: &Source, notes: &mut Vec<String
     }
     if pairs.len() < ours.len() {
         let lost = counted(ours.len() - pairs.len(), "stretch");
-        notes.push(format!("{lost} of the program before not found in the program after: left out of the verdict"));
+        notes.push(format!("{lost} of the program before not found in the program after, and left out of the verdict"));
     }
     Some(pairs)
 }

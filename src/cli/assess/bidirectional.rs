@@ -164,7 +164,7 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &outputs)?;
     let to_stdout = outputs.iter().find(|(_, path)| path.is_some_and(is_stdio));
     if let Some((option, _)) = to_stdout.filter(|_| args.json) {
-        return Err(bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
+        return Err(bad(Place::file(*option), "`-` and --json", "one document on standard output"));
     }
     let options = options(&args)?;
     let reference = pairs("--reference", &args.reference)?;
@@ -306,13 +306,13 @@ fn tables(result: &Assessment) -> String {
         let _ = writeln!(text, "{t}\n");
         if let Some(l) = result.lines.iter().find(|l| l.state == state) {
             let verdict = match l.p_value {
-                Some(p) if p < result.alpha => format!("the directions differ over the line (p = {})", p_text(p)),
-                Some(p) => format!("no difference of the directions over the line (p = {})", p_text(p)),
+                Some(p) if p < result.alpha => format!("the directions differ along the line (p = {})", p_text(p)),
+                Some(p) => format!("the directions do not differ along the line (p = {})", p_text(p)),
                 None => "too few poses for a test over the line".into(),
             };
             let _ = writeln!(
                 text,
-                "Mean backlash {} um (95 %: {}): {verdict}.\nDifferent from 0 by itself at {} of {} poses. R of the line: {} um; by ISO 230-2: {} um.\n",
+                "Mean backlash {} um (95 %: {}): {verdict}.\nDifferent from 0 at {} of {} poses when each pose is tested alone. R of the line: {} um; by ISO 230-2: {} um.\n",
                 um(Some(l.mean_m)),
                 between(l.ci95_m),
                 l.poses_beyond[0],

@@ -29,8 +29,8 @@ use std::path::{Path, PathBuf};
 /// runs instead of the programs; their measured TCP is fitted onto that path.
 ///
 /// A program is worse if its rms or largest error grows, or if its error after any reversal grows by more than 5 um. The
-/// exit code is then 1. The targets of a vendor program, where it stops or is taught, are judged apart from the way between
-/// them, and the verdict tells both.
+/// exit code is then 1. The targets of a vendor program, where it stops or is taught, are judged separately from the path between
+/// them, and the verdict reports both.
 ///
 /// Examples:
 ///   lostmotion assess program --model machine.yaml --before job.csv --after job.done.csv --speed-mm-s 10
@@ -140,7 +140,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     match result.verdict {
         Verdict::Worse => Err(no(format!(
-            "{}: {}; one reversal up by {:.1} um",
+            "{}: {}; the error after one reversal grows by {:.1} um",
             result.after.name,
             result.figures.sentence(),
             result.figures.worst_reversal_growth_m * 1e6

@@ -146,7 +146,7 @@ impl ResultArgs {
     pub fn open<'a>(&'a self, logs: &'a LogArgs, others: &[paths::Named<'a>]) -> Result<Opened> {
         if self.json && self.to_stdout() {
             let expected = "one document on standard output";
-            return Err(bad(Place::file("--output"), "`-` together with --json", expected));
+            return Err(bad(Place::file("--output"), "`-` and --json", expected));
         }
         let mut inputs = others.to_vec();
         inputs.push(("--columns", logs.columns.as_deref()));

@@ -117,7 +117,7 @@ fn options(args: &Args, robot: &Robot) -> Result<Options> {
         match robot.axis_named(name.trim()) {
             Some(axis) => axes.push(axis),
             None => {
-                let expected = format!("a joint with a command of its own: {}", robot.axis_names().join(", "));
+                let expected = format!("a joint with its own command: {}", robot.axis_names().join(", "));
                 return Err(bad(Place::file("--joint"), format!("`{name}`"), expected));
             }
         }

@@ -47,13 +47,13 @@ pub fn of_assessment(result: &Assessment, robot: Option<&Robot>) -> Page {
     }
     page.warnings = result.notes.clone();
     page.section(
-        "What each direction reads at each pose",
+        "Reading of each direction at each pose",
         "Mean of the repeats and 3 standard deviations on both sides.",
         both_ways(result),
     );
     let caption = match &result.model {
         Some(m) => format!("{} (µm over mm).{}", equation::of(m), letters(result, m)),
-        None => "No curve: there is one repeat only.".into(),
+        None => "No curve: there is only one repeat.".into(),
     };
     page.section("Backlash over position, and its fit", caption, curves(result));
     page.section("", "", poses(result));
@@ -63,8 +63,8 @@ pub fn of_assessment(result: &Assessment, robot: Option<&Robot>) -> Page {
             page.section("Degree of the curve: lack of fit", text, lack_of_fit(m));
         }
         if !m.tests.is_empty() {
-            let text = "Offset first; where it is significant, the slope; and so on.";
-            page.section("What the states change: Student tests", text, student(result, m));
+            let text = "First the offset; if it is significant, the slope; and so on.";
+            page.section("Influence of the states: Student's t tests", text, student(result, m));
         }
     }
     page.section("", "", vec![method::BIDIRECTIONAL, method::LACK_OF_FIT, method::INDICATOR]);

@@ -73,8 +73,7 @@ fn um(v: f64) -> f64 {
 
 /// Errors at the reversals of all runs; the first is the one that reductions refer to.
 pub fn table(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
-    let how = "Best-fit plane and circle (Taubin) of the last revolution; errors averaged over 1 s; the largest from 0.9° of \
-               the circle before a reversal to 7.2° after it. Beyond nominal: without what the program's own chords cause.";
+    let how = "Best-fit plane and circle (Taubin) of the last revolution; errors averaged over 1 s; the error of a reversal is the largest from 0.9° of the circle before it to 7.2° after it. Beyond nominal: without the error that the chords of the program cause.";
     let rows = nominal.reversals.iter().enumerate().map(|(i, r)| ReversalRow {
         joint: robot.axis(r.axis).name.clone(),
         at_deg: Some(r.at_deg),
@@ -94,7 +93,7 @@ pub fn table(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) 
             .collect(),
     });
     let view = ReversalsView { runs: runs.iter().map(named).collect(), rows: rows.collect() };
-    page.section("What each reversal costs", how, view);
+    page.section("Error at each reversal", how, view);
 }
 
 /// Errors over the angle of the circle.
@@ -131,8 +130,8 @@ pub fn around(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named])
 /// Path in space, histogram.
 pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
     page.section(
-        "Where the path leaves its circle",
-        format!("Errors drawn {EXAGGERATION:.0} times too large, averaged over 1 s; marks where joints turn."),
+        "Deviation of the path from its circle",
+        format!("Errors are drawn {EXAGGERATION:.0} times larger and averaged over 1 s; the marks show the reversals of joints."),
         path(robot, nominal, runs),
     );
     let histogram = HistogramView {
@@ -152,7 +151,7 @@ pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]
     };
     page.section(
         "Distribution of the error",
-        "Total error of the rows of the last revolution; 95 % lie left of the mark.",
+        "Total error of the rows of the last revolution; 95 % are left of the mark.",
         histogram,
     );
 }

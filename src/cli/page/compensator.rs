@@ -92,7 +92,7 @@ pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
     }
     let names: Vec<&str> = compensator.joints.iter().map(|j| robot.axis(j.axis).name.as_str()).collect();
     let text = if names.is_empty() {
-        "Nothing to compensate: programs stay as they are.".to_string()
+        "Nothing to compensate: programs stay unchanged.".to_string()
     } else {
         format!("Offsets for {}{}.", names.join(", "), expected(compensator))
     };
@@ -100,7 +100,7 @@ pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
     if !names.is_empty() {
         page.section(
             "Largest offset of each joint",
-            "Added on either side of a reversal: the gap, and the friction that fades after it. mdeg, or µm of a prismatic joint.",
+            "Added after a reversal: the gap, and the friction that fades. In mdeg, or in µm for a prismatic joint.",
             offsets(robot, compensator),
         );
     }

@@ -28,7 +28,7 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
         let joints = gaps.joints.iter().map(|j| over_position(robot, gaps, j)).collect();
         page.section(
             format!("Half gap over position, {from}"),
-            "Each place with its 95 % interval and its repeats; the line is the constant, or the schedule that a compensator uses.",
+            "Each position with its 95 % interval and its repeats. The line is the constant or the schedule that a compensator uses.",
             GapsView { over: GapsOver::Position, joints },
         );
     }
@@ -129,7 +129,7 @@ pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)])
     page.section(
         "Joint errors step at each reversal",
         "Actual minus commanded joint position from the measured TCP (inverse of the position Jacobian of the free joints, \
-         registration fitted together with the gaps), averaged; the line is the identified model; marks where the joint turns.",
+         registration fitted together with the gaps), averaged. The line is the identified model; the marks show the reversals of the joint.",
         TracesView { x_name: "time".into(), x_unit: "s".into(), y_name: String::new(), y_whole: false, joints },
     );
     true

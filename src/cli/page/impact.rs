@@ -21,10 +21,10 @@ pub fn of_poses(robot: &Robot, rows: &[(usize, f64, &[f64], f64)]) -> Page {
     let runs = vec![Run::new("at the pose", Role::After)];
     page(
         robot,
-        "What one half gap moves the TCP",
+        "TCP displacement of one half gap",
         bars,
         runs,
-        "Two measurements from opposite sides differ by twice this.",
+        "Two measurements from opposite sides differ by twice this distance.",
     )
 }
 
@@ -38,5 +38,5 @@ pub fn of_program(robot: &Robot, joints: &[JointImpact]) -> Page {
         })
         .collect();
     let runs = vec![Run::new("largest", Role::Before), Run::new("rms", Role::After)];
-    page(robot, "What one half gap moves the TCP over a program", bars, runs, "Over all points of the program.")
+    page(robot, "TCP displacement of one half gap over a program", bars, runs, "Over all points of the program.")
 }

@@ -26,7 +26,7 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
         _ => Tone::Plain,
     };
     let rows = if e.test_rows > 0 { "test rows" } else { "rows learned from" };
-    let beside = nominal.map_or(String::new(), |n| format!("; the nominal kinematics is {n:.3} mm off"));
+    let beside = nominal.map_or(String::new(), |n| format!("; the error of the nominal kinematics is {n:.3} mm"));
     page.verdict(tone, format!("The learned TCP is {ours:.3} mm from the measured one on average ({rows}){beside}."));
     page.tile(Tile::number("mean distance", ours, 3, "mm"));
     page.tile(Tile::text("rows learned from", e.train_rows.to_string(), ""));
@@ -41,18 +41,18 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
     runs.push(run("learned", Role::After, &lesson.distances_m));
     let view = HistogramView { quantity: "distance from the measured TCP".into(), unit: "mm".into(), runs };
     page.section("How far off", "Over the coordinates that were learned.", view);
-    let how = "Root mean square errors. The nominal kinematics is put into the frame that fits the training rows best.";
+    let how =
+        "Root mean square errors. The nominal kinematics are placed in the frame that fits the training rows best.";
     page.section("Errors in the manner of Table II", how, errors(lesson));
     if !lesson.notes.is_empty() {
         page.section("", "", lesson.notes.clone());
     }
     let text = match l.kind {
         Kind::Plain => {
-            "One network of one hidden layer of sigmoid neurons for each coordinate, taught by positions alone."
+            "One network with one hidden layer of sigmoid neurons for each coordinate, trained on positions alone."
         }
         Kind::Augmented => {
-            "One network of one hidden layer of sigmoid neurons for each coordinate, taught by positions and, through its exact \
-             derivative, by velocities (weights 0.001 and 1)."
+            "One network with one hidden layer of sigmoid neurons for each coordinate, trained on positions and, through its exact derivative, on velocities (weights 0.001 and 1)."
         }
     };
     page.section("", "", vec![Method::new("Learned forward kinematics", text, PAPER)]);

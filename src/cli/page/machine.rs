@@ -41,16 +41,14 @@ fn of_estimate(robot: &Robot, found: &Gaps, estimate: &Estimate, command: &str) 
     answer(&mut page, robot, found, estimate);
     page.section(
         "Error at the TCP after the reversals of each joint",
-        "Root mean square within 4 s after a reversal, on parts of the logs that the estimate did not see; after: predicted with compensation, \
-         of the robot itself, without the noise of the instrument.",
+        "Root mean square within 4 s after a reversal, on parts of the logs that the estimate did not use. After: predicted error of the robot itself with compensation, without the noise of the instrument.",
         before_after(robot, estimate),
     );
     let curves = after_reversals(robot, found, estimate);
     if !curves.is_empty() {
         page.section(
-            "What a joint loses after a reversal",
-            "Half gap, wind-up and friction's spike together, with the 95 % band of their sum: what a compensator adds to the command at the joint's usual \
-             speed. Dots at the end: single reversals, each estimated from a window around it alone.",
+            "Lost motion of a joint after a reversal",
+            "Sum of half gap, wind-up and friction spike, with its 95 % band: this is what a compensator adds to the command at the usual speed of the joint. Dots at the end: single reversals, each estimated only from a window around it.",
             GapsView { over: GapsOver::SinceReversal, joints: curves },
         );
     }
@@ -58,7 +56,7 @@ fn of_estimate(robot: &Robot, found: &Gaps, estimate: &Estimate, command: &str) 
     gaps::sections(&mut page, robot, found, "all logs");
     page.section(
         "Each reversal by itself",
-        "Lost motion of a single reversal as a multiple of what the model says, with its 95 % interval.",
+        "Lost motion of a single reversal as a multiple of the value of the model, with its 95 % interval.",
         single_reversals(robot, estimate),
     );
     page.section("", "", vec![method::PLAY, method::RESPONSE, method::REGISTRATION]);
@@ -86,7 +84,9 @@ fn answer(page: &mut Page, robot: &Robot, found: &Gaps, estimate: &Estimate) {
     };
     match &found.distrust {
         Some(why) => page.verdict(Tone::Bad, format!("{why}.")),
-        None if helps.is_empty() => page.verdict(Tone::Plain, "No joint whose compensation helps beyond doubt."),
+        None if helps.is_empty() => {
+            page.verdict(Tone::Plain, "No joint for which compensation clearly reduces the error.")
+        }
         None => page.verdict(Tone::Good, format!("Compensation helps at {}{along}.{left}", helps.join(", "))),
     };
     for (log, before, after) in &estimate.predicted {

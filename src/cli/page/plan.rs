@@ -34,7 +34,8 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &E
         page.section("To know", "", notes);
     }
     if let Some(motion) = motion {
-        let caption = "Starts and ends at rest at the pose, within ranges and speeds of the joints.";
+        let caption =
+            "The motion starts and ends at rest at the pose and stays within the ranges and speeds of the joints.";
         page.section("The motion", caption, traces(robot, motion, envelope));
     }
     sets(&mut page, plan);
@@ -42,7 +43,7 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &E
     if let Some(best) = plan.best.as_ref().filter(|b| !b.detectable.is_empty()) {
         page.section(
             "What the motion would show",
-            "Typical size over the smallest size that is surely seen; below 1 an effect of that size stays hidden.",
+            "Typical size divided by the smallest size that is reliably detected; below 1, an effect of typical size is not detected.",
             detectable(best),
         );
     }
@@ -54,8 +55,7 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &E
         let view = TableView::numbers_after(3, &headings, plan.channels.iter().map(row));
         page.section("With a further channel", "", view);
     }
-    let text = "Each motion is run on the model with one alternative as the truth; the other is refitted with the frame and all it \
-                may be confused with. What it leaves, in 2 ln L, is the evidence that a log of that motion would give.";
+    let text = "Each motion is run on the model with one alternative as the truth; the other alternative is refitted, together with the frame and every effect that it may be confused with. The remaining misfit, in 2 ln L, is the evidence that a log of this motion would give.";
     page.section("", "", vec![Method::new("Expected evidence", text, "non-centrality of the likelihood ratio")]);
     page
 }

@@ -33,7 +33,7 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
         .collect();
     page.section(
         "Largest error along the program",
-        "Distance of the TCP to the path without joint errors, part by part on the clock of the program as it was.",
+        "Distance of the TCP from the path without joint errors, over the time of the original program.",
         BarsView { quantity: "largest error".into(), unit: "µm".into(), runs: runs.clone(), rows },
     );
     let histogram = |run: &ProgramRun, name: &Run| HistogramRun {

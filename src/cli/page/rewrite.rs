@@ -27,7 +27,7 @@ pub struct Shown<'a> {
 
 /// Page of one program.
 pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, proof: Option<&Shown>) -> Page {
-    let mut page = super::start("rewrite", "A program with its lost motion taken out", robot);
+    let mut page = super::start("rewrite", "Program with compensated lost motion", robot);
     page.file("program in", outcome.input.clone(), outcome.sha256_in.clone().unwrap_or_default());
     if let Some(out) = &outcome.output {
         page.file("program out", out.clone(), outcome.sha256_out.clone().unwrap_or_default());
@@ -39,7 +39,7 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, p
         (None, false) => {
             let added = if outcome.output.is_some() { "added" } else { "to be added" };
             let known = robot.axis_joints().any(|j| j.limits.is_some() || j.max_speed.is_some());
-            let limits = if known { "every limit kept" } else { "no limit known: the robot file has none" };
+            let limits = if known { "every limit kept" } else { "no limits to check: the robot file contains none" };
             let (tone, path) = proof.map_or((Tone::Good, String::new()), answer);
             page.verdict(tone, format!("{path}{} points read, {} {added}, {limits}.", a.points, a.inserted))
         }
@@ -62,10 +62,10 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, p
         let name = robot.axis(k).name.clone();
         vec![name, reversals, per(&a.largest_offset, k), per(&a.largest_left, k), decimals]
     });
-    let head = ["joint", "reversals", "largest offset, mdeg or µm", "left at a reversal, mdeg or µm", "decimals"];
+    let head = ["joint", "reversals", "largest offset, mdeg or µm", "remaining at a reversal, mdeg or µm", "decimals"];
     page.section(
         "What was done",
-        "\u{201c}Left\u{201d} is what the command must leave because it may not turn back while friction fades.",
+        "\u{201c}Left\u{201d} is the part that remains because the command must not reverse while the friction offset fades.",
         TableView::numbers_after(1, &head, rows),
     );
     if let Some(v) = &outcome.vendor {
@@ -89,9 +89,9 @@ fn answer(proof: &Shown) -> (Tone, String) {
         Verdict::Better => Tone::Good,
     };
     let robot_itself = match proof.expected_m {
-        Some(m) => format!(" Expect about {:.0} µm rms of the robot itself.", m * 1e6),
+        Some(m) => format!(" Expect about {:.0} µm rms from the robot itself.", m * 1e6),
         None if proof.measured => String::new(),
-        None => " The robot itself keeps what the compensator does not know of.".into(),
+        None => " Errors that the compensator does not know remain.".into(),
     };
     let stop = if tone == Tone::Bad { " Do not run this program." } else { "" };
     let mut sentence = f.sentence().replace(" -> ", "\u{a0}\u{2192}\u{a0}").replace(" um", "\u{a0}µm");

@@ -122,8 +122,7 @@ fn loops(page: &mut Page, robot: &Robot, found: &Found, gap: &str, what: &str) {
     }
     page.section(
         what,
-        "Output minus slope times input over the commanded position, about the middle of the gap; the line is the identified play: \
-         below while the joint moves up, above while it moves down.",
+        "Output minus slope times input over the commanded position, relative to the middle of the gap. The line is the identified play: below while the joint moves up, above while it moves down.",
         TracesView { x_name: "command".into(), x_unit: unit.into(), y_name: "deviation".into(), y_whole: false, joints },
     );
 }

@@ -145,9 +145,9 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
     page.section(
         "Path of the TCP",
         if runs.is_empty() {
-            "By the commands, in the robot's base frame; marks where joints turn round."
+            "Path of the commands in the robot's base frame; the marks show the reversals of joints."
         } else {
-            "By the commands, in the robot's base frame; marks where joints turn round; errors exaggerated."
+            "Path of the commands in the robot's base frame; the marks show the reversals of joints; errors are exaggerated."
         },
         PathView {
             exaggeration: super::EXAGGERATION,
@@ -223,7 +223,7 @@ pub fn of_model(model: &Model) -> Page {
         page.section(
             title,
             format!(
-                "Lines between the joints, base to TCP, which stands at {:.1}, {:.1}, {:.1} mm.",
+                "Lines between the joints, from the base to the TCP at {:.1}, {:.1}, {:.1} mm.",
                 tcp.x, tcp.y, tcp.z
             ),
             PathView {
@@ -251,7 +251,7 @@ pub fn of_model(model: &Model) -> Page {
     let headings = ["joint", "kind", "theta or d at 0", "a", "alpha", "limits"];
     page.section("Joints", "", TableView::words(&headings, rows));
     if !model.effects.is_empty() {
-        page.section("What is wrong with it", "", super::effects(model));
+        page.section("Effects of the model", "", super::effects(model));
     }
     page
 }

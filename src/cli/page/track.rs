@@ -18,7 +18,7 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
     page.verdict(
         Tone::Plain,
         format!(
-            "{}, {}: {most:.4} mm from the path at most, by that kinematics.",
+            "{}, {}: {most:.4} mm from the path at most, with these kinematics.",
             counted(path.len(), "point"),
             origin.by
         ),
@@ -44,12 +44,11 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
         ["joint", "from", "to", "lower limit", "upper limit", "highest speed, 1/s", "limit of the speed, 1/s"];
     page.section(
         "The path",
-        "As wanted, and as the kinematics says that the program runs it.",
+        "The desired path, and the path of the program according to the kinematics.",
         in_space(kinematics, path, tracked),
     );
     page.section("What the joints do", "", TableView::numbers_after(1, &columns, rows));
-    let text = "At each step the smallest move of the joints that takes the TCP to the next point, within joint limits, joint speeds and the \
-                range in which the kinematics holds (a bounded quadratic program).";
+    let text = "At each step, the smallest movement of the joints that takes the TCP to the next point, within the joint limits, the joint speeds and the range in which the kinematics are valid (a bounded quadratic program).";
     page.section("", "", vec![Method::new("Tracking", text, format!("{PAPER}, equation 1"))]);
     page
 }

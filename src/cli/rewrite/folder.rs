@@ -205,7 +205,7 @@ fn of_tree(args: &Args, results: Results, part: Option<(usize, usize)>, format: 
         let left = before - programs.len();
         let are = if left == 1 { "is a result" } else { "are results" };
         eprintln!(
-            "note: {} in {} {are} of an earlier rewrite, and left out",
+            "note: {} in {} {are} from an earlier rewrite and left out",
             counted(left, "program"),
             shown.join(", ")
         );
@@ -311,7 +311,7 @@ fn refuse_in_place(input: &Path, output: &Path) -> Result<()> {
     if !from.starts_with(&to) {
         return Ok(());
     }
-    let found = if from == to { "the folder of the programs" } else { "a folder that holds the programs" };
-    let expected = "another folder: the programs as they are could be lost (--force replaces them)";
+    let found = if from == to { "the folder of the programs" } else { "a folder that contains the programs" };
+    let expected = "another folder: the original programs could be lost (--force replaces them)";
     Err(bad(Place::file("--output-dir"), found, expected))
 }

@@ -122,7 +122,7 @@ fn frames(args: &Args, robot: &Robot, said: &mut Vec<String>) -> Result<Frames> 
     {
         if let Some((name, _)) = theirs.iter().find(|(name, f)| ours.get(*name).is_some_and(|o| o != *f)) {
             return Err(usage(
-                &format!("{what} `{name}` of --frames, which the robot file gives with other numbers"),
+                &format!("{what} `{name}` of --frames, whose numbers in the robot file differ"),
                 "one of them",
             ));
         }

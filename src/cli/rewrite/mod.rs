@@ -227,7 +227,7 @@ fn suggest_ramp(args: &Args, source: &Source, outcome: &mut Outcome) {
     let helps: Vec<&str> = options.iter().filter(|(k, given, _)| given.is_none() && fast(*k)).map(|o| o.2).collect();
     if let Some(refusal) = outcome.refusal.as_mut().filter(|_| !helps.is_empty()) {
         *refusal += &format!(
-            "\n  where it is the step at a reversal, {} may help: it is spread over that travel",
+            "\n  if the step at a reversal exceeds it, {} may help: it spreads the step over a travel",
             helps.join(" and ")
         );
     }
@@ -247,7 +247,7 @@ fn refuse_shared(args: &Args) -> Result<()> {
     let writes = args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none());
     let in_place = writes.is_some_and(|o| paths::same(o, &args.input));
     if in_place && !args.force {
-        let expected = "another file: the program as it is would be lost (--force replaces it)";
+        let expected = "another file: the original program would be lost (--force replaces it)";
         return Err(bad(Place::file("--output"), "the program itself", expected));
     }
     let note = writes.filter(|o| !is_stdio(o)).map(note_path);

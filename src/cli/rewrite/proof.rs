@@ -72,7 +72,7 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
     }
     let Some(model) = source.machine.as_ref() else {
         let told = known(&source.compensator) && counts_points(&source.compensator);
-        return told.then(|| Proof::None("its friction counts points, which no machine does".into()));
+        return told.then(|| Proof::None("its friction is counted in points, which describes no machine".into()));
     };
     if outcome.points > MOST_POINTS {
         return Some(Proof::None(format!("more than {MOST_POINTS} points; `assess program` compares them")));
@@ -147,7 +147,7 @@ impl Proven {
         let partly = self.moves.filter(|m| m.in_verdict + 1 < m.all);
         let expected = self.expected.as_ref();
         let expected =
-            expected.map(|(rms_m, why)| format!("expect about {:.1} um rms of the robot itself: {why}", rms_m * 1e6));
+            expected.map(|(rms_m, why)| format!("expect about {:.1} um rms from the robot itself: {why}", rms_m * 1e6));
         let lines = partly.map(|m| m.text()).into_iter().chain(expected).chain(self.notes.iter().cloned());
         lines.map(|line| format!("  verdict: {line}\n")).collect()
     }
@@ -185,7 +185,7 @@ impl Proof {
     pub(super) fn words(&self, of_model: bool, vendor: bool) -> String {
         let machine = machine(of_model);
         match self {
-            Self::None(why) => format!("  verdict: not worked out ({why})\n"),
+            Self::None(why) => format!("  verdict: not computed ({why})\n"),
             Self::Proven(proven) => {
                 let (verdict, f) = (proven.verdict, &proven.figures);
                 let um = |v: f64| v * 1e6;
@@ -194,23 +194,20 @@ impl Proof {
                 let at = proven.worst.as_ref().map_or(String::new(), |(words, _)| format!(" ({words})"));
                 let denser = if vendor { "" } else { "more points near the reversals (--refine cubic or cartesian), " };
                 let mended =
-                    format!("{denser}a step nearer to the turn (--step-fraction), or a smaller --gain, may help");
+                    format!("{denser}a step nearer to the reversal (--step-fraction), or a smaller --gain, may help");
                 let at_targets = f.at_targets.is_some_and(|t| t.verdict() != Verdict::Worse);
                 match verdict {
                     Verdict::Worse if at_targets => format!(
-                        "{line}  the error does not grow at the targets, but on the way{at}: where only the targets count (spot work, picking), run it; where the way \
-                         counts, look there before you run it (`assess program` shows where): {mended}\n"
+                        "{line}  the error does not grow at the targets, but it grows on the path between them{at}: if only the targets matter (spot work, picking), run the program; if the path matters, check this place before you run it (`assess program` shows where): {mended}\n"
                     ),
                     Verdict::Worse if f.largest_m[1] <= f.largest_m[0] && f.rms_m[1] < f.rms_m[0] => {
                         let grows = um(f.worst_reversal_growth_m);
                         format!(
-                            "{line}  less error on the whole, but {grows:.1} um more after one reversal{at}: look there before you run it \
-                             (`assess program` shows where); {mended}\n"
+                            "{line}  the error is smaller overall, but {grows:.1} um larger after one reversal{at}: check this place before you run the program (`assess program` shows where); {mended}\n"
                         )
                     }
                     Verdict::Worse if f.rms_m[1] < f.rms_m[0] => format!(
-                        "{line}  less error on the whole, more of it at one place{at}: look there before you run it (`assess program` shows \
-                         where); {mended}\n"
+                        "{line}  the error is smaller overall, but larger at one place{at}: check this place before you run the program (`assess program` shows where); {mended}\n"
                     ),
                     Verdict::Worse => format!("{line}  do not run this program: {mended}\n"),
                     _ => line,

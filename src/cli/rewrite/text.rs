@@ -60,17 +60,16 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
         } else {
             ""
         };
-        let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
+        let _ = writeln!(text, "  largest change at the TCP: {:.1} um{odd}", a.largest_change_m * 1e6);
     }
     if let Some(why) = a.unchecked_rates.filter(|_| !outcome.unchanged) {
         let mended = if why.wants_speed() { " (--speed-mm-s gives one)" } else { "" };
         let why = why.text();
-        let _ = writeln!(text, "  not everywhere checked against limits of speed and acceleration: {why}{mended}");
+        let _ = writeln!(text, "  limits of speed and acceleration were not checked everywhere: {why}{mended}");
     }
     if a.looks_like_radians && outcome.vendor.is_none() {
         text.push_str(
-            "  note: no angle is beyond 6.29 and several joints start or end at multiples of 0.7854: the columns say deg, but these look \
-             like radians; if they are, convert them, as offsets would be 57 times too large\n",
+            "  note: no angle is beyond 6.29 and several joints start or end at multiples of 0.7854: the columns are named deg, but the values look like radians; if they are, convert them: the offsets would be 57 times too large\n",
         );
     }
     if let Some(duration_s) = a.duration_s {
@@ -147,10 +146,10 @@ fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, 
     }
     let left = a.largest_left.get(axis).copied().unwrap_or(0.0);
     if left > 0.0 {
-        let _ = write!(text, "; up to {:.6} {unit} is left after a reversal", joint.kind.to_user_unit(left));
+        let _ = write!(text, "; up to {:.6} {unit} remains after a reversal", joint.kind.to_user_unit(left));
         if left > a.largest_offset.get(axis).copied().unwrap_or(f64::INFINITY) {
             text.push_str(
-                ", more than without compensation until the step is done (nearer to the turn: --step-fraction)",
+                ", which is more than without compensation until the step is done (a smaller --step-fraction puts the step nearer to the reversal)",
             );
         }
     }
@@ -191,7 +190,7 @@ fn coverage_text(text: &mut String, v: &Vendor) {
     }
     for (what, names) in [("frame", &v.missing.frames), ("tool", &v.missing.tools)] {
         for (name, moves) in names {
-            let _ = writeln!(text, "  {what} `{name}` is not known: {} (--list-frames)", waits(*moves));
+            let _ = writeln!(text, "  {what} `{name}` is not known: {} (see --list-frames)", waits(*moves));
         }
     }
     if v.missing.posture > 0 {
@@ -208,7 +207,7 @@ fn coverage_text(text: &mut String, v: &Vendor) {
     if v.anew > 0 {
         let _ = writeln!(
             text,
-            "  directions start anew {} (labels, loops, calls, targets that cannot be determined): the first point there stays as it is",
+            "  directions start anew {} (after labels, loops, calls or targets that cannot be determined): the first point there stays as it is",
             if v.anew == 1 { "once".into() } else { format!("{} times", v.anew) }
         );
     }
@@ -229,7 +228,7 @@ fn new_points_text(text: &mut String, v: &Vendor) {
     if v.unplaced.points > 0 {
         let _ = writeln!(
             text,
-            "  {} on moves that take none, or stay as they are: there the step is spread over the whole move ({})",
+            "  {} on moves that cannot be split, or that stay as they are: there the step is spread over the whole move ({})",
             counted(v.unplaced.points, "new point"),
             lines_text(&v.unplaced.lines)
         );
@@ -239,7 +238,7 @@ fn new_points_text(text: &mut String, v: &Vendor) {
         let points = v.written.stops.iter().map(|s| s.points).sum();
         let _ = writeln!(
             text,
-            "  {} on straight TCP moves without a corner, as none fits: the robot stops there for a moment, or nearly ({})",
+            "  {} on straight TCP moves are written without corner rounding, because none fits: the robot stops or nearly stops there for a moment ({})",
             counted(points, "new point"),
             lines_text(&lines)
         );

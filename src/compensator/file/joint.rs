@@ -67,7 +67,7 @@ fn read_backlash(value: &Value, joint: &Joint, at: &Spot) -> Result<BacklashOffs
         (Some(c), None, None) => Ok(BacklashOffset::symmetric(c)),
         (None, Some(positive), Some(negative)) => Ok(BacklashOffset { positive, negative }),
         _ => Err(at.bad(
-            "no gap, or two kinds of it".into(),
+            "no gap, or two kinds of gap".into(),
             format!("`half_gap_{unit}`, or `schedule`, or both `positive_{unit}` and `negative_{unit}`"),
         )),
     }
@@ -97,7 +97,7 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
     at.only(map, &[&gain_key, "decay_s", &travel_key, "exponent", "poses", response_key])?;
     if let Some(value) = map.get(response_key) {
         if map.len() > 2 || (map.len() == 2 && !map.contains_key(gain_key.as_str())) {
-            return Err(at.bad("a response with another way to fade".into(), "`response` alone".into()));
+            return Err(at.bad("a response together with another decay".into(), "`response` alone".into()));
         }
         at.number(map, &gain_key, 0.0)?;
         return read_response(value, joint, &at.at(response_key)).map(FrictionOffset::of_response);
@@ -109,7 +109,7 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
     let exponent = at.number(map, "exponent", above_zero)?;
     let poses = at.number(map, "poses", 2.0)?;
     let Some(gain) = gain else {
-        return Err(at.bad(format!("no `{gain_key}`"), format!("`{gain_key}`, and how it fades")));
+        return Err(at.bad(format!("no `{gain_key}`"), format!("`{gain_key}` and its decay")));
     };
     let shape = match (time, travel, exponent, poses) {
         (Some(s), None, None, None) => FrictionShape::Decay(Decay::Time(s)),
@@ -122,7 +122,7 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
         }
         _ => {
             return Err(at.bad(
-                "a gain without the way it fades, or with two of them".into(),
+                "a gain without a decay, or with two of them".into(),
                 format!("one of `decay_s`, `{travel_key}`, or both `exponent` and `poses`"),
             ));
         }
@@ -137,7 +137,9 @@ fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
     let map = at.mapping(value)?;
     at.only(map, &[&presliding_key, "windups", "spikes"])?;
     let Some(presliding) = at.number(map, &presliding_key, f64::MIN_POSITIVE)? else {
-        return Err(at.bad(format!("no `{presliding_key}`"), "the travel over which friction turns over".into()));
+        return Err(
+            at.bad(format!("no `{presliding_key}`"), "the travel over which friction changes its direction".into())
+        );
     };
     let pairs = |key: &str, most: usize, second: &str| -> Result<Vec<[f64; 2]>> {
         let read: Option<Vec<[f64; 2]>> = match map.get(key) {

@@ -349,7 +349,7 @@ pub fn said(ratio: &Ratio, problem: &Problem) -> String {
         (Some(a), Some(aspect)) => format!("{} of {}", aspect.said(), problem.robot.axis(a).name),
         (None, Some(aspect)) => aspect.said().into(),
         (Some(a), None) => {
-            format!("one effect found several times on {}: a shape taken to pieces", problem.robot.axis(a).name)
+            format!("one effect found several times on {}: one shape split into parts", problem.robot.axis(a).name)
         }
         _ => "nothing in particular".into(),
     }

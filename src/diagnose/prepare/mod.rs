@@ -121,7 +121,8 @@ fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
     }
     if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
         problem.notes.push(
-            "each joint sensor has a zero of its own, which is fitted per log: a joint_zero_offset cannot be distinguished from it".into(),
+            "the zero of each joint sensor is fitted for each log: a joint_zero_offset cannot be distinguished from it"
+                .into(),
         );
     }
     Ok(())
@@ -213,7 +214,7 @@ fn separate_frames(problem: &mut Problem, h: &mut Hypothesis) {
         }
         problem
             .notes
-            .push("the logs are not in one frame: the tracker was moved, and each log has a frame of its own".into());
+            .push("the logs are not in one frame: the tracker was moved, and each log gets its own frame".into());
     }
 }
 

@@ -115,7 +115,7 @@ fn by_joints(
         found[a] = Some(e < CLEARLY * c);
         if e > c / CLEARLY {
             notes.push(format!(
-                "{}: enc of {} contradicts its meas: that differs from enc by {} rms, from cmd by {}; cmd is used",
+                "{}: enc of {} contradicts its meas, which differs from enc by {} rms and from cmd by {}; cmd is used",
                 log.log.name,
                 name(problem, a),
                 size(problem, a, e),
@@ -167,7 +167,7 @@ fn by_points(
     let by_encoder = typical(residual.iter().zip(&change).map(|(r, c)| r - c).collect());
     if by_encoder > by_command / CLEARLY {
         notes.push(format!(
-            "{}: the enc columns contradict the measured points: with the geometry fitted these differ from enc by {:.0} um per coordinate, from cmd by {:.0} um; cmd is used{}",
+            "{}: the enc columns contradict the measured points: with the geometry fitted, the points differ from enc by {:.0} um per coordinate and from cmd by {:.0} um; cmd is used{}",
             log.log.name,
             by_encoder * 1e6,
             by_command * 1e6,

@@ -37,7 +37,7 @@ pub fn story(d: &Diagnosis) -> String {
         String::new()
     };
     let most = unit.said(d.gap.initial_max_um);
-    let _ = writeln!(out, "gap {} rms as given{frame}; at most {most}", unit.said(d.gap.initial_rms_um));
+    let _ = writeln!(out, "gap {} rms before the diagnosis{frame}; at most {most}", unit.said(d.gap.initial_rms_um));
     if d.geometry_tcp_um.is_some() {
         machine(&mut out, d);
     } else {
@@ -63,7 +63,7 @@ pub fn story(d: &Diagnosis) -> String {
 fn machine(out: &mut String, d: &Diagnosis) {
     let unit = d.unit;
     out.push_str(
-        "what each part does to the TCP, and the gap that is left with all up to it (on parts that were not fitted):\n",
+        "what each effect changes at the TCP, and the gap that remains with all effects so far (on parts that were not fitted):\n",
     );
     let geometry = d.rounds.iter().filter(|r| r.group.is_some()).count();
     let last = d.rounds.iter().rposition(|r| r.group.is_some());
@@ -102,7 +102,7 @@ fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
     paragraph(out, "   ", &format!("{}; {}", sizes(r), r.place.description));
     if r.set.len() > 1 {
         let names: Vec<String> = r.set.iter().map(member).collect();
-        paragraph(out, "   ", &format!("this log cannot tell: {}", names.join(", ")));
+        paragraph(out, "   ", &format!("this log cannot distinguish: {}", names.join(", ")));
     }
 }
 
@@ -135,14 +135,14 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::NamedSet => {
             let open: Vec<String> =
                 d.rounds.iter().filter(|r| r.set.len() > 1).map(|r| format!("{} {}", r.effect, r.target)).collect();
-            format!("Missing: {found}. This log cannot tell {} from an alternative.", open.join(" and "))
+            format!("Missing: {found}. This log cannot distinguish {} from an alternative.", open.join(" and "))
         }
         Verdict::Unknown if d.contradicted => {
-            "Unknown: the log contradicts what is taken as known; the first note says what.".into()
+            "Unknown: the log contradicts what is assumed to be known; the first note explains it.".into()
         }
         Verdict::Unknown => match &d.unexplained {
             Some(u) if u.next.is_some() => format!(
-                "Unknown: more than one diagnosis names: {} of structure remains beyond {found}; it depends on {}.",
+                "Unknown: more effects than one diagnosis can name: {} of structure remains beyond {found}; it depends on {}.",
                 d.unit.said(u.rms_um),
                 u.goes_with
             ),

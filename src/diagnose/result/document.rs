@@ -313,13 +313,13 @@ fn notes(outcome: &Outcome) -> Vec<String> {
         outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).filter(|p| p.effect.of_its_logs_alone())
     {
         notes.push(format!(
-            "{} {} has another phase in each log, as where angles count from the start of each: the model that is written leaves it out",
+            "{} {} has a different phase in each log, as if angles count from the start of each log: the written model does not contain it",
             p.effect.name(),
             p.target_text(&outcome.problem.robot)
         ));
     }
     if unit(outcome) == GapUnit::DEGREE {
-        notes.push("only joints were measured: in the document, figures in `_um` are microradians of a joint".into());
+        notes.push("only joints were measured: in the document, values in `_um` are microradians of a joint".into());
     }
     notes
 }

@@ -132,7 +132,7 @@ fn place(outcome: &Outcome, placed: &EffectInstance, group: Option<&geometry::Gr
         place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
     } else if let Some(v) = placed.effect.get::<Vibration>() {
         let [x, y, z] = v.direction.into();
-        place.description = format!("all along: the TCP swings along ({x:.2}, {y:.2}, {z:.2})");
+        place.description = format!("throughout: the TCP vibrates along ({x:.2}, {y:.2}, {z:.2})");
     }
     place
 }
@@ -161,7 +161,7 @@ fn at_reversals(outcome: &Outcome, placed: &EffectInstance) -> Place {
         .collect();
     let what = if info.after_reversal == AfterReversal::Tail { "tails after" } else { "steps at" };
     let description = match turns.len() {
-        0 => "as it moves one way throughout this log".into(),
+        0 => "because it moves in one direction throughout this log".into(),
         1 => format!("{what} its reversal"),
         n => format!("{what} its {n} reversals"),
     };

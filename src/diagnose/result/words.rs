@@ -166,14 +166,14 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
     let mut steps: Vec<(String, String)> = Vec::new();
     if let Some(u) = &d.unexplained {
         let how = match &u.next {
-            _ if d.contradicted => "put right what the first note names, and diagnose again".into(),
+            _ if d.contradicted => "correct what the first note names, and diagnose again".into(),
             Some(_) => "write the model and diagnose again with it".into(),
             None => format!("record {}", u.record),
         };
         steps.push(("to find the rest".into(), how));
     }
     if d.verdict == Verdict::NotObservable {
-        steps.push(("to see anything".into(), "record a path on which every joint moves, both ways".into()));
+        steps.push(("to see anything".into(), "record a path on which every joint moves in both directions".into()));
     }
     let mut told: Vec<&str> = Vec::new();
     for r in &d.rounds {

@@ -73,8 +73,7 @@ fn stations(problem: &Problem, fit: &Fit) -> Option<Contradiction> {
     let p_value = fisher::tail(gain / dof as f64, dof as f64, free);
     let um = 1e6;
     let said = format!(
-        "the logs are not in one frame: with a frame of its own each leaves {:.1} um, together they leave {:.1} um; diagnose them \
-         one by one, or measure again from one station",
+        "the logs are not in one frame: the residual is {:.1} um with one frame per log, and {:.1} um with one common frame; diagnose the logs one by one, or measure again from one station",
         own * um,
         shared * um
     );
@@ -106,8 +105,7 @@ pub(in crate::diagnose) fn registration(problem: &Problem, fit: &Fit, known: usi
     let moved = first.inverse() * h.frames[0];
     (other < AS_GOOD * found || other < NEARLY_ALL * given).then(|| {
         format!(
-            "another frame alone ({:.3} mm and {:.4} deg from the model's registration) would leave {:.1} um of {:.1}, the found effects leave {:.1} um: if the \
-             registration may be wrong, leave it out of the model to have the frame estimated",
+            "another frame alone ({:.3} mm and {:.4} deg from the model's registration) would reduce the residual to {:.1} um of {:.1}; the found effects reduce it to {:.1} um: if the registration may be wrong, leave it out of the model, and the frame is estimated",
             moved.translation.vector.norm() * 1e3,
             moved.rotation.angle().to_degrees(),
             other * 1e6,
@@ -144,8 +142,7 @@ fn sizes(problem: &Problem, fit: &Fit, known: usize) -> Option<Contradiction> {
         .map(|((key, factor), (old, new))| format!("{key} {:.5} instead of {:.5}", new * factor, old * factor))
         .collect();
     let said = format!(
-        "the model's own {} {} does not fit this log: with {} a rms of {:.1} um is left, now {:.1} um; take it out of the model, or \
-         put it right",
+        "{} {} of the model does not fit this log: with {} an rms of {:.1} um remains, now {:.1} um; remove it from the model, or correct it",
         old.effect.name(),
         old.target_text(&problem.robot),
         sizes.join(", "),

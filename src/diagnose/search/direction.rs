@@ -174,8 +174,7 @@ pub fn gaps(problem: &Problem, found: &Terms) -> (Vec<EffectInstance>, Option<St
         false => format!("; {:.1} poses per parameter of the nuisance are too few", found.poses_per_parameter),
     };
     let said = format!(
-        "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm, {:.1} standard uncertainties, and terms of \
-         the wrong sign, which no play has, reach {decoy:.1}{few}",
+        "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm ({:.1} standard uncertainties), but terms of the wrong sign, which play never has, reach {decoy:.1}{few}",
         joint.name,
         -most.size / joint.kind.si_per_user_unit(),
         -most.z

@@ -60,7 +60,7 @@ pub(in crate::diagnose) fn beyond_limit(
         return (Some(n), None);
     }
     notes.push(format!(
-        "a diagnosis names {most} effects at most where something remains; a further round would name {} {}: write the model and diagnose again with it",
+        "a diagnosis names at most {most} effects if structure remains; a further round would name {} {}: write the model and diagnose again with it",
         n.effect,
         n.target
     ));

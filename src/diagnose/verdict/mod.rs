@@ -104,7 +104,7 @@ pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict 
     }
 }
 
-/// What this log could not have shown, one entry per effect and target: the smallest size that it would have detected.
+/// What this log cannot show, one entry per effect and target: the smallest size that it would have detected.
 #[derive(Clone)]
 pub struct BlindSpot<'a> {
     pub candidate: &'a Candidate,

@@ -137,8 +137,8 @@ fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     };
     let sight = sight.facing(&pose);
     if !sight.sees(&pose) {
-        let found = "a pose that the tracker does not see: the arm is between them";
-        return Err(Error::setting("pose", found, "another pose, or another place of the tracker"));
+        let found = "a pose that the tracker does not see, because the arm is between them";
+        return Err(Error::setting("pose", found, "another pose, or another position of the tracker"));
     }
     let duration_s = match kind {
         Kind::Static => f64::INFINITY,
@@ -172,7 +172,7 @@ fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
         let hidden = rows.iter().filter(|(_, q)| !sight.sees(q)).count();
         if hidden > 0 {
             notes.push(format!(
-                "the beam may break on {:.1} % of the way (the arm, or the reflector's acceptance)",
+                "the beam may be interrupted on {:.1} % of the path (by the arm, or beyond the acceptance angle of the reflector)",
                 100.0 * hidden as f64 / rows.len() as f64
             ));
         }

@@ -39,7 +39,7 @@ pub fn static_test(envelope: &Envelope, options: &Options, notes: &mut Vec<Strin
         let full = PASS[usize::from(joint.kind == JointKind::Prismatic)];
         let pass = full.min(0.2 * envelope.span(axis));
         if envelope.span(axis) <= 1e-4 * full {
-            notes.push(format!("{}: not tested, as its window leaves no space to move", joint.name));
+            notes.push(format!("{}: not tested, because its range leaves no space to move", joint.name));
             continue;
         }
         let [lo, hi] = [envelope.window[axis][0] + pass, envelope.window[axis][1] - pass];
@@ -70,7 +70,7 @@ pub fn all_joints(envelope: &Envelope, kind: Kind) -> Result<Rows> {
     let time_s = envelope.duration_s - 2.0 * path.length_s() - 1.0;
     let n = (time_s / envelope.step_s).floor();
     if n < 100.0 {
-        let expected = "a longer time: all joints are to move there and back";
+        let expected = "a longer time, so that all joints can move there and back";
         return Err(Error::setting("duration_s", format!("{} s", envelope.duration_s), expected));
     }
     let n = n as usize;
@@ -144,7 +144,7 @@ fn timed(path: Path, setting: &'static str) -> Result<Rows> {
     let rows = path.finish().ok_or_else(|| {
         Error::setting(
             setting,
-            "a motion that does not keep the joints' windows or limits",
+            "a motion that exceeds the ranges or limits of the joints",
             "another pose, a smaller travel, or a longer time",
         )
         .mended_by(&["travel_deg", "travel_mm"])

@@ -94,7 +94,7 @@ impl<'a> Sight<'a> {
             if envelope.span(axis) < 0.5 * (hi - lo) {
                 let unit = joint.kind.unit();
                 notes.push(format!(
-                    "{}: {:.1} to {:.1} {unit}, as the tracker sees no more",
+                    "{}: {:.1} to {:.1} {unit}, because the tracker cannot see more",
                     joint.name,
                     joint.kind.to_user_unit(envelope.window[axis][0]),
                     joint.kind.to_user_unit(envelope.window[axis][1])
@@ -199,7 +199,7 @@ pub fn find(robot: &Robot, options: &Options) -> Result<Vec<f64>> {
     }
     best.map(|b| b.1).ok_or_else(|| {
         let found = format!("none of {TRIED} poses is visible from there");
-        Error::setting("tracker", found, "a place from which the TCP can be seen, in mm; or a pose")
+        Error::setting("tracker", found, "a position from which the TCP is visible, in mm; or a pose")
             .mended_by(&["pose"])
     })
 }

@@ -212,7 +212,7 @@ fn finished(
     } else {
         sigma.filter(|s| 3.0 * s > typical).map(|s| {
             format!(
-                "a half gap below {:.4} {} cannot be distinguished from nothing",
+                "a half gap below {:.4} {} cannot be distinguished from zero",
                 joint.kind.to_user_unit(3.0 * s),
                 joint.kind.unit()
             )

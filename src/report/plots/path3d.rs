@@ -280,7 +280,7 @@ fn controls(exaggeration: Option<f64>) -> Markup {
             button.view type="button" { "Isometric view" }
             button.nearer type="button" aria-label="Nearer" { "+" }
             button.farther type="button" aria-label="Farther" { "−" }
-            span.hint { "Drag the drawing, or use the arrow keys, to turn it; with Shift, a drag moves what is enlarged." }
+            span.hint { "Drag the drawing or use the arrow keys to turn it; drag with Shift to move it." }
         }
     }
 }

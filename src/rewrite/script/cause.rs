@@ -16,7 +16,7 @@ pub enum Cause {
     #[error("a process is on")]
     ProcessOn,
     /// An axis has not been commanded yet.
-    #[error("before it is known where every axis stands")]
+    #[error("before the position of every axis is known")]
     NotYetKnown,
     /// Its goal is a pose and poses are left as they are.
     #[error("Cartesian target")]
@@ -25,10 +25,10 @@ pub enum Cause {
     #[error("a Cartesian target whose frame or tool cannot be determined: {0}")]
     NoPlace(String),
     /// Several frames or tools may be in force.
-    #[error("a Cartesian target of which it is not certain which frame or tool is in force")]
+    #[error("a Cartesian target whose frame or tool is ambiguous")]
     SeveralPlaces,
     /// Frames and tools that the program names and that are not given.
-    #[error("a Cartesian target whose {} nobody gives", named(frames, tools))]
+    #[error("a Cartesian target with unknown {}", named(frames, tools))]
     NotGiven {
         /// Names of the frames.
         frames: Vec<String>,
@@ -36,25 +36,25 @@ pub enum Cause {
         tools: Vec<String>,
     },
     /// The program does not determine the tool that goes straight to joint values; what the reader says of it.
-    #[error("a straight way to joint values of a tool that cannot be determined: {0}")]
+    #[error("a straight move to joint values with a tool that cannot be determined: {0}")]
     NoTool(String),
     /// Several tools may be in force on a straight way to joint values.
-    #[error("a straight way to joint values on which it is not certain which tool is in force")]
+    #[error("a straight move to joint values whose tool is ambiguous")]
     SeveralTools,
     /// Tools that go straight to joint values and that are not given.
-    #[error("a straight way to joint values of {}, which nobody gives", named(&[], tools))]
+    #[error("a straight move to joint values with unknown {}", named(&[], tools))]
     ToolNotGiven {
         /// Names of the tools.
         tools: Vec<String>,
     },
     /// An arc or spline leads to joint values, and where the joints turn on it is not known.
-    #[error("the end of an arc or spline, on which it is not known where the joints turn")]
+    #[error("the end of an arc or spline on which the turning points of the joints are not known")]
     CurveToJoints,
     /// The kinematics do not reach it.
-    #[error("a Cartesian target that the robot's kinematics do not reach")]
+    #[error("a Cartesian target that the robot's kinematics cannot reach")]
     NotReached,
     /// The kinematics reach it, but not along its way.
-    #[error("a way that the robot's kinematics do not follow")]
+    #[error("a path that the robot's kinematics cannot follow")]
     NotFollowed,
     /// No joints that reach it have the configuration that it names.
     #[error("a Cartesian target that no joints with its configuration reach")]
@@ -66,13 +66,13 @@ pub enum Cause {
     #[error("a Cartesian target that several arm configurations reach")]
     SeveralArms,
     /// Two solutions are as near to the joints before.
-    #[error("a Cartesian target that two arm configurations reach from as near")]
+    #[error("a Cartesian target that two arm configurations reach from the same distance")]
     AsNear,
     /// No solution stands next to the joints that the program names.
     #[error("a Cartesian target without a solution next to the joints that the program names")]
     NotNear,
     /// Its configuration is not that of the solution next to the joints before.
-    #[error("a Cartesian target in another arm configuration than that next to the joints before")]
+    #[error("a Cartesian target whose arm configuration differs from the one nearest to the joints before")]
     OtherArm,
     /// Beyond a joint limit.
     #[error("a Cartesian target outside of the joint limits")]
@@ -84,16 +84,16 @@ pub enum Cause {
     #[error("a Cartesian target whose numbers are not in the program")]
     NoNumbers,
     /// The offset would change the configuration.
-    #[error("its offset would pass a border of the target's configuration")]
+    #[error("its offset would cross a boundary of the target's configuration")]
     Border,
     /// The joints that the program names beside it would choose another solution for the pose with its offset.
-    #[error("the joints that the program names for a solution are next to another one there")]
+    #[error("the joints that the program names for a solution are nearest to another solution there")]
     NamedJoints,
     /// Half a last digit of the pose moves the joints too far.
-    #[error("so near to a singularity the digits of a pose do not tell its joints")]
+    #[error("so near to a singularity, the digits of a pose do not determine its joints")]
     Singular,
     /// The offsets at the ends of a small arc would bend it.
-    #[error("beside an arc so small that offsets at its ends would bend it")]
+    #[error("next to an arc that is so small that offsets at its ends would bend it")]
     BesideArc,
     /// The goal of the move cannot be read; directions are lost there.
     #[error("a target that cannot be determined")]
@@ -138,6 +138,6 @@ mod tests {
     #[test]
     fn frames_and_tools_that_nobody_gives_are_named_in_words() {
         let cause = Cause::NotGiven { frames: vec!["wobj1".into()], tools: vec!["tGun".into()] };
-        assert_eq!(cause.to_string(), "a Cartesian target whose frame `wobj1` and tool `tGun` nobody gives");
+        assert_eq!(cause.to_string(), "a Cartesian target with unknown frame `wobj1` and tool `tGun`");
     }
 }

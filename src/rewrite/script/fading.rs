@@ -32,8 +32,7 @@ impl<'a> ByClock<'a> {
         let place = without().find_map(|r| r.untimed)?;
         let moves = without().map(|r| r.vertices.len()).sum();
         let text = format!(
-            "no speed of this move can be determined, and friction fades in seconds: of {} the gaps alone are compensated \
-             (give a TCP speed for it)",
+            "the speed of this move cannot be determined, and friction fades in seconds: of {}, only the gaps are compensated (give a TCP speed to compensate the friction)",
             counted(moves, "move")
         );
         Some(Note { place, text })

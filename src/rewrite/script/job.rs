@@ -95,8 +95,7 @@ impl Job<'_> {
             return Err(Error::setting(
                 "refine",
                 format!("{name}, a program in {}", format.title()),
-                "joint-space CSV: the robot goes from target to target of this program, so that they are its turning \
-                 points (those on straight lines and arcs are found without it)",
+                "joint-space CSV (in this program the robot moves from target to target, so the targets are the turning points; those on straight lines and arcs are found without --refine)",
             ));
         }
         let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;
@@ -184,7 +183,7 @@ pub(super) fn texts(
     let name = shown(input);
     memory::require_size(&name, bytes.len() as u64, LARGEST_SCRIPT)?;
     if bytes.starts_with(&[0x1f, 0x8b]) {
-        return Err(Error::bad(Place::file(&name), "a gzip file", "a program as the controller takes it"));
+        return Err(Error::bad(Place::file(&name), "a gzip file", "a program as the controller reads it"));
     }
     input::refuse_utf16(&name, &bytes)?;
     let mut all = vec![Text::new(name, bytes)];
@@ -229,7 +228,7 @@ impl ContextSum {
 fn outputs(path: &Path, companions: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if is_stdio(path) && !companions.is_empty() {
         let found = format!("a program of {} files for standard output", companions.len() + 1);
-        return Err(Error::setting("output", found, "a file: the others go beside it"));
+        return Err(Error::setting("output", found, "a file (the others are written next to it)"));
     }
     let mut all = vec![path.to_path_buf()];
     all.extend(companions.iter().map(|c| match c.extension() {
@@ -266,7 +265,7 @@ fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts:
             let name = path.file_name().map(text_of_name);
             let note = paths.first().map(|p| guard::read_note(p)).transpose()?.flatten();
             if !note.is_some_and(|n| n.companions.iter().any(|c| Some(&c.output) == name.as_ref())) {
-                return refuse("a file that is there already and is not known to belong to this program".into());
+                return refuse("an existing file that is not known to belong to this program".into());
             }
         }
     }

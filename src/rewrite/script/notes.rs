@@ -19,7 +19,7 @@ pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compens
     };
     let [own, other] = [axis, other].map(|k| task.robot.axis(k).name.as_str());
     let text = format!(
-        "{own} is left out: on most arms of this maker its gear turns by {other} + {own}, and the robot file does not say so \
+        "{own} is left out: on most arms of this manufacturer its gear turns by {other} + {own}, and the robot file does not state this \
          (`gap_of: {{{own}: {other} + {own}}}`, or `gap_of: {{{own}: {own}}}` for an arm that shows motor angles)"
     );
     let mut reduced = task.compensator.clone();
@@ -48,17 +48,15 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
         0 => String::new(),
         k => {
             format!(
-                "; {k} that the robot stops at cannot be determined or take no point (lines {}{more})",
+                "; {k} at which the robot stops cannot be determined, or no point can be added before them (lines {}{more})",
                 shown.join(", ")
             )
         }
     };
     let stops = script.moves().any(|(_, m)| m.blend_m == Some(0.0));
-    let none = if stops { "" } else { ": no move of the program certainly stops at its goal" };
+    let none = if stops { "" } else { ": the program contains no move that certainly stops at its goal" };
     let reached = counted(added, "target");
-    let text = format!(
-        "one-sided approach: {reached} reached from the side that was asked for, over an added point{rest}{none}"
-    );
+    let text = format!("one-sided approach: {reached} reached from the requested side over an added point{rest}{none}");
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 
@@ -69,7 +67,7 @@ const SHOWN: usize = 20;
 pub fn unread(script: &Script) -> impl Iterator<Item = Note> + '_ {
     let files = script.texts.iter().filter(|t| t.unread);
     files.map(|t| {
-        let text = format!("{} cannot be read: moves that it may declare or change are left", t.name);
+        let text = format!("{} cannot be read: moves that it may declare or change stay as they are", t.name);
         Note { place: At { file: 0, line: 1 }, text }
     })
 }
@@ -82,7 +80,7 @@ pub fn missing(script: &Script) -> Option<Note> {
     let usual = |word: &&str| script.missing.iter().any(|m| m.contains(word));
     let modes: Vec<&str> = ["G21", "G90"].into_iter().filter(usual).collect();
     let text = format!(
-        "the program never says {}: if the control starts in {}, assume {} (an option), or write `control: [{}]` into the robot file",
+        "the program never sets {}: if the control starts in {}, assume {} (an option), or write `control: [{}]` into the robot file",
         script.missing.join(", nor "),
         modes.join(" and "),
         modes.join(","),
@@ -98,10 +96,12 @@ pub fn not_understood(script: &Script) -> Vec<Note> {
         script.steps.iter().filter(|s| matches!(s.kind, StepKind::Pragma(_))).map(|s| s.at).collect();
     let places = (0..text.line_count()).map(|k| (At { file: 0, line: k as u64 + 1 }, text.line(k)));
     let missed = places.filter(|(at, line)| addresses_us(line) && !read.contains(at));
-    let note = |place| Note {
+    let note = |place| {
+        Note {
         place,
-        text: "a comment for this tool that is not understood: it switches nothing (lostmotion: off, lostmotion: on)"
+        text: "a comment for this tool that is not understood and has no effect (expected lostmotion: off or lostmotion: on)"
             .into(),
+    }
     };
     missed.map(|(at, _)| note(at)).collect()
 }
@@ -126,7 +126,7 @@ pub fn unsolved(format: &dyn Format, document: &dyn Document, choices: &Choices)
         return None;
     }
     let text = format!(
-        "Cartesian moves as joint moves: {} has no straight move to joint values; Cartesian moves stay",
+        "--solve-cartesian has no effect: {} has no straight move to joint values, so Cartesian moves stay",
         format.title()
     );
     Some(Note { place: At { file: 0, line: 1 }, text })

@@ -122,7 +122,7 @@ impl Reading<'_> {
             let first = script.moves().next().map_or(At { file: 0, line: 1 }, |(k, _)| script.steps[k].at);
             let none = (first, String::from("no move whose goal is known"));
             let (at, why) = gaps.first().map_or(none, |g| (g.at, g.why.to_string()));
-            let expected = "a program of which some move leads to a known place";
+            let expected = "a program with at least one move to a known position";
             return Err(Error::bad(script.place(at), why, expected).mended_by(&["frames"]));
         }
         let unknown_speed = path.assumed;

@@ -86,8 +86,7 @@ impl Rates {
             let what = if speed { "speed" } else { "acceleration" };
             let at = if places == 1 { "here".into() } else { format!("at {places} places, first here") };
             let text = format!(
-                "at the programmed speed {} would need {share:.2} times its largest {what} ({at}): the controller slows down for it, or \
-                 spread the step over a longer ramp",
+                "at the programmed speed {} would need {share:.2} times its largest {what} ({at}): the controller slows down there; to avoid this, spread the step over a longer ramp",
                 robot.axis(axis).name
             );
             Note { place, text }
@@ -95,8 +94,7 @@ impl Rates {
         let spread = self.spread.iter().map(|(&axis, &(ramp, place))| {
             let joint = robot.axis(axis);
             let text = format!(
-                "the step of {} is spread over {:.4} {unit} after its reversals, so that its speed and acceleration hold at the times \
-                 of the program; until then a part of its gap is left",
+                "the step of {} is spread over {:.4} {unit} after its reversals, so that its speed and acceleration stay within the limits at the times of the program; until then, a part of the gap is not compensated",
                 joint.name,
                 joint.kind.to_user_unit(ramp),
                 unit = joint.kind.unit()

@@ -182,8 +182,7 @@ fn another_robot(script: &Script, left: &BTreeMap<usize, Cause>) -> Option<Note>
     let mut not = left.iter().filter(|(_, why)| **why == Cause::NotConfigured).map(|(step, _)| *step);
     let (first, others) = (not.next()?, not.count());
     let text = format!(
-        "{} of {all} Cartesian targets name an arm configuration that this robot does not have there: if it is the program's robot, compare a \
-         pose of its file with the pendant, position and angles (`flange`, `base`, lengths)",
+        "{} of {all} Cartesian targets name an arm configuration that this robot does not have there: if this is the robot of the program, compare a pose (position and angles) computed with its file with the pendant (`flange`, `base`, lengths)",
         others + 1
     );
     (others + 1 >= LEAST && 2 * (others + 1) > all).then(|| Note { place: script.steps[first].at, text })

@@ -157,7 +157,8 @@ impl Before {
 
 fn fault(place: Option<(&str, At)>, what: &str) -> Error {
     let place = place.map(|(name, at)| Place::line(name, at.line).to_string()).unwrap_or_default();
-    let source = format!("{place}: it would not read as it was meant ({what}); nothing was written");
+    let source =
+        format!("{place}: the result, read again, differs from the intended one ({what}); nothing was written");
     Error::internal("rewrite this program", source)
 }
 

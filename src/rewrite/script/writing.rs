@@ -38,7 +38,7 @@ pub fn write(
         // what is only looked up stands after what is written
         let (own, context) = originals.split_at(originals.iter().take_while(|t| !t.context).count());
         if patches.iter().any(|p| p.file >= own.len()) {
-            let source = "an edit of a file that is only looked up; nothing was written".to_string();
+            let source = "an edit of a file that is only read; nothing was written".to_string();
             return Err(Error::internal("rewrite this program", source));
         }
         let bytes = text::apply(own, &patches)?;

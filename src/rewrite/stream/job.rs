@@ -156,7 +156,7 @@ fn kept(input: &Path, sha256: Option<&str>) -> Result<Option<String>> {
     }
     let bytes = std::fs::read(input).map_err(|e| Error::io(input, "read again", e))?;
     if sha256 != input::sha256(&bytes) {
-        let expected = "a program that stays as it is until it is rewritten: nothing was written";
+        let expected = "a program that does not change while it is rewritten; nothing was written";
         return Err(Error::bad(Place::file(shown(input)), "a program that changed while it was read", expected));
     }
     Ok(original::pack(&bytes))

@@ -121,7 +121,7 @@ fn follows(j: &JointFile, f: &FollowFile, all: &[JointFile], near: &dyn Fn(&str)
         _ => Err(Error::bad(
             near("follows"),
             format!("{} follows `{}` with ratio {}", j.name, f.joint, f.ratio),
-            "a joint of the same kind that has a command of its own, and a finite ratio",
+            "a joint of the same kind that has its own command, and a finite ratio",
         )),
     }
 }

@@ -67,7 +67,7 @@ pub fn read(name: &str, text: &str, tip: Option<&str>) -> Result<FromUrdf> {
         let at = e.pos();
         Error::bad(
             Place::field(name, u64::from(at.row), u64::from(at.col)),
-            format!("no XML here: {e}"),
+            format!("no XML: {e}"),
             "a URDF file (XML; expand xacro files first)",
         )
     })?;

@@ -45,7 +45,7 @@ impl Reader<'_> {
         let mut at = tip.clone();
         while let Some(j) = joints.iter().find(|j| child_of(j).as_deref() == Some(&at)) {
             if chain.len() > joints.len() {
-                return Err(self.bad(*j, "joints that go round in a circle", "a chain"));
+                return Err(self.bad(*j, "joints that form a loop", "a chain"));
             }
             let Some(parent) = parent_of(j) else {
                 return Err(self.bad(*j, "a joint without <parent link=...>", "a parent link"));
@@ -55,7 +55,7 @@ impl Reader<'_> {
         }
         if chain.iter().all(|e| e.kind.is_none()) {
             let found = format!("no joint that moves before link `{tip}`");
-            return Err(self.bad(root, found, "a link of the URDF behind at least one moving joint"));
+            return Err(self.bad(root, found, "a link of the URDF after at least one moving joint"));
         }
         chain.reverse();
         Ok(chain)

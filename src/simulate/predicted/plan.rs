@@ -108,8 +108,8 @@ impl<'a> Plan<'a> {
         let t_s = self.motion.drive.t_s()[row];
         Error::setting(
             "model",
-            format!("effects that predict no number for row {} (time {t_s} s)", row + 1),
-            "parameters, times and commands of sizes that a machine has; nothing was written",
+            format!("effects that predict no finite number for row {} (time {t_s} s)", row + 1),
+            "parameters, times and commands of plausible sizes; nothing was written",
         )
     }
 

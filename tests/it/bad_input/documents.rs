@@ -114,7 +114,7 @@ pub fn cases() -> Vec<Case> {
         case("schedule with an unknown key", C, c("kind: pchip", "kind: pchip, unit: m"), &["comp.yaml:5", "unit"]),
         case("two friction forms", C, c("decay_s: 5", "decay_s: 5, exponent: 3, poses: 5"), &["comp.yaml:4", "two of them"]),
         case("friction in seconds and in travel", C, c("decay_s: 5", "decay_s: 5, decay_deg: 1"), &["comp.yaml:4", "two of them"]),
-        case("friction that never fades", C, c(", decay_s: 5", ""), &["comp.yaml:4", "without the way it fades"]),
+        case("friction that never fades", C, c(", decay_s: 5", ""), &["comp.yaml:4", "without a decay"]),
         case("friction with decay 0", C, c("decay_s: 5", "decay_s: 0"), &["comp.yaml:4", "decay_s: 0", "above 0"]),
         case("friction gain negative", C, c("gain_deg: 0.002", "gain_deg: -0.002"), &["comp.yaml:4", "gain_deg: -0.002"]),
         case("friction without gain", C, c("gain_deg: 0.002, ", ""), &["comp.yaml:4", "no `gain_deg`"]),

@@ -130,7 +130,7 @@ fn a_limit_that_would_be_exceeded_is_listed_and_nothing_is_written() {
     let beyond = std::fs::read_to_string(folder.path().join("limit.csv")).unwrap().replace("170.000", "170.500");
     std::fs::write(folder.path().join("limit.csv"), beyond).unwrap();
     let text = says(&run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv")));
-    assert!(text.contains("limit 170.000000 deg (the program itself is beyond it)"), "{text}");
+    assert!(text.contains("limit 170.000000 deg (the program itself exceeds it)"), "{text}");
 }
 
 #[test]

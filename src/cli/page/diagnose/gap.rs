@@ -44,8 +44,7 @@ pub(super) fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diag
         if d.rounds.is_empty() {
             "Distance from the predicted to the measured position, as a colour.".to_string()
         } else {
-            "Distance from the predicted to the measured position, as a colour: before with the frame alone, after with all that \
-             was found; between them what each found effect moves, with its joint's reversals where it acts after them."
+            "Distance from the predicted to the measured position, as a colour: before with the frame alone, after with all effects found; between them the movement by each found effect, with the reversals of its joint if it acts after reversals."
                 .to_string()
         },
         StripsView {
@@ -96,10 +95,9 @@ pub(super) fn path(page: &mut Page, d: &Diagnosis, t: &Traces, scale: &GapScale)
         _ => "",
     };
     page.section(
-        "Where on the path the gap stands",
+        "Gap along the path in space",
         format!(
-            "Path of the TCP in the base frame, seen isometrically, coloured by the distance from the predicted to the measured \
-             point.{words}"
+            "Path of the TCP in the base frame, in isometric view, coloured by the distance from the predicted to the measured point.{words}"
         ),
         HeatPathView { quantity: "gap at the TCP".into(), unit: "µm".into(), at_least: QUIET * noise_um, panels },
     );
@@ -122,7 +120,7 @@ pub(super) fn ways(page: &mut Page, robot: &Robot, t: &Traces) {
                 down: view(down, of(down)),
             };
             let panels = if j.own {
-                vec![panel("without what was found on it", |w| &w.before), panel("after", |w| &w.after)]
+                vec![panel("without the effects found on it", |w| &w.before), panel("after", |w| &w.after)]
             } else {
                 vec![panel("after; nothing was found on it", |w| &w.after)]
             };
@@ -135,12 +133,10 @@ pub(super) fn ways(page: &mut Page, robot: &Robot, t: &Traces) {
     let how = if t.joints.iter().all(|j| j.measured) {
         "Measured minus predicted joint position over the command."
     } else {
-        "The part of the TCP's gap that lies along the joint's lever, as an angle: e·J / |J|², over the command of the joint. \
-         Three coordinates cannot give all joints, so what is left of the others shows there, too."
+        "The part of the TCP's gap along the lever of the joint, as an angle: e·J / |J|², over the command of the joint. Three coordinates do not determine all joints, so the remaining errors of the other joints also appear here."
     };
     let caption = format!(
-        "{how} Effects found elsewhere are taken off in all drawings. Medians over bins of position. Alike in both directions: \
-         geometry, compliance, gear; apart: lost motion or lag."
+        "{how} Effects found elsewhere are removed in all drawings. Medians over bins of position. If both directions agree, the cause is geometry, compliance or the gear; if they differ, it is lost motion or lag."
     );
-    page.section("Each joint by itself, both ways", caption, WaysView { joints });
+    page.section("Each joint alone, in both directions", caption, WaysView { joints });
 }

@@ -34,19 +34,18 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, scale: &GapScale
     blocks.extend(machine_block(t, scale));
     let none = t.hidden.iter().filter(|h| !h.found && h.moves.is_none()).count();
     let title = match none {
-        0 => "What this log could not have shown".to_string(),
-        1 => "One effect could hide in this log whatever its size".to_string(),
-        n => format!("{n} effects could hide in this log whatever their size"),
+        0 => "What this log cannot show".to_string(),
+        1 => "One effect cannot be detected in this log at any size".to_string(),
+        n => format!("{n} effects cannot be detected in this log at any size"),
     };
     page.section(
         title,
         format!(
-            "The smallest size that would have been detected (chance 0.001, power 0.8), in the unit of its column; coloured by the \
-             {} that such a size moves, rms. The brighter, the more may be wrong without a trace in this log.",
+            "The smallest size that would have been detected (false alarm rate 0.001, power 0.8), in the unit of its column. The colour shows the {} that this size causes, rms: the brighter the cell, the larger the error that this log cannot show.",
             scale.unit
         ),
         MapView {
-            quantity: "what may hide, rms".into(),
+            quantity: "undetected error, rms".into(),
             unit: scale.unit.into(),
             hatched: "not visible at any size".into(),
             by_decades: true,

@@ -65,15 +65,15 @@ pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale
                     c.effect, c.target, c.gain_2lnl
                 )
             });
-            (format!("What is left depends on {}", u.goes_with), nearest)
+            (format!("The remaining structure depends on {}", u.goes_with), nearest)
         }
-        None => ("A test without the catalogue".to_string(), String::new()),
+        None => ("Test without the catalogue".to_string(), String::new()),
     };
     page.section(
         title,
         format!(
             "Splines and powers per joint, over time and over the pose, tested on the residual against correlated noise; the size of \
-             the structure in {}, rms. A dash: no more than chance. One structure may show in several cells.{nearest}",
+             the structure in {}, rms. A dash means no more than chance. One structure may appear in several cells.{nearest}",
             scale.unit
         ),
         MapView { quantity: "structure, rms".into(), unit: scale.unit.into(), hatched: String::new(), by_decades: false, blocks },
@@ -127,7 +127,7 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &G
     page.section(
         format!("Noise of {} {}", significant(d.noise.sigma_um * scale.um), scale.unit),
         format!(
-            "White noise and a first-order autoregressive part, of the largest likelihood ({}). Autocorrelation of the whole from one \
+            "White noise and a first-order autoregressive part, estimated by maximum likelihood ({}). Autocorrelation of the whole from one \
              sample to the next, that of the coloured part, and its share of the variance. {left}{means}",
             d.noise.source
         ),

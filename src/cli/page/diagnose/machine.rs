@@ -55,9 +55,8 @@ pub(super) fn causes(page: &mut Page, robot: &Robot, d: &Diagnosis) {
     }
     blocks.push(MapBlock { corner: "whole machine".into(), columns, rows: vec![(String::new(), cells)] });
     page.section(
-        "What is wrong where, by what it does to the TCP",
-        "Root mean square per coordinate beyond a rigid movement, in the log where it is largest. The brightest cell is the first thing \
-         to repair, to recalibrate or to compensate.",
+        "Effects by joint and by their size at the TCP",
+        "Root mean square per coordinate beyond a rigid movement, in the log where it is largest. Repair, recalibrate or compensate the brightest cell first.",
         MapView {
             quantity: "at the TCP, rms".into(),
             unit: "µm".into(),

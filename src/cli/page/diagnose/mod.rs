@@ -90,7 +90,7 @@ pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     let aside: Vec<String> =
         d.put_aside.iter().map(|p| format!("{} {}: now {}", p.effect, p.target, p.replaced_by)).collect();
     if !aside.is_empty() {
-        page.section("Put aside on the way", "Named in one round, replaced in a later one.", aside);
+        page.section("Replaced hypotheses", "Named in one round and replaced in a later one.", aside);
     }
     page.section("", "", methods());
     page
@@ -111,7 +111,7 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, scale: &
     if d.verdict == Verdict::None {
         page.next.push((
             String::new(),
-            "Nothing has to be done. What this log could not have shown stands in the map of blind spots.".into(),
+            "No action is needed. The map of blind spots shows what this log cannot detect.".into(),
         ));
     }
     page.warnings.extend(d.notes.iter().cloned());
@@ -119,12 +119,12 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, scale: &
     for l in &outcome.problem.logs {
         page.file("log", l.log.name.clone(), l.log.sha256.clone());
     }
-    page.tile(scale.tile("gap as given, rms", d.gap.initial_rms_um).with_detail(format!(
+    page.tile(scale.tile("gap before the diagnosis, rms", d.gap.initial_rms_um).with_detail(format!(
         "at most {} {}",
         number(d.gap.initial_max_um * scale.um, 1),
         scale.unit
     )));
-    page.tile(scale.tile("gap that is left, rms", d.gap.final_rms_um).with_detail(format!(
+    page.tile(scale.tile("remaining gap, rms", d.gap.final_rms_um).with_detail(format!(
         "at most {} {}",
         number(d.gap.final_max_um * scale.um, 1),
         scale.unit
@@ -168,7 +168,7 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &GapScale
             d.gap.final_rms_um * scale.um,
             scale.unit
         ),
-        "Root mean square per coordinate. Each step refits everything that came before it; the line is the noise.",
+        "Root mean square per coordinate. Each step refits everything before it; the line is the noise.",
         WaterfallView {
             quantity: "gap, rms".into(),
             unit: scale.unit.into(),
@@ -234,8 +234,7 @@ fn found(page: &mut Page, d: &Diagnosis, scale: &GapScale) {
     });
     page.section(
         "What was found",
-        "Parameters of the joint fit of everything, with intervals that account for correlated noise. Set: the smallest that holds \
-         the truth with 95 %, and whatever fits within 4 of 2 ln L.",
+        "Parameters of the joint fit of everything, with intervals that account for correlated noise. Set: the smallest set that contains the truth with a probability of 95 %, and all alternatives within 4 of 2 ln L.",
         TableView::new(&headings, rows),
     );
 }
@@ -279,9 +278,8 @@ fn candidates(page: &mut Page, outcome: &Outcome, d: &Diagnosis) {
         ("", false),
     ];
     page.section(
-        "What was tried in its place",
-        "Each found effect was taken out and the best of the catalogue refitted in its place, with everything else free. ΔBIC: \
-         parameters times ln n, less the gain; the lower the better.",
+        "Alternatives",
+        "Each found effect was removed, and the best effects of the catalogue were refitted instead, with everything else free. ΔBIC: parameters times ln n, minus the gain; lower is better.",
         TableView::new(&headings, rows),
     );
 }
@@ -290,22 +288,22 @@ fn methods() -> Vec<Method> {
     vec![
         Method::new(
             "Detection, identification, adaptation",
-            "Every effect of the catalogue on every joint is a hypothesis about the residual; the best goes into the model, all is fitted again, until a test without the catalogue finds nothing.",
+            "Every effect of the catalogue on every joint is a hypothesis about the residual; the best one is added to the model and everything is fitted again, until a test without the catalogue finds nothing.",
             "W. Baarda, A testing procedure for use in geodetic networks, 1968; P. Teunissen, Distributional theory for the DIA method, Journal of Geodesy 92, 2018",
         ),
         Method::new(
             "Correlated noise",
-            "White noise plus a first-order autoregressive part; a Kalman filter turns it white for any pattern of lost samples. Without it every test alarms on noise alone.",
+            "White noise plus a first-order autoregressive part; a Kalman filter whitens it for any pattern of lost samples. Without it, every test would raise alarms on noise alone.",
             "A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, 1989, section 3.4",
         ),
         Method::new(
             "Smallest detectable size",
-            "An effect of this size is found with a probability of 0.8 where one in a thousand is found that is not there: 4.13 standard uncertainties, with frame and found effects free.",
+            "An effect of this size is found with a probability of 0.8, at a false alarm rate of one in a thousand: 4.13 standard uncertainties, with the frame and the found effects free.",
             "W. Baarda, 1968 (minimal detectable bias)",
         ),
         Method::new(
             "Weights of alternatives",
-            "Probability of each candidate in the place of a found effect by the Bayesian information criterion.",
+            "Probability of each candidate instead of a found effect, by the Bayesian information criterion.",
             "G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6, 1978",
         ),
     ]

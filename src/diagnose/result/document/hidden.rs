@@ -20,7 +20,7 @@ pub(super) fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates
         Some(crate::diagnose::candidates::basis::Aspect::Geometry) => {
             "more poses, far apart, with the orientation of the tool"
         }
-        _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
+        _ => "the joint after its gear (secondary encoder), at two speeds, in both directions",
     };
     let tried = |effect: &str, target: &str, gain: f64, parameters: usize| Tried {
         effect: effect.into(),
@@ -33,7 +33,7 @@ pub(super) fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates
         rms_um: digits(size * UM),
         joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
         goes_with: match &outcome.next {
-            _ if !outcome.contradictions.is_empty() => "what is taken as known: see the first note".into(),
+            _ if !outcome.contradictions.is_empty() => "what is assumed to be known: see the first note".into(),
             Some(n) => format!("{} {}, which a further round would name", n.effect, n.target),
             None => verdict::structure_said(outcome, ratio),
         },

@@ -187,7 +187,7 @@ fn several_frames_are_known_where_all_are_the_same() {
     let text = "schema: lostmotion/frames/1\nframes: {a: {xyz_mm: [1, 0, 0]}, b: {xyz_mm: [1, 0, 0]}, c: {}}\n";
     let mut poses = Poses::new(&robot, &Frames::parse("f", text).unwrap());
     assert!(poses.place(&asks(&["a", "b"])).is_ok());
-    assert!(poses.place(&asks(&["a", "c"])).unwrap_err().to_string().contains("not certain"));
+    assert!(poses.place(&asks(&["a", "c"])).unwrap_err().to_string().contains("is ambiguous"));
     assert!(poses.missing.is_empty());
     assert!(poses.place(&asks(&["a", "d"])).unwrap_err().to_string().contains("frame `d`"));
 }
