@@ -45,6 +45,10 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.lists = lists(text, &data);
     (reader.later, reader.turning_later) = later(text, &data, &reader.going, &reader.lists);
     (reader.carried_later, reader.moved_later) = carried(text, &data);
+    reader.passed = passed(text);
+    for list in (0..2).filter(|list| !reader.passed[*list].is_empty()) {
+        reader.later[list] = Some(by_a_routine(list));
+    }
     let mut alike = Alike::default();
     for k in 0..text.line_count() {
         if !alike.again(&mut reader, k) {
@@ -254,6 +258,28 @@ struct Site {
     others: Others,
 }
 
+/// `$BASE` and `$TOOL`, of which a routine may make others to which they are passed themselves.
+const FRAMES: [&str; 2] = ["$BASE", "$TOOL"];
+
+fn by_a_routine(list: usize) -> Frame {
+    Frame::Named(format!("{} as a routine sets it", FRAMES[list]))
+}
+
+/// Lines at which each of them is an argument.
+fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
+    let argument = |at: usize, name: &str| {
+        let (before, rest) = text.bytes.split_at(at);
+        let Some((word, after)) = rest.split_at_checked(name.len()) else { return false };
+        word.eq_ignore_ascii_case(name.as_bytes())
+            && matches!(before.trim_ascii_end().last(), Some(b'(' | b','))
+            && matches!(after.trim_ascii_start().first(), Some(b')' | b','))
+    };
+    FRAMES.map(|name| {
+        let all = memchr::memchr_iter(b'$', &text.bytes).filter(|at| argument(*at, name));
+        all.map(|at| text.line_of(at)).collect()
+    })
+}
+
 /// Lines that assign where the robot stands to a variable: `HERE=$POS_ACT`.
 fn reads_place(text: &Text) -> BTreeSet<u64> {
     const PLACES: [&[u8]; 8] =
@@ -269,7 +295,8 @@ fn reads_place(text: &Text) -> BTreeSet<u64> {
         line.retain(|t| t.kind != Kind::Comment);
         let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
         let sign = assignment(&line).filter(|_| motion::word(&first).is_none());
-        sign.and_then(|sign| line.get(sign)).is_some_and(|t| t.start < at).then_some(k)
+        let after = sign.and_then(|sign| line.get(sign)).is_some_and(|t| t.start < at);
+        (after && line.last().is_some_and(|t| at < t.end)).then_some(k)
     };
     memchr::memchr_iter(b'$', &text.bytes).filter(|at| is(*at)).filter_map(assigns).collect()
 }
@@ -332,6 +359,8 @@ struct Reader<'a> {
     frames_set: bool,
     /// The factor of a product whose numbers are edited, of the goal that was read last.
     point: Option<Range<usize>>,
+    /// Lines at which `$BASE` and `$TOOL` are passed to a routine.
+    passed: [BTreeSet<u64>; 2],
 }
 
 impl<'a> Reader<'a> {
@@ -370,6 +399,7 @@ impl<'a> Reader<'a> {
             of_block: [None, None],
             frames_set: false,
             point: None,
+            passed: [BTreeSet::new(), BTreeSet::new()],
             later: [None, None],
         }
     }
@@ -503,36 +533,27 @@ impl<'a> Reader<'a> {
     }
 
     /// A routine to which `$BASE` or `$TOOL` itself is passed may set it.
-    fn passed(&mut self, line: &[Token]) {
-        let between =
-            |before: &Token, after: &Token| (before.is(b'(') || before.is(b',')) && (after.is(b')') || after.is(b','));
-        for three in line.windows(3) {
-            let [before, name, after] = three else { continue };
-            if !between(before, after) {
-                continue;
-            }
-            let set = |name: &str| Some(Frame::Named(format!("{name} as a routine sets it")));
-            match &*in_upper(self.text, name) {
-                name @ "$BASE" => self.set.base = set(name),
-                name @ "$TOOL" => self.set.tool = set(name),
-                _ => {}
-            }
-        }
+    fn passed(&mut self, k: usize) {
+        let set = |list: usize| self.passed[list].contains(&(k as u64 + 1)).then(|| by_a_routine(list));
+        let [base, tool] = [set(0), set(1)];
+        self.set.base = base.or(self.set.base.take());
+        self.set.tool = tool.or(self.set.tool.take());
     }
 
     /// An assignment, a call, or something unknown.
     ///
     /// `other = assignment | call | unknown`
     fn other(&mut self, k: usize, line: &[Token], word: &str) {
-        self.passed(line);
         let Some(sign) = assignment(line) else {
             match line.get(1).is_some_and(|t| t.is(b'(')) {
                 true => self.called(k, line),
                 false => self.stop(k, Break::Call),
             }
+            self.passed(k);
             return;
         };
         self.called(k, line);
+        self.passed(k);
         // a frame that is computed may be another one under the same name
         if word.starts_with('$') || ["FDAT_ACT", "BASE_DATA", "TOOL_DATA"].contains(&word) {
             self.stands = None;
