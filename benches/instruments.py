@@ -101,6 +101,7 @@ def main():
     parser.add_argument("--machines", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)
     parser.add_argument("--sets", default="tracker,mixed,shop,circle")
+    parser.add_argument("--estimates-only", action="store_true", help="no programs: intervals alone")
     parser.add_argument("machine", nargs="+", help="SEED:ROBOT")
     args = parser.parse_args()
     spec = importlib.util.spec_from_file_location("machines", args.machines)
@@ -125,8 +126,6 @@ def main():
         ballbar(machines, m, folder, "circle", 31)
         ballbar(machines, m, folder, "tilted", 32)
         dials = [d for j in range(m.nominal.n) if (d := dial(machines, m, folder, j, 40 + j))]
-        if not args.binary.exists():
-            continue
         statics = [folder / f"static_{n}.csv" for n in m.nominal.names]
         bars = [folder / "bar_circle.csv", folder / "bar_tilted.csv"]
         along = [w for _, d in dials for w in ("--direction", d)]
@@ -140,7 +139,7 @@ def main():
         program, robot_file = folder / f"{PROGRAM}.csv", folder / "robot.yaml"
         speed = json.loads((folder / "job.json").read_text())["programs"][program.name]["speed_mm_s"]
         run = ["--perfect-tracker", "--no-wander"]
-        if not before.exists():
+        if not before.exists() and not args.estimates_only:
             sh(*tool, "run", folder, program, "-o", before, *run)
         for label in args.sets.split(","):
             logs, options = every[label]
@@ -161,6 +160,9 @@ def main():
                 both = is_ + joint["response"][f"windup_{unit}"]
                 rows.append((label, name, joint["joint"], is_, low, high, gap, both, gap + windup, joint["trust"]["compensate"]))
             left = sorted(set(want) - {j["joint"] for j in found["joints"]})
+            if args.estimates_only:
+                print(f"{name:16s} {label:8s} not told: {', '.join(left) or '-'}", flush=True)
+                continue
             try:
                 sh(args.binary, "fit", "--robot", robot_file, "--gaps", document, "--output", folder / "c.yaml")
                 done = folder / f"{PROGRAM}.{label}.csv"

@@ -91,12 +91,11 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
         tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
         ..Gaps::new(robot, logs)
     };
-    let (mut estimates, mut undetermined) = (Vec::new(), false);
+    let (mut estimates, undetermined) = (Vec::new(), unseen::undetermined(&problem));
     for (axis, p) in varies.into_iter().enumerate() {
         let name = &robot.axis(axis).name;
-        if let Some(note) = unseen::note(&problem, &evidence, axis) {
-            notes.push(note);
-            undetermined = true;
+        if let Some((_, sigma)) = undetermined.iter().find(|u| u.0 == axis) {
+            notes.push(unseen::note(&problem, axis, *sigma));
             continue;
         }
         match estimate::joint(&problem, &evidence, axis, p) {
@@ -112,10 +111,10 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     }
     if estimates.is_empty() {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        let (found, expected) = if undetermined {
-            ("readings that determine no joint's gap", "readings along which joints move the TCP as they reverse")
-        } else {
+        let (found, expected) = if undetermined.is_empty() {
             ("no joint that reverses", "logs in which joints reverse")
+        } else {
+            ("readings that determine no joint's gap", "readings along which joints move the TCP as they reverse")
         };
         return Err(Error::bad(Place::file(name), found, expected));
     }

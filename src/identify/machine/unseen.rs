@@ -5,31 +5,51 @@
 //! it is.
 
 use super::estimate::mean_weights;
-use super::evidence::Evidence;
+use super::evidence;
 use super::problem::Problem;
 use crate::identify::scalar::DETERMINED;
 use crate::machine::measurement::Instrument;
 use crate::robot::JointKind;
+use nalgebra::DMatrix;
 
-/// Why a joint gets no estimate, where single readings alone have seen it and do not determine its gap.
-pub fn note(problem: &Problem, evidence: &Evidence, axis: usize) -> Option<String> {
-    let law = problem.laws[axis].as_ref()?;
-    let mut with = problem.logs.iter().filter(|l| l.moving.iter().any(|m| m.0 == axis));
-    if with.any(|l| l.instrument == Instrument::Tcp) {
-        return None;
+/// Axes that turn, that single readings alone have seen and whose gap they do not determine, with its standard deviation.
+pub fn undetermined(problem: &Problem) -> Vec<(usize, f64)> {
+    let tracked = |axis: usize| {
+        problem.logs.iter().any(|l| l.instrument == Instrument::Tcp && l.moving.iter().any(|m| m.0 == axis))
+    };
+    let axes = (0..problem.laws.len()).filter(|a| problem.laws[*a].is_some() && !tracked(*a));
+    let axes: Vec<usize> = axes.filter(|a| mean_weights(problem, *a).2 > 0).collect();
+    if axes.is_empty() {
+        return Vec::new();
     }
-    let (weights, _, turns) = mean_weights(problem, axis);
-    let (at, knots) = (problem.offset(axis), law.gap.len());
-    let covariance = evidence.within.view((at, at), (knots, knots)).into_owned();
-    let sigma = weights.dot(&(covariance * &weights)).max(0.0).sqrt();
+    let hessian = problem.normal().hessian;
+    let mut basis = DMatrix::identity(hessian.nrows(), hessian.ncols());
+    for &axis in &axes {
+        let (at, knots) = (problem.offset(axis), mean_weights(problem, axis).0.len());
+        basis.view_mut((at, at), (knots, 1)).fill(1.0);
+    }
+    let inverse = evidence::inverse(&(basis.transpose() * hessian * basis));
+    let sigma = |axis: usize| {
+        let (mut weights, _, _) = mean_weights(problem, axis);
+        let (at, knots) = (problem.offset(axis), weights.len());
+        weights[0] = 1.0;
+        let Some(inverse) = &inverse else { return f64::INFINITY };
+        weights.dot(&(inverse.view((at, at), (knots, knots)) * &weights)).max(0.0).sqrt()
+    };
+    let limit = |axis: usize| {
+        let kind = problem.robot.axis(axis).kind;
+        DETERMINED[usize::from(kind == JointKind::Prismatic)] * kind.si_per_user_unit()
+    };
+    axes.into_iter().map(|a| (a, sigma(a))).filter(|(a, sigma)| *sigma > limit(*a)).collect()
+}
+
+/// Why such a joint gets no estimate.
+pub fn note(problem: &Problem, axis: usize, sigma: f64) -> String {
     let joint = problem.robot.axis(axis);
-    let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
-    (turns > 0 && sigma > limit).then(|| {
-        format!(
-            "{}: not determined by these readings (standard deviation {:.4} {}): it hardly moves along them, or as other joints do",
-            joint.name,
-            joint.kind.to_user_unit(sigma),
-            joint.kind.unit()
-        )
-    })
+    format!(
+        "{}: not determined by these readings (standard deviation {:.4} {}): it hardly moves along them, or as other joints do",
+        joint.name,
+        joint.kind.to_user_unit(sigma),
+        joint.kind.unit()
+    )
 }
