@@ -1,7 +1,7 @@
 //! The page of the effect catalogue and a picture of what each effect does, simulated with the program's own machine chain.
 
-use lostmotion::effects::catalogue::ALL;
-use lostmotion::effects::{EffectInfo, View, entry};
+use lostmotion::effects::catalogue::{ALL, FORMS};
+use lostmotion::effects::{EffectForm, View, entry};
 use lostmotion::io::yaml::Document;
 use lostmotion::machine::{CommandTrajectory, predict};
 use lostmotion::model::Model;
@@ -25,7 +25,9 @@ base: {xyz_mm: [0, 0, 0], rpy_deg: [90, 0, 0]}
 /// Every file: path from the root of the repository, content.
 pub fn all() -> Vec<(String, String)> {
     let mut files = vec![("docs/effects.md".to_string(), page())];
-    files.extend(ALL.iter().map(|c| (format!("docs/effects/{}.svg", c.name), picture(c))));
+    let effects = ALL.iter().map(|c| (c.name, c.adds, c.example));
+    let all = effects.chain(FORMS.iter().map(|f| (f.name, f.heading, f.example)));
+    files.extend(all.map(|(name, says, example)| (format!("docs/effects/{name}.svg"), picture(name, says, example))));
     files
 }
 
@@ -38,8 +40,7 @@ fn motion(view: View) -> (Vec<f64>, Vec<Vec<f64>>) {
     (t_s, vec![a1, a2])
 }
 
-fn picture(card: &EffectInfo) -> String {
-    let (effect, view) = card.example;
+fn picture(name: &str, says: &str, (effect, view): (&str, View)) -> String {
     let robot = Robot::parse("example", ROBOT).expect("the example's robot is one");
     let mut model = Model::ideal(robot.clone());
     let (t_s, cmd) = motion(view);
@@ -62,10 +63,10 @@ fn picture(card: &EffectInfo) -> String {
             (t_s, "time, s", "TCP error, um: along x (full), along z (dashed)", vec![coordinate(0), coordinate(2)])
         }
     };
-    draw(card, &x, &series, x_title, y_title)
+    draw((name, says), &x, &series, x_title, y_title)
 }
 
-fn draw(card: &EffectInfo, x: &[f64], series: &[Vec<f64>], x_title: &str, y_title: &str) -> String {
+fn draw((name, says): (&str, &str), x: &[f64], series: &[Vec<f64>], x_title: &str, y_title: &str) -> String {
     const STYLE: &str = "text{font:11px system-ui,sans-serif;fill:#57616c}.grid{stroke:#dde2e7}.zero{stroke:#8a949e}\
 .axis{stroke:#57616c}path{fill:none;stroke:#0072b2;stroke-width:1.6}.second{stroke:#d55e00;stroke-dasharray:5 3}\
 @media(prefers-color-scheme:dark){text{fill:#a3adb8}.grid{stroke:#2e363f}path{stroke:#4da9e6}.second{stroke:#f58549}}";
@@ -82,8 +83,8 @@ fn draw(card: &EffectInfo, x: &[f64], series: &[Vec<f64>], x_title: &str, y_titl
         })
         .collect();
     let markup = html! {
-        svg xmlns="http://www.w3.org/2000/svg" viewBox=(frame.size.view_box()) width="360" height="240" role="img" aria-label=(card.name) {
-            title { (card.name) ": " (card.adds) }
+        svg xmlns="http://www.w3.org/2000/svg" viewBox=(frame.size.view_box()) width="360" height="240" role="img" aria-label=(name) {
+            title { (name) ": " (says) }
             style { (maud::PreEscaped(STYLE)) }
             (frame.axes(x_title, y_title))
             @for (i, d) in paths.iter().enumerate() { path.second[i == 1] d=(d) {} }
@@ -152,6 +153,7 @@ The pictures show an invented arm of two joints: the error of joint A1 in thousa
             c.decide_by,
             c.action
         );
+        FORMS.iter().filter(|f| f.of.name == c.name).for_each(|f| form(f, &mut md));
     }
     md.push_str(TAIL);
     md.push_str("\n## What `rewrite` compensates\n\nA note of `rewrite --model` names the effects that it does not compensate.\n\n| effect | what `rewrite --model` compensates |\n| --- | --- |\n");
@@ -159,6 +161,16 @@ The pictures show an invented arm of two joints: the error of joint A1 in thousa
         let _ = writeln!(md, "| [`{0}`](#{0}) | {1} |", c.name, cell(c.undone));
     }
     md
+}
+
+/// The part of a form of an effect.
+fn form(f: &EffectForm, md: &mut String) {
+    let (effect, _) = f.example;
+    let _ = write!(
+        md,
+        "\n### {0} {1}\n\n![{2}](effects/{2}.svg)\n\n    {3}\n\nReference: {4}. Typical: {5}.\n\n```yaml\n- {effect}\n```\n\n- A diagnosis {6}.\n- `rewrite --model` undoes {7}.\n",
+        f.of.name, f.heading, f.name, f.equation, f.reference, f.typical, f.diagnosis, f.undone,
+    );
 }
 
 const TAIL: &str = "

@@ -32,6 +32,10 @@ pub static ALL: &[&EffectInfo] = &[
     &tracker_frame::INFO,
 ];
 
+/// Forms of effects that have keys and an equation of their own.
+pub static FORMS: &[&EffectForm] =
+    &[&presliding_stiction::FORM, &transmission_error::FADING, &maxwell_slip::FORM, &free_mass_gravity::FORM];
+
 /// An effect by its name, or `None` where the catalogue has no such name.
 pub fn find(name: &str) -> Option<&'static EffectInfo> {
     ALL.iter().find(|e| e.name == name).copied()

@@ -15,6 +15,22 @@ use super::*;
 use crate::robot::JointKind;
 use serde_yaml::{Mapping, Value};
 
+/// How the catalogue describes this form.
+pub static FORM: EffectForm = EffectForm {
+    of: &gravity_compliance::INFO,
+    name: "gravity_moments",
+    heading: "with free masses",
+    equation: "sum over links i of (x_i X_ij + y_i Y_ij), X_ij = (z_j cross x_i) . g, Y_ij the same with y_i",
+    reference: "Khalil, Dombre (2002), Modeling, Identification and Control of Robots, chapter 9",
+    typical: "0.003 to 0.02 deg a link",
+    example: (
+        "{effect: gravity_compliance, joint: A1, moments: [[A1, 0.004, 0.002], [A2, 0.002, 0]]}",
+        View::JointOverCommand,
+    ),
+    diagnosis: "names it of settled poses of an arm, where it explains more than the masses of the robot file",
+    undone: "all of it, point by point",
+};
+
 /// Links (index of the joint in [`crate::robot::Robot::joints`]) with their x and y, rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeMassGravity {

@@ -54,7 +54,7 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
-    further: maxwell_slip::candidates,
+    further: |_, _| {},
 };
 
 /// Half width in rad or m, and presliding travel in rad or m.

@@ -54,6 +54,29 @@ pub struct EffectInfo {
     pub further: fn(&Survey, &mut Vec<Candidate>),
 }
 
+/// Another form of an effect: other keys in its entry, an equation of their own.
+#[derive(Debug)]
+pub struct EffectForm {
+    /// The effect.
+    pub of: &'static EffectInfo,
+    /// Name of its picture.
+    pub name: &'static str,
+    /// Heading, after the name of the effect.
+    pub heading: &'static str,
+    /// Its equation, in one line.
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub reference: &'static str,
+    /// Sizes that one meets.
+    pub typical: &'static str,
+    /// An entry of a model file, and what a picture of it shows over what.
+    pub example: (&'static str, View),
+    /// What a diagnosis does with it.
+    pub diagnosis: &'static str,
+    /// What `rewrite --model` undoes of it.
+    pub undone: &'static str,
+}
+
 /// Kinds of targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActsOn {

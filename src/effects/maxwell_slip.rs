@@ -8,10 +8,27 @@
 //!
 //! Parameters: 1 to 8 elements `[half_width, presliding]`, widths 0 or more, at most 0.1 rad (10 mm) each, preslidings rising and
 //! above 0; typical 2 to 4 elements. Start: `z = 0`, or the initial side of the gap. Exact between samples (the signal is straight
-//! there). An offset of the sum of the widths in the direction of travel undoes most of it.
+//! there). A play is one element whose presliding is its half width. A diagnosis puts it in the place of several lost motions of one
+//! joint ([`crate::diagnose::search`]). An offset of the sum of the widths in the direction of travel undoes most of it.
 
 use super::*;
 use serde_yaml::{Mapping, Value};
+
+/// How the catalogue describes this form.
+pub static FORM: EffectForm = EffectForm {
+    of: &hysteresis::INFO,
+    name: "hysteresis_elements",
+    heading: "of several elements",
+    equation: "-sum half_width_i z_i, dz_i = dp/presliding_i within -1 and +1 (generalized Maxwell slip)",
+    reference: "Iwan (1966), J. Applied Mechanics 33(4); Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11)",
+    typical: "2 to 4 elements, 0.0005 to 0.005 deg each, presliding 0.01 to 5 deg",
+    example: (
+        "{effect: hysteresis, joint: A1, elements: [[0.002, 0.3], [0.002, 2], [0.001, 8]]}",
+        View::JointOverCommand,
+    ),
+    diagnosis: "puts it in the place of several lost motions of one joint (hysteresis, gap), where it explains more by BIC; each further hysteresis that a round finds there is a further element",
+    undone: "an offset of the sum of the half widths in the direction of travel",
+};
 
 /// Elements `[half width, presliding]`, rad or m.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,15 +37,12 @@ pub struct MaxwellSlip {
     pub elements: Vec<[f64; 2]>,
 }
 
-/// Elements at most: more than a log can tell.
-const MOST: usize = 8;
-
 pub(super) fn read(f: &mut Fields) -> Result<Effect> {
     let si = f.site().si_per_user_unit();
     let elements = f.pairs("elements", "half width, presliding")?;
     let sound = elements.iter().all(|e| e[0] >= 0.0 && e[1] > 0.0 && e.iter().all(|v| v.is_finite()));
     let rising = elements.windows(2).all(|w| w[0][1] < w[1][1]);
-    if elements.is_empty() || elements.len() > MOST || !sound || !rising {
+    if elements.is_empty() || elements.len() > MaxwellSlip::MOST || !sound || !rising {
         let expected =
             "1 to 8 elements `[half width, presliding]`: widths of 0 or more, preslidings above 0 and rising";
         return Err(f.bad("elements", "elements that are none", expected));
@@ -36,29 +50,10 @@ pub(super) fn read(f: &mut Fields) -> Result<Effect> {
     Ok(MaxwellSlip { elements: elements.iter().map(|e| e.map(|v| v * si)).collect() }.into())
 }
 
-/// Counts of elements that are tried, spread evenly over the logarithm of the presliding.
-const TRIED: [usize; 2] = [2, 4];
-
-/// Preslidings from the shortest that is tried to a quarter of the travel.
-pub(super) fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
-    for axis in survey.moving() {
-        let all = survey.travels(axis, 1.5);
-        for count in TRIED {
-            if all.len() < 2 * count {
-                continue;
-            }
-            let chosen: Vec<f64> = (0..count).map(|k| all[(2 * k + 1) * all.len() / (2 * count)]).collect();
-            let make = move |widths: &[f64]| MaxwellSlip {
-                elements: widths.iter().zip(&chosen).map(|(w, p)| [w.max(0.0), *p]).collect(),
-            };
-            let trials = vec![candidate::TRIAL; count];
-            let one = Candidate::of_sizes(survey.robot, Target::Joint(axis), &trials, make);
-            list.push(one.with_shape(count).with_form("elements"));
-        }
-    }
-}
-
 impl MaxwellSlip {
+    /// Elements at most: more than a log can tell.
+    pub const MOST: usize = 8;
+
     fn sum(&self) -> f64 {
         self.elements.iter().map(|e| e[0]).sum()
     }

@@ -20,6 +20,19 @@
 
 use super::*;
 
+/// How the catalogue describes this form.
+pub static FORM: EffectForm = EffectForm {
+    of: &stiction::INFO,
+    name: "stiction_rise",
+    heading: "that builds up",
+    equation: "dz = (dir - z) dr, de = -(spike_dir / 2) dz - e dd, r and d the time or travel over rise and decay",
+    reference: "Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans. Automatic Control 40(3); Dahl (1968)",
+    typical: "0.0005 to 0.005 deg, rise 0.1 to 0.7 s, decay 0.3 to 5 s",
+    example: ("{effect: stiction, joint: A1, spike_deg: 0.003, rise_s: 0.3, decay_s: 2}", View::JointOverTime),
+    diagnosis: "does not try it: what builds up is found as stiction, beside the wind-up of the joint",
+    undone: "the plain spike",
+};
+
 /// Spikes after reversals into the positive and into the negative direction, rad or m; what builds up and fades; growth with load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreslidingStiction {

@@ -22,6 +22,8 @@ pub enum Kind {
     /// One effect, at so many minimal detectable biases; the index goes through the names.
     Single(f64, usize),
     Large(usize),
+    /// A hysteresis of two or three elements that no single one explains.
+    Elements,
     Pair,
     Triple,
     Outside(usize),
@@ -151,7 +153,7 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     }
     let (word, right) = match kind {
         Kind::Null => ("null", json!(["none", "not_observable"])),
-        Kind::Single(..) | Kind::Large(_) => ("single", json!(["named", "named_set"])),
+        Kind::Single(..) | Kind::Large(_) | Kind::Elements => ("single", json!(["named", "named_set"])),
         Kind::Pair => ("pair", json!(["named", "named_set"])),
         Kind::Triple => ("triple", json!(["named", "named_set"])),
         Kind::Outside(_) => ("unknown", json!(["unknown"])),
@@ -164,7 +166,7 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     };
     let size = match kind {
         Kind::Single(k, _) => format!("{k:.0}"),
-        Kind::Large(_) => "large".into(),
+        Kind::Large(_) | Kind::Elements => "large".into(),
         _ => String::new(),
     };
     let name = format!("{index:03}-{word}{size}{}{}", if what.is_empty() { "" } else { "-" }, what.join("-"));
@@ -226,6 +228,12 @@ fn content(
         Kind::Large(k) => {
             let multiple = log_uniform(20.0, 150.0, rng);
             Some((vec![one(NAMES[k % 16], multiple, rng)?], vec![]))
+        }
+        Kind::Elements => {
+            let draw = s.draw_elements(rng);
+            let e = s.sized(clean, &draw, log_uniform(40.0, 150.0, rng)).filter(free)?;
+            let course = s.sensitivity(clean, std::slice::from_ref(&e), &[]);
+            (alternatives::least_left(s, clean, &course) > 4.0 * MDB).then_some((vec![e], vec![]))
         }
         Kind::Pair | Kind::Triple => {
             let n = if kind == Kind::Pair { 2 } else { 3 };

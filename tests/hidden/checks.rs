@@ -138,6 +138,21 @@ fn hysteresis_builds_up_over_its_travel() {
 }
 
 #[test]
+fn elements_slip_one_after_another_and_together_lose_the_sum_of_their_halves() {
+    let deg = 1f64.to_radians();
+    let mut effect = Effect::new("hysteresis", "A1", &[]);
+    effect.knots = vec![[0.5, 0.1], [2.0, 0.2]];
+    let q = angle(&up_and_down(), effect);
+    // 0.0035 rad up (0.2 deg): the first is at 0.4, the second at 0.1 of its half
+    let at = 0.0002 * 18.0 / deg;
+    assert!((q[18] - (0.0036 - deg * (0.1 * at / 0.5 + 0.2 * at / 2.0))).abs() < 1e-12);
+    assert!((q[400] - (0.08 - 0.3 * deg)).abs() < 1e-12, "both have slipped");
+    // 1.146 deg after the turn: the first has turned over, the second by 1.146 of 4 deg
+    let back = 0.02 / deg;
+    assert!((q[600] - (0.08 - deg * (-0.1 + 0.2 * (1.0 - back / 2.0)))).abs() < 1e-12);
+}
+
+#[test]
 fn the_monotone_cubic_goes_where_scipy_goes() {
     // scipy.interpolate.PchipInterpolator([0, 1, 3, 4], [1, 2, 1.5, 4])
     let curve = Pchip::new(&[[0.0, 1.0], [1.0, 2.0], [3.0, 1.5], [4.0, 4.0]]);

@@ -8,7 +8,7 @@ pub struct Effect {
     /// Joint, `A2.a`, `A6<-A5`, `tool`, `tcp` or `log`.
     pub target: String,
     pub values: Vec<(String, f64)>,
-    /// Of `backlash_position`: position and half gap, deg or mm.
+    /// Of `backlash_position`: position and half gap, deg or mm; of `hysteresis`, where it has elements: presliding and half width.
     pub knots: Vec<[f64; 2]>,
     /// Of `vibration`.
     pub direction: Option<[f64; 3]>,
@@ -69,6 +69,11 @@ impl Effect {
         ["_deg", "_mm"].iter().map(|x| self.get(&format!("{stem}{x}"))).find(|v| *v != 0.0).unwrap_or(0.0)
     }
 
+    /// A hysteresis of several elements.
+    pub fn has_elements(&self) -> bool {
+        self.name == "hysteresis" && !self.knots.is_empty()
+    }
+
     /// The same effect, so many times as large.
     pub fn scaled(&self, factor: f64) -> Effect {
         let mut e = self.clone();
@@ -107,7 +112,10 @@ impl Effect {
         for (k, v) in &self.values {
             m.insert(k.clone(), json!(v));
         }
-        if !self.knots.is_empty() {
+        if self.has_elements() {
+            let elements: Vec<[f64; 2]> = self.knots.iter().map(|[presliding, half]| [*half, *presliding]).collect();
+            m.insert("elements".into(), json!(elements));
+        } else if !self.knots.is_empty() {
             m.insert("knots".into(), json!(self.knots));
         }
         if let Some(d) = self.direction {
@@ -134,9 +142,17 @@ impl Effect {
         });
         let pair = |k: &Value| Some([k.get(0)?.as_f64()?, k.get(1)?.as_f64()?]);
         let knots = v.get("knots").and_then(Value::as_array).map(|a| a.iter().filter_map(pair).collect());
+        let turned = |k: &Value| pair(k).map(|[half, presliding]| [presliding, half]);
+        let elements = v.get("elements").and_then(Value::as_array).map(|a| a.iter().filter_map(turned).collect());
         let direction =
             v.get("direction").and_then(|d| Some([d.get(0)?.as_f64()?, d.get(1)?.as_f64()?, d.get(2)?.as_f64()?]));
-        Effect { name, target, values: values.unwrap_or_default(), knots: knots.unwrap_or_default(), direction }
+        Effect {
+            name,
+            target,
+            values: values.unwrap_or_default(),
+            knots: knots.or(elements).unwrap_or_default(),
+            direction,
+        }
     }
 
     /// One line of a model file's `effects`.

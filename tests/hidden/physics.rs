@@ -114,6 +114,7 @@ impl Machine<'_> {
                             if joint.revolute { e.get("slope_deg_per_mm_s") } else { e.get("slope_mm_per_mm_s") };
                         play(q, |k, _| (e.of("half_gap") + slope * v[k]) * u);
                     }
+                    _ if e.has_elements() => elements(q, &e.knots.iter().map(|k| k.map(|v| v * u)).collect::<Vec<_>>()),
                     _ => hysteresis(q, e.of("half_width") * u, e.of("presliding") * u),
                 }
             }
@@ -254,6 +255,18 @@ fn hysteresis(q: &mut [f64], half_width: f64, presliding: f64) {
             z = dir + (z - dir) * (-step.abs() / presliding.max(1e-12)).exp();
         }
         *p -= half_width * z;
+    }
+}
+
+/// Lost motion of elements (presliding, half width): each follows a play of its presliding and gives its part of the distance to it.
+fn elements(q: &mut [f64], all: &[[f64; 2]]) {
+    let mut outputs = vec![q[0]; all.len()];
+    for p in q.iter_mut() {
+        let command = *p;
+        for (out, [presliding, half_width]) in outputs.iter_mut().zip(all) {
+            *out = out.clamp(command - presliding, command + presliding);
+            *p -= half_width * (command - *out) / presliding;
+        }
     }
 }
 

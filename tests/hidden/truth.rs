@@ -181,6 +181,26 @@ impl Setting<'_> {
     }
 }
 
+impl Setting<'_> {
+    /// A hysteresis of two or three elements: from a hundredth of the travel to a tenth.
+    pub fn draw_elements(&self, rng: &mut ChaCha8Rng) -> Effect {
+        let any = self.moving[rng.random_range(0..self.moving.len())];
+        let joint = &self.robot.joints[any];
+        let q = &self.grid.joints[any];
+        let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |s, v| (s.0.min(*v), s.1.max(*v)));
+        let travel = (high - low) / joint.unit();
+        let count = rng.random_range(2..4);
+        let mut e = Effect::new("hysteresis", &joint.name, &[]);
+        e.knots = (0..count)
+            .map(|k| {
+                let share = 0.004 * 25f64.powf(f64::from(k) / f64::from(count - 1)) * rng.random_range(0.8..1.25);
+                [travel * share, 0.0004 * if joint.revolute { 1.0 } else { 15.0 } * rng.random_range(0.6..1.6)]
+            })
+            .collect();
+        e.printed()
+    }
+}
+
 /// What remains of a course after the best mixture of others.
 pub fn left_after(course: &DVector<f64>, others: &[DVector<f64>]) -> DVector<f64> {
     let useful: Vec<_> = others.iter().filter(|o| o.norm() > 1e-9).map(|o| o / o.norm()).collect();

@@ -15,7 +15,7 @@ use crate::diagnose::search::{Asked, Search};
 use crate::effects::{EffectInstance, Nature};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
-const BETTER: f64 = 2.0;
+pub(in crate::diagnose::search) const BETTER: f64 = 2.0;
 /// Part of what two effects explain that one must promise to be tried in their place.
 const SHARED: f64 = 0.5;
 
@@ -263,7 +263,7 @@ fn in_place_of(old: &EffectInstance, cost: f64) -> Asked<'_> {
 }
 
 /// Notes on the step that named an effect what has taken its place.
-fn mark(steps: &mut [Step], name: &(&'static str, String), by: &str) {
+pub(in crate::diagnose::search) fn mark(steps: &mut [Step], name: &(&'static str, String), by: &str) {
     if let Some(s) =
         steps.iter_mut().rev().find(|s| s.effect == name.0 && s.target == name.1 && s.replaced_by.is_none())
     {

@@ -15,6 +15,7 @@
 //!   own effects
 //! - `course`: what the search holds between its steps: the first finds, and what stays unexplained
 //! - `direction`: gaps from settled poses: an error that depends on the side of the approach
+//! - `elements`: several lost motions of one joint as the elements of one
 //! - `finding`: what the search is made of on its way: refined candidates, alternatives, accepted effects
 //! - `fit`: generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted
 //!   together
@@ -38,6 +39,7 @@ pub(crate) mod contradiction;
 pub(crate) mod course;
 pub(crate) mod direction;
 pub(crate) mod doubt;
+pub(crate) mod elements;
 pub(crate) mod finding;
 pub mod fit;
 pub(crate) mod freed;
@@ -385,7 +387,8 @@ impl Search<'_> {
                 });
             }
             steps.push(step);
-            *fit = self.settle(next, whitening, steps);
+            let settled = self.settle(next, whitening, steps);
+            *fit = self.as_elements(settled, whitening, steps);
             *whitening = precise::noise_left(self.problem, fit, whitening, groups);
             *fit = fit::refit(self.problem, &fit.hypothesis, &fit.free, whitening);
         }

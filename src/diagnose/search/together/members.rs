@@ -72,7 +72,7 @@ impl Table {
         gains
     }
 
-    fn held_out(&self, pick: &[usize]) -> Vec<f64> {
+    pub(super) fn held_out(&self, pick: &[usize]) -> Vec<f64> {
         self.blocks.held_out(pick, &self.precision, &self.pull)
     }
 
