@@ -56,6 +56,18 @@ impl Ready {
         Self { outcome, files: Vec::new(), note: None, stale_note: None }
     }
 
+    /// The answer is no after all: nothing will be put in place.
+    pub fn refuse(&mut self, why: String) {
+        self.files.clear();
+        (self.note, self.stale_note) = (None, None);
+        self.outcome.output = None;
+        self.outcome.sha256_out = None;
+        self.outcome.refusal = Some(match self.outcome.refusal.take() {
+            Some(before) => format!("{before}\n{why}"),
+            None => why,
+        });
+    }
+
     /// Names and bytes of the program and the files that belong to it, as they are about to be put in place.
     pub fn texts(&mut self) -> Result<Vec<(String, Vec<u8>)>> {
         self.files.iter_mut().map(|f| Ok((f.shown().to_string(), f.contents()?))).collect()

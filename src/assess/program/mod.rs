@@ -119,7 +119,9 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
     }
     let mut found = by_axes(model, before, after, options)?;
     if model.robot.has_sums() {
-        found.notes.push("a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone".into());
+        found
+            .notes
+            .push("a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone".into());
     }
     Ok(found)
 }

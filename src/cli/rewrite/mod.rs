@@ -110,11 +110,14 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         }
     };
     suggest_ramp(args, source, &mut ready.outcome);
-    summarise(&mut summary, &[Line::of(&ready.outcome)])?;
     let proof = match args.dry_run {
         true => proof::of_plan(args, source, job, &ready.outcome),
         false => proof::of(args, source, job, &mut ready),
     };
+    if let Some(why) = proof.as_ref().filter(|_| !args.force).and_then(|p| p.astray(&shown(&args.input))) {
+        ready.refuse(why);
+    }
+    summarise(&mut summary, &[Line::of(&ready.outcome)])?;
     page::write(&mut report, || {
         let shown = proof.as_ref().and_then(|p| p.shown(args.model.is_some()));
         page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, shown.as_ref())

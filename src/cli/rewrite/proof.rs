@@ -30,6 +30,12 @@ const MOST_POINTS: u64 = 20_000;
 /// Knots of a gap whose two sides are averaged.
 const KNOTS: usize = 41;
 
+/// Growth of the largest path error that lost motion and its compensation cannot cause: a step that comes too late or too early doubles
+/// the error, a misread frame or start multiplies it by hundreds.
+const ASTRAY_TIMES: f64 = 10.0;
+/// Least error before the change that this growth refers to, m: a program in which hardly any joint reverses has almost none.
+const ASTRAY_FROM_M: f64 = 100e-6;
+
 /// The verdict, or why there is none.
 pub(super) enum Proof {
     Proven(Box<Proven>),
@@ -216,6 +222,20 @@ impl Proof {
         }
     }
 
+    /// Why the program must not be written: the rewritten program leaves the path of the given one.
+    pub(super) fn astray(&self, program: &str) -> Option<String> {
+        let Self::Proven(proven) = self else { return None };
+        let [before, after] = proven.figures.largest_m;
+        (after > ASTRAY_TIMES * before.max(ASTRAY_FROM_M)).then(|| {
+            format!(
+                "{program}: the rewritten program leaves the path by {:.1} mm (the given one by {:.3} mm), which no compensation \
+                 explains; nothing was written. Please check frames, tools and the robot file (--force writes the program)",
+                after * 1e3,
+                before * 1e3
+            )
+        })
+    }
+
     /// For `--json`.
     pub(super) fn document(&self) -> PathError {
         match self {
@@ -398,5 +418,36 @@ mod tests {
         assert!(machine_of(&robot, &compensator).is_none());
         compensator.evidence.logs.push(LogRef { name: "run.csv".into(), sha256: "0".into() });
         assert!(known(&compensator) && counts_points(&compensator) && machine_of(&robot, &compensator).is_none());
+    }
+
+    fn proof(largest_m: [f64; 2]) -> Proof {
+        let figures = Figures {
+            rms_m: [1e-6; 2],
+            mean_m: [1e-6; 2],
+            largest_m,
+            cycle_s: [1.0; 2],
+            points: [5, 6],
+            stops: [1; 2],
+            worst_reversal_growth_m: 0.0,
+            at_targets: None,
+        };
+        let (verdict, reversals, notes) = (Verdict::Worse, Vec::new(), Vec::new());
+        Proof::Proven(Box::new(Proven { verdict, figures, moves: None, worst: None, expected: None, reversals, notes }))
+    }
+
+    #[test]
+    fn a_program_that_leaves_its_path_is_refused() {
+        // a new point that went without its base
+        let why = proof([120e-6, 49.5e-3]).astray("weld.src").unwrap();
+        assert!(why.contains("weld.src") && why.contains("49.5 mm") && why.contains("nothing was written"), "{why}");
+        assert!(proof([2e-6, 1.1e-3]).astray("weld.src").is_some());
+    }
+
+    #[test]
+    fn steps_at_the_wrong_place_are_a_verdict_and_no_refusal() {
+        for largest_m in [[90e-6, 220e-6], [1e-6, 0.9e-3], [0.5e-3, 4.9e-3], [134e-6, 92e-6]] {
+            assert_eq!(proof(largest_m).astray("weld.src"), None, "{largest_m:?}");
+        }
+        assert_eq!(Proof::None("more than 20000 points".into()).astray("weld.src"), None);
     }
 }
