@@ -64,6 +64,7 @@ mod real_static;
 mod recognised;
 mod recording;
 mod registration;
+mod reliability;
 mod report;
 mod rewrite_engine;
 mod rewrite_manifest;
