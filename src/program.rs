@@ -76,7 +76,7 @@ pub struct ScriptPath {
 impl ScriptPath {
     /// What has to be given for the moves that are not in the path; `None`: nothing that a name stands for.
     pub fn waiting(&self) -> Option<String> {
-        let given = "give it in a file of frames and tools (`rewrite --list-frames` prints a template)";
+        let given = "give it in a file of frames and tools; `rewrite` can print a template";
         (!self.waits_for.is_empty()).then(|| format!("not known: {}: {given}", self.waits_for.join(", ")))
     }
 

@@ -25,8 +25,8 @@ pub(crate) fn geared<'a>(robot: &'a Robot, logs: &'a [Log]) -> Geared<'a> {
         return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes: Vec::new() };
     }
     let Some(of_gears) = robot.of_gears() else {
-        let note = "a gap that belongs to a sum of axes (`gap_of`) is taken as that of its joint alone: move no two axes of a \
-                    sum in one recording";
+        let note = "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another \
+                    axis of the sum moves, its gear moves too, and part of its gap is counted as that axis' own";
         return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes: vec![note.into()] };
     };
     let logs = logs.iter().map(|log| log.by_gears(robot)).collect();

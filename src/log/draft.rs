@@ -55,8 +55,25 @@ const UNITS: &[(&str, &str)] = &[
     ("µs", "us"),
 ];
 const TIMES: &[&str] = &["t", "time", "timestamp", "zeit", "uhrzeit", "zeitstempel", "temps", "tempo"];
-const COMMANDS: &[&str] = &["cmd", "command", "commanded", "target", "soll", "desired", "setpoint", "reference", "ref"];
-const ENCODERS: &[&str] = &["enc", "encoder", "actual", "act", "ist", "feedback", "fbk"];
+const COMMANDS: &[&str] = &[
+    "cmd",
+    "command",
+    "commanded",
+    "target",
+    "soll",
+    "desired",
+    "des",
+    "setpoint",
+    "reference",
+    "ref",
+    "nominal",
+    "nom",
+    "vorgabe",
+];
+const ENCODERS: &[&str] =
+    &["enc", "encoder", "actual", "act", "ist", "feedback", "fbk", "measured", "meas", "real", "gemessen"];
+/// Words that German joins to the next one: `Istposition`, `Sollwert`.
+const JOINED: &[&str] = &["ist", "soll"];
 const JOINTS: &[&str] = &["achse", "axis", "axe", "gelenk", "joint", "rax", "j", "a", "q", "ax"];
 /// Words after which a column is no position: speeds, torques, currents, Cartesian set points.
 const OTHERS: &[&str] = &[
@@ -87,6 +104,8 @@ struct Name<'a> {
     /// In lower case, without unit and brackets.
     words: Vec<String>,
     unit: Option<&'static str>,
+    /// Brackets hold something that is no unit of a map.
+    foreign: bool,
 }
 
 fn unit_of(word: &str) -> Option<&'static str> {
@@ -95,10 +114,11 @@ fn unit_of(word: &str) -> Option<&'static str> {
 
 fn take_apart(whole: &str) -> Name<'_> {
     let lower = whole.trim().to_lowercase();
-    let (mut plain, mut unit) = (lower.clone(), None);
+    let (mut plain, mut unit, mut foreign) = (lower.clone(), None, false);
     if let Some((before, rest)) = lower.split_once(['[', '(']) {
         let inside = rest.split([']', ')']).next().unwrap_or("").trim();
         unit = unit_of(inside);
+        foreign = unit.is_none() && !inside.is_empty();
         plain = before.to_string();
     }
     // numbers are words of their own: `achse1`, `q_0`
@@ -120,7 +140,7 @@ fn take_apart(whole: &str) -> Name<'_> {
             words.pop();
         }
     }
-    Name { whole: whole.trim(), words, unit }
+    Name { whole: whole.trim(), words, unit, foreign }
 }
 
 /// What a column seems to be.
@@ -140,7 +160,8 @@ enum Side {
 }
 
 fn says(name: &Name, words: &[&str]) -> bool {
-    name.words.iter().any(|w| words.contains(&w.as_str()))
+    let joined = |w: &str| JOINED.iter().any(|j| words.contains(j) && w.starts_with(j));
+    name.words.iter().any(|w| words.contains(&w.as_str()) || joined(w))
 }
 
 /// The number at the end of a name whose word before it is one for joints.
@@ -174,7 +195,8 @@ fn seems(name: &Name, robot: &Robot, from_zero: bool) -> Option<Seems> {
     }
     let last = name.words.last()?;
     if let Some(k) = ["x", "y", "z"].iter().position(|c| c == last) {
-        return Some(Seems::Coordinate(k));
+        // where the TCP should be is no measurement of it
+        return (side != Side::Command).then_some(Seems::Coordinate(k));
     }
     TIMES.contains(&name.words[0].as_str()).then_some(Seems::Time)
 }
@@ -193,12 +215,17 @@ pub fn of_file(input: Input, robot: &Robot) -> Result<Draft> {
 /// Drafts a map from a header, cut by `separator`; `decimal` is the sign before decimals.
 pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Draft {
     let names: Vec<Name> = header.iter().map(|h| take_apart(h)).collect();
-    let from_zero = names.iter().any(|n| numbered(n) == Some(0));
+    let numbers: Vec<usize> = names.iter().filter_map(numbered).collect();
+    let from_zero = numbers.contains(&0) && !numbers.contains(&robot.dof());
+    let all: Vec<Option<Seems>> = names.iter().map(|n| seems(n, robot, from_zero)).collect();
+    let commanded = |axis: usize| all.contains(&Some(Seems::Joint(axis, Side::Command)));
     let mut taken: Vec<String> = Vec::new();
     let mut lines = String::new();
     let mut passed: Vec<&str> = Vec::new();
-    for name in &names {
-        let ours = seems(name, robot, from_zero).map(|seems| match seems {
+    for (name, seems) in names.iter().zip(&all) {
+        // beside a command, a column that says nothing may be anything
+        let seems = seems.filter(|s| !matches!(s, Seems::Joint(axis, Side::Unsaid) if commanded(*axis)));
+        let ours = seems.map(|seems| match seems {
             Seems::Time => ("t_s".to_string(), "s"),
             Seems::Coordinate(k) => (format!("{}_mm", ["x", "y", "z"][k]), "mm"),
             Seems::Joint(axis, side) => {
@@ -213,6 +240,7 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
                 let _ = match name.unit {
                     Some(unit) if unit != own => writeln!(lines, "  {quoted}: {{to: {ours}, unit: {unit}}}"),
                     Some(_) => writeln!(lines, "  {quoted}: {ours}"),
+                    None if name.foreign => writeln!(lines, "  {quoted}: {ours}   # unit not known; taken as {own}"),
                     None => writeln!(lines, "  {quoted}: {ours}   # no unit in the name: {own}?"),
                 };
                 taken.push(ours);
@@ -287,6 +315,25 @@ mod tests {
         assert!(found.found.contains(&"cmd_J1_deg".into()) && found.found.contains(&"enc_J3_deg".into()), "{found:?}");
         assert!(found.text.contains("no unit in the name"), "{}", found.text);
         assert!(found.text.contains("# passed over: actual_qd_0"), "{}", found.text);
+    }
+
+    #[test]
+    fn measured_values_are_no_commands_and_nominal_ones_no_measurements() {
+        let header = "Zeit [s];Istposition A1 [Grad];Sollposition A1 [Grad];Nominal X [mm];Measured X [mm];Soll Y [mm];Ist Y [mm];Z [ft]";
+        let found = draft(&names(header, ';'), b';', b',', &arm());
+        for line in [
+            "\"Istposition A1 [Grad]\": enc_J1_deg",
+            "\"Sollposition A1 [Grad]\": cmd_J1_deg",
+            "\"Measured X [mm]\": x_mm",
+            "\"Ist Y [mm]\": y_mm",
+            "\"Z [ft]\": z_mm   # unit not known",
+            "# passed over: Nominal X [mm], Soll Y [mm]",
+        ] {
+            assert!(found.text.contains(line), "{line} in\n{}", found.text);
+        }
+        // an analog input A0 beside joints counted from 1
+        let found = draft(&names("Zeit;Achse 1;Achse 2;Achse 3;A0", ';'), b';', b',', &arm());
+        assert!(found.text.contains("\"Achse 1\": cmd_J1_deg") && found.missing.is_empty(), "{}", found.text);
     }
 
     #[test]

@@ -299,7 +299,7 @@ mod tests {
         let mut held = log(50.0, 50.0, 10.0);
         let notes = undo(&mut held);
         assert!(
-            notes.len() == 1 && notes[0].starts_with("TCP positions are new every 5.0 rows only (0.100 s)"),
+            notes.len() == 1 && notes[0].starts_with("TCP positions change only every 5.0 rows (0.100 s)"),
             "{notes:?}"
         );
         assert_eq!(held.tcp_m.iter().flatten().count(), 240);

@@ -193,7 +193,7 @@ fn weighted_fit(pairs: &[Pair], weights: &[f64]) -> Result<Fit> {
         let along = vectors[0];
         let seen = cross * along;
         if seen.norm() == 0.0 {
-            return Err(refuse("points that move as one rigid body".into(), "points of one rigid transform"));
+            return Err(refuse("points that do not move as one rigid body".into(), "points of one rigid transform"));
         }
         let turn = Rotation3::rotation_between(&along, &seen)
             .unwrap_or_else(|| Rotation3::from_axis_angle(&perpendicular(&along), std::f64::consts::PI));

@@ -13,7 +13,7 @@ pub enum Refusal {
         /// Number of axes that can be handled.
         most: usize,
     },
-    #[error("a robot with a gap that belongs to a sum of axes (gap_of) does not support --refine or another --law")]
+    #[error("a robot with a gap that belongs to a sum of axes (gap_of) supports neither a finer path nor another law")]
     /// An axis of the program turns by the sum of two joints, and the offset of one would move the other.
     SumOfAxes,
     /// A friction offset fades in time, and the program has none.

@@ -169,5 +169,5 @@ fn a_dwell_to_which_two_gears_moved_is_left_out() {
     }
     let log = Log::parse(input("run.csv", text.into()), &robot).unwrap();
     let refused = static_test::identify(&robot, &[log], &static_test::Options::default()).unwrap_err().to_string();
-    assert!(refused.contains("none reached by one joint alone"), "{refused}");
+    assert!(refused.contains("none of them reached by one joint alone"), "{refused}");
 }

@@ -305,7 +305,7 @@ fn a_motion_that_is_no_sweep_is_refused_with_what_it_is() {
             &Options::default(),
         ))
     };
-    assert!(of(300, &|t| 0.5 * t).contains("never reverses"));
+    assert!(of(300, &|t| 0.5 * t).contains("a motion without reversals"));
     assert!(of(300, &|_| 0.0).contains("commands that do not move"));
     let small = of(600, &|t| (std::f64::consts::TAU * t / 20.0).sin());
     assert!(small.contains("the strokes are smaller than the gap") && small.contains("2.0000 deg"), "{small}");

@@ -91,7 +91,7 @@ fn a_page_without_errors_has_no_scale_for_them() {
 fn a_table_is_not_written_under_the_name_of_a_vendor_s_program() {
     let work = tempfile::tempdir().unwrap();
     let file = work.path().join("plan.mod");
-    let out = run(&["plan-experiment", "static", "--robot", KUKA, "--output", file.to_str().unwrap()]);
+    let out = run(&["plan-experiment", "path", "--robot", KUKA, "--output", file.to_str().unwrap()]);
     assert!(out.status.code() == Some(2) && !file.exists(), "{}", String::from_utf8_lossy(&out.stderr));
     assert!(String::from_utf8_lossy(&out.stderr).contains("such as .csv"));
 }

@@ -141,7 +141,7 @@ fn a_folder_that_is_not_there_is_named_and_no_temporary_file() {
         "rewrite --model model.yaml part.src --output nowhere/out.src",
         "rewrite --model model.yaml part.src --output out.src --summary nowhere/s.jsonl",
     ] {
-        desk.run(line).code(2).stderr(contains("a folder that is not there, nowhere").and(contains(".part").not()));
+        desk.run(line).code(2).stderr(contains("a folder that does not exist, nowhere").and(contains(".part").not()));
     }
     desk.run(RUN).success();
     desk.run("undo out.src --output nowhere/back.src").code(2).stderr(contains("nowhere"));

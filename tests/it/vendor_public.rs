@@ -179,7 +179,7 @@ fn words_that_a_program_never_says_are_named_and_may_be_assumed() {
     let text = "G1 X100.0 F600\nG1 X120.0\nG1 X110.0\n";
     desk.write("part.nc", text);
     let run = desk.run("rewrite --model model.yaml part.nc --output out.nc");
-    run.success().stderr(contains("never says G90 or G91, nor G20 or G21").and(contains("assume G21,G90")));
+    run.success().stderr(contains("never sets G90 or G91, nor G20 or G21").and(contains("assume G21,G90")));
     assert_eq!(out(&desk, "out.nc"), text);
     desk.run("rewrite --model model.yaml part.nc --output mm.nc --assume G21,G90").success();
     let mm = out(&desk, "mm.nc");

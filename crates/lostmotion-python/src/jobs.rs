@@ -112,7 +112,7 @@ pub fn identify(py: Python<'_>, robot: &Robot, logs: Vec<PyRef<'_, Log>>, kind: 
                 (found.gaps, page)
             }
             _ => {
-                let found = machine::identify(robot, &read)?;
+                let found = machine::identify(robot, &read, &[])?;
                 let page = page::machine::of_identify(robot, &found).render();
                 (found, page)
             }

@@ -126,7 +126,7 @@ fn check(
     }
     for name in states.unwrap_or_default() {
         if !used.iter().any(|c| matches!(&c.role, Role::State(s) if s.eq_ignore_ascii_case(name))) {
-            let found = format!("no column `{name}`, which --states names");
+            let found = format!("no column `{name}`, which is named as a state");
             return Err(Error::bad(at.clone(), found, format!("a column of that name among {}", listed(header))));
         }
     }

@@ -179,6 +179,6 @@ mod tests {
             assert!(e.contains(says), "{e}");
         }
         let both = [("speed_mm_s".to_string(), "10".to_string()), ("tool".to_string(), "b".to_string())];
-        assert!(s.sorted(&both, "f").unwrap_err().to_string().contains("together"));
+        assert!(s.sorted(&both, "f").unwrap_err().to_string().contains("no reading with the combination"));
     }
 }

@@ -114,7 +114,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         true => proof::of_plan(args, source, job, &ready.outcome),
         false => proof::of(args, source, job, &mut ready),
     };
-    if let Some(why) = proof.as_ref().filter(|_| !args.force).and_then(|p| p.astray(&shown(&args.input))) {
+    if let Some(why) = proof.as_ref().filter(|_| minds_path(args)).and_then(|p| p.astray(&shown(&args.input))) {
         ready.refuse(why);
     }
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
@@ -155,6 +155,13 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     let changed = !outcome.unchanged;
     refusal(outcome)?;
     Ok(finished(args, changed))
+}
+
+/// Whether a program that leaves its path is refused: not where that is asked for, nor under a law that jumps. A program in place needs
+/// `--force` in any case, so there it asks for nothing.
+fn minds_path(args: &Args) -> bool {
+    let in_place = args.output.as_deref().is_some_and(|o| paths::same(o, &args.input));
+    (!args.force || in_place) && matches!(args.law, args::LawArg::Equation16)
 }
 
 /// Of a check: one line where both are alike; else the difference, and the line after it.

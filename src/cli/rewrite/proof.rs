@@ -111,15 +111,15 @@ pub(super) fn of_plan(args: &Args, source: &Source, job: &Job, planned: &Outcome
     if !whole || source.machine.is_none() || planned.points > MOST_POINTS {
         return None;
     }
-    let folder = std::env::temp_dir().join(format!("lostmotion-plan-{}", std::process::id()));
-    std::fs::create_dir(&folder).ok()?;
-    let proof = args.input.file_name().and_then(|name| {
-        let mut ready = job.prepare(&args.input, outcome::Target::File(&folder.join(name)), &|_| {}).ok()?;
-        of(args, source, job, &mut ready)
-    });
-    // what is left there is nobody's
-    let _ = std::fs::remove_dir_all(&folder);
-    proof
+    let folder = match tempfile::Builder::new().prefix("lostmotion-plan-").tempdir() {
+        Ok(folder) => folder,
+        Err(e) => return Some(Proof::None(format!("no temporary folder: {e}"))),
+    };
+    let name = args.input.file_name()?;
+    match job.prepare(&args.input, outcome::Target::File(&folder.path().join(name)), &|_| {}) {
+        Ok(mut ready) => of(args, source, job, &mut ready),
+        Err(e) => Some(Proof::None(crate::error::one_line(&e.to_string()))),
+    }
 }
 
 impl Proven {
@@ -229,7 +229,7 @@ impl Proof {
         (after > ASTRAY_TIMES * before.max(ASTRAY_FROM_M)).then(|| {
             format!(
                 "{program}: the rewritten program leaves the path by {:.1} mm (the given one by {:.3} mm), which no compensation \
-                 explains; nothing was written. Please check frames, tools and the robot file (--force writes the program)",
+                 explains; nothing was written. Please check frames, tools and the robot file (--force writes the program to another file)",
                 after * 1e3,
                 before * 1e3
             )

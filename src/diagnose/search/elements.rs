@@ -73,7 +73,10 @@ impl Search<'_> {
             let tried = starts(target, elements);
             let tried: Vec<Fit> =
                 tried.into_par_iter().map(|one| self.in_place_of_all(&fit, &own, one, whitening)).collect();
-            let Some(next) = tried.into_iter().min_by(|a, b| worth(a).total_cmp(&worth(b))) else { return fit };
+            let sound = |f: &Fit| f.hypothesis.effects.last().is_some_and(|e| rising(&e.effect));
+            let Some(next) = tried.into_iter().filter(sound).min_by(|a, b| worth(a).total_cmp(&worth(b))) else {
+                return fit;
+            };
             if worth(&next) > worth(&fit) - BETTER {
                 return fit;
             }
@@ -97,6 +100,13 @@ impl Search<'_> {
         let free: Vec<usize> = (self.known..h.effects.len()).collect();
         fit::refit(self.problem, &h, &free, whitening)
     }
+}
+
+/// Elements that a model file can hold: each of some width, each over a longer travel than the one before.
+fn rising(effect: &crate::effects::Effect) -> bool {
+    effect.get::<MaxwellSlip>().is_some_and(|m| {
+        m.elements.iter().all(|e| e[0] > 0.0) && m.elements.windows(2).all(|w| w[1][1] > w[0][1] * (1.0 + 1e-9))
+    })
 }
 
 /// Values of the free effects.

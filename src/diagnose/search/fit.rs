@@ -312,7 +312,7 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &mut [f64]) ->
             if placed.effect.is_phase(k) {
                 *v = turned(wanted);
             } else {
-                let next = wanted.clamp(lo, hi);
+                let next = wanted.max(lo).min(hi);
                 if next != wanted {
                     step[at] = next - *v;
                 }
@@ -328,7 +328,12 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &mut [f64]) ->
 
 /// First values held inside their bounds.
 pub(in crate::diagnose) fn inside(placed: &EffectInstance, problem: &Problem) -> EffectInstance {
-    let values: Vec<f64> =
-        placed.effect.values().iter().zip(placed.bounds(&problem.robot)).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
+    let values: Vec<f64> = placed
+        .effect
+        .values()
+        .iter()
+        .zip(placed.bounds(&problem.robot))
+        .map(|(v, (lo, hi))| v.max(lo).min(hi))
+        .collect();
     EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
 }

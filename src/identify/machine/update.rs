@@ -43,6 +43,10 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
+    if let Some(log) = logs.iter().find(|l| l.instruments.scalar().is_some()) {
+        let found = "readings of a ballbar or a dial";
+        return Err(Error::bad(Place::file(&log.name), found, "a run measured with a tracker (`x_mm,y_mm,z_mm`)"));
+    }
     let by_gears = geared(robot, logs);
     let (robot, logs) = (by_gears.robot.as_ref(), by_gears.logs.as_ref());
     let all: Vec<&Log> = logs.iter().collect();

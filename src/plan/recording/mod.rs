@@ -99,7 +99,15 @@ pub struct Recording {
 /// # Errors
 /// Where no pose is visible, or the windows leave no room to move.
 pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
-    let Some(by_gears) = robot.of_gears() else { return of_axes(robot, kind, options) };
+    let Some(by_gears) = robot.of_gears() else {
+        let mut recording = of_axes(robot, kind, options)?;
+        if robot.has_sums() {
+            let note = "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another axis of the \
+                        sum moves, its gear moves too";
+            recording.notes.push(note.into());
+        }
+        return Ok(recording);
+    };
     let mut pose = match &options.pose {
         Some(pose) => pose.clone(),
         None => posture::find(robot, options)?,

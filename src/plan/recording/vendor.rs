@@ -70,14 +70,21 @@ pub fn program(recording: &Recording, robot: &Robot, language: Language, name: &
         Language::UrScript => urscript(&legs, robot, &name)?,
         Language::Gcode => gcode(&legs, robot)?,
     };
+    // what INFORM's controllers read and write
+    let text = if language == Language::Inform { text.replace('\n', "\r\n") } else { text };
     Ok(text.into_bytes())
 }
 
-/// A name that every language takes: it begins with a letter, in capitals.
+/// A name that every language takes: letters, digits and `_`, in capitals. It begins with a letter; a word that may have a meaning in one of
+/// the languages (`MAIN`, `TEST`, `SLEEP`) gets an end.
 fn identifier(name: &str) -> String {
-    let mut id: String = name.chars().filter(char::is_ascii_alphanumeric).take(24).collect();
+    let mut id: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '_').take(20).collect();
     id.make_ascii_uppercase();
-    if id.starts_with(|c: char| c.is_ascii_alphabetic()) { id } else { format!("T{id}") }
+    match id.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        true if id.contains(['_', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9']) => id,
+        true => format!("{id}_LM"),
+        false => format!("T{id}"),
+    }
 }
 
 fn refuse(found: String, expected: &str) -> Error {
@@ -189,6 +196,7 @@ fn krl(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     let mut text = format!(
         "DEF {name}( )\n; {HEAD}\nINT I\nBAS(#INITMOV,0)\nFOR I=1 TO 6\n  $VEL_AXIS[I]=10\n  $ACC_AXIS[I]={KRL_ACCELERATION}\nENDFOR\n"
     );
+    let names = krl_names(robot);
     let mut set = 10.0;
     for leg in legs {
         let share = if leg.time_s > 0.0 { percent(robot, leg)?.floor().clamp(1.0, 100.0) } else { set };
@@ -197,7 +205,7 @@ fn krl(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
             set = share;
         }
         let joints: Vec<String> =
-            values(robot, &leg.to, 4).iter().enumerate().map(|(a, v)| format!("A{} {v}", a + 1)).collect();
+            names.iter().zip(values(robot, &leg.to, 4)).map(|(n, v)| format!("{n} {v}")).collect();
         let _ = writeln!(text, "PTP {{{}}}", joints.join(","));
         if leg.stand_s > 0.0 {
             let _ = writeln!(text, "WAIT SEC {:.2}", leg.stand_s);
@@ -205,6 +213,13 @@ fn krl(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     }
     text.push_str("END\n");
     Ok(text)
+}
+
+/// Names of the axes in an aggregate: the joints' own where all are such, else by their order, as programs are read.
+fn krl_names(robot: &Robot) -> Vec<String> {
+    let own: Vec<String> = robot.axis_joints().map(|j| j.name.to_ascii_uppercase()).collect();
+    let is = |n: &String| matches!(n.as_bytes(), [b'A' | b'E', b'1'..=b'6']);
+    if own.iter().all(is) { own } else { (1..=own.len()).map(|a| format!("A{a}")).collect() }
 }
 
 fn inform(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
@@ -243,6 +258,9 @@ fn inform(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
 
 fn urscript(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     needs_arm(robot, 6, "URScript")?;
+    if robot.dof() != 6 {
+        return Err(refuse(format!("{} joints in URScript", robot.dof()), "six, or a table (.csv)"));
+    }
     let name = name.to_lowercase();
     let mut text = format!("# {HEAD}\ndef {name}():\n");
     for leg in legs {
@@ -266,7 +284,8 @@ fn gcode(legs: &[Leg], robot: &Robot) -> Result<String> {
         return Err(refuse(format!("{}, which turns, in G-code", joint.name), "axes in mm, or a table (.csv)"));
     }
     let mut text = format!(
-        "%\n({HEAD})\n(G4 P counts seconds here: a control that counts milliseconds needs 1000 times as much)\nG21 G90 G94 G61\n"
+        "%\n({HEAD})\n(Positions of the axes: clear the work offset and the tool length before you run it)\n\
+         (G4 P counts seconds here: a control that counts milliseconds needs 1000 times as much)\nG21 G90 G94 G61 G49\n"
     );
     for leg in legs {
         let words: Vec<String> = names.iter().zip(values(robot, &leg.to, 3)).map(|(n, v)| format!("{n}{v}")).collect();

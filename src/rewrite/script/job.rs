@@ -95,7 +95,7 @@ impl Job<'_> {
             return Err(Error::setting(
                 "refine",
                 format!("{name}, a program in {}", format.title()),
-                "joint-space CSV (in this program the robot moves from target to target, so the targets are the turning points; those on straight lines and arcs are found without --refine)",
+                "joint-space CSV (in this program the robot moves from target to target, so the targets are the turning points; those on straight lines and arcs are found without a finer path)",
             ));
         }
         let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;

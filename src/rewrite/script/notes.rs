@@ -126,7 +126,7 @@ pub fn unsolved(format: &dyn Format, document: &dyn Document, choices: &Choices)
         return None;
     }
     let text = format!(
-        "--solve-cartesian has no effect: {} has no straight move to joint values, so Cartesian moves stay",
+        "Cartesian moves as joint moves: {} has no straight move to joint values, so Cartesian moves stay",
         format.title()
     );
     Some(Note { place: At { file: 0, line: 1 }, text })

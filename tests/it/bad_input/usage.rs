@@ -95,7 +95,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --check none.csv", &["none.csv: cannot open"]),
     (
         "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output none/o.csv",
-        &["--output: found none/o.csv in a folder that is not there"],
+        &["--output: found none/o.csv in a folder that does not exist"],
     ),
     ("rewrite --robot robot.yaml --compensator none.yaml program.csv --output o.csv", &["none.yaml: cannot open"]),
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --output .", &["found a folder"]),

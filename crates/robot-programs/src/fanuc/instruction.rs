@@ -65,12 +65,12 @@ pub(super) fn assigns(statement: &[u8]) -> bool {
     INDEXED.contains(&name) && memchr::memchr(b'=', statement).is_some() && !more
 }
 
-/// Whether a statement takes down where the robot stands: `PR[5]=LPOS`, `P[2]=JPOS`.
+/// Whether a statement takes down where the robot stands: `PR[5]=LPOS`, `P[2]=JPOS`, also as the action of an IF.
 ///
-/// `reading = ("PR" | "P") "[" index "]" "=" ("LPOS" | "JPOS")`
+/// `reading = ["IF" condition ","] ("PR" | "P") "[" index "]" "=" ("LPOS" | "JPOS")`
 pub(super) fn reads_place(text: &Text, words: &[Range<usize>]) -> bool {
     let Some(first) = words.first().map(|w| text.slice(w.clone())) else { return false };
-    if !matches!(first, [b'P' | b'p', b'[', ..] | [b'P' | b'p', b'R' | b'r', b'[', ..]) {
+    if first.starts_with(b"!") || first.starts_with(b"//") {
         return false;
     }
     let whole: Vec<u8> = words.iter().flat_map(|w| text.slice(w.clone())).map(u8::to_ascii_uppercase).collect();

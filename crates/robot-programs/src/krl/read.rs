@@ -266,6 +266,8 @@ fn by_a_routine(list: usize) -> Frame {
 }
 
 /// Lines at which each of them is an argument.
+///
+/// `argument = ("(" | ",") ("$BASE" | "$TOOL") (")" | ",")`
 fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
     let argument = |at: usize, name: &str| {
         let (before, rest) = text.bytes.split_at(at);
@@ -281,6 +283,8 @@ fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
 }
 
 /// Lines that assign where the robot stands to a variable: `HERE=$POS_ACT`.
+///
+/// `reading = name "=" {any} ("$POS_ACT" | "$AXIS_ACT" | "$POS_INT" | "$AXIS_INT" | "$POS_FOR" | "$AXIS_FOR" | "$POS_RET" | "$AXIS_RET")`
 fn reads_place(text: &Text) -> BTreeSet<u64> {
     const PLACES: [&[u8]; 8] =
         [b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET"];

@@ -83,6 +83,8 @@ pub fn lex(text: &Text, like: Like) -> Result<Lexed> {
 }
 
 /// Bytes of the joint values of a line that is one motion to joint values in it: `MoveAbsJ [[1,2,3,4,5,6],[...]],v100,fine,tool0;`.
+///
+/// `line = "MoveAbsJ" "[[" number {"," number} "]," {any} ";"`
 fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
     const WORD: &[u8] = b"MoveAbsJ";
     let statement = line.trim_ascii();

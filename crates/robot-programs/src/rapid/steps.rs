@@ -137,7 +137,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let reads = p
         .items
         .iter()
-        .filter(|item| own(item) && item.kind == ItemKind::Assign)
+        .filter(|item| own(item) && matches!(item.kind, ItemKind::Assign | ItemKind::Call { .. }))
         .filter(|item| item.span.clone().any(|i| matches!(p.words.at(i), "crobt" | "cjointt" | "cpos")));
     let lines = reads.filter_map(|item| p.tokens.get(item.span.start)).map(|t| text.line_of(t.start())).collect();
     out.script.keep_before_reading("the program reads where it ends", &lines);

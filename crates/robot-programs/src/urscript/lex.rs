@@ -45,6 +45,8 @@ pub fn lex(text: &Text, like: Like) -> Result<Lexed> {
 }
 
 /// Bytes of the joint values of a line that is one motion to joint values in it: `movej([1,2,3,4,5,6], a=1.4, v=1.05)`.
+///
+/// `line = ("movej" | "servoj") "([" number {"," number} "]" {any} ")"`
 fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
     let statement = line.trim_ascii();
     let list = [b"movej([".as_slice(), b"servoj(["].iter().find_map(|word| statement.strip_prefix(*word))?;

@@ -104,8 +104,10 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let reads =
-        p.items.iter().filter(|item| matches!(item.kind, ItemKind::Assign { .. }) && reads_place(&p, &item.span));
+    let reads = p
+        .items
+        .iter()
+        .filter(|item| matches!(item.kind, ItemKind::Assign { .. } | ItemKind::Other) && reads_place(&p, &item.span));
     let lines = reads.map(|item| b.line(item.span.start)).collect();
     let Builder { steps, targets, literals, .. } = b;
     let mut out = Built { literals, ..Built::default() };
