@@ -25,9 +25,8 @@ pub(crate) fn geared<'a>(robot: &'a Robot, logs: &'a [Log]) -> Geared<'a> {
         return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes: Vec::new() };
     }
     let Some(of_gears) = robot.of_gears() else {
-        let note = "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another \
-                    axis of the sum moves, its gear moves too, and part of its gap is counted as that axis' own";
-        return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes: vec![note.into()] };
+        let notes = robot.by_joints_alone().into_iter().collect();
+        return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes };
     };
     let logs = logs.iter().map(|log| log.by_gears(robot)).collect();
     Geared { robot: Cow::Owned(of_gears), logs: Cow::Owned(logs), notes: Vec::new() }

@@ -17,6 +17,13 @@ pub struct GapOf {
 }
 
 impl Robot {
+    /// What a method that takes joints alone notes where a gear turns by a sum of axes.
+    pub(crate) fn by_joints_alone(&self) -> Option<String> {
+        let note = "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another axis of the \
+                    sum moves, its gear moves too, and part of its gap is counted as the gap of that axis";
+        self.has_sums().then(|| note.into())
+    }
+
     /// Whether any gear turns by a sum of axes.
     pub fn has_sums(&self) -> bool {
         self.gap_of.iter().any(|g| !g.others.is_empty())

@@ -55,7 +55,7 @@ fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem,
         n: 0,
         frames_free: model.registration.is_none(),
         points_free: false,
-        notes: Vec::new(),
+        notes: model.robot.by_joints_alone().into_iter().collect(),
     };
     if !problem.logs.iter().any(|l| l.reflectors() > 0) {
         problem.frames_free = false;

@@ -145,6 +145,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     let stretches = sweeps(robot, logs, options)?;
     let mut gaps = Gaps::new(robot, logs);
+    gaps.notes.extend(robot.by_joints_alone());
     let mut joints = Vec::new();
     for axis in 0..robot.dof() {
         let own: Vec<&Stretch> = stretches.iter().filter(|s| s.axis == axis).collect();

@@ -6,6 +6,7 @@
 
 use super::estimate::mean_weights;
 use super::evidence;
+use super::law::{JointRows, turns};
 use super::problem::Problem;
 use crate::identify::scalar::DETERMINED;
 use crate::machine::measurement::Instrument;
@@ -15,7 +16,8 @@ use nalgebra::DMatrix;
 /// Axes that turn, that single readings alone have seen and whose gap they do not determine, with its standard deviation.
 pub fn undetermined(problem: &Problem) -> Vec<(usize, f64)> {
     let tracked = |axis: usize| {
-        problem.logs.iter().any(|l| l.instrument == Instrument::Tcp && l.moving.iter().any(|m| m.0 == axis))
+        let reverses = |m: &(usize, JointRows)| m.0 == axis && !turns(&m.1.x).is_empty();
+        problem.logs.iter().any(|l| l.instrument == Instrument::Tcp && l.moving.iter().any(reverses))
     };
     let axes = (0..problem.laws.len()).filter(|a| problem.laws[*a].is_some() && !tracked(*a));
     let axes: Vec<usize> = axes.filter(|a| mean_weights(problem, *a).2 > 0).collect();

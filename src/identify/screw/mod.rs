@@ -108,6 +108,7 @@ pub struct Found {
 /// Finds the gaps of `only` (an axis), or of every joint that moves.
 pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Found> {
     let mut gaps = Gaps::new(robot, logs);
+    gaps.notes.extend(robot.by_joints_alone());
     let mut found: BTreeMap<usize, Series> = BTreeMap::new();
     for (k, log) in logs.iter().enumerate() {
         let axes: Vec<usize> = log.moving_axes().into_iter().filter(|a| only.is_none_or(|o| o == *a)).collect();

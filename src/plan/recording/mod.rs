@@ -101,11 +101,7 @@ pub struct Recording {
 pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     let Some(by_gears) = robot.of_gears() else {
         let mut recording = of_axes(robot, kind, options)?;
-        if robot.has_sums() {
-            let note = "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another axis of the \
-                        sum moves, its gear moves too";
-            recording.notes.push(note.into());
-        }
+        recording.notes.extend(robot.by_joints_alone());
         return Ok(recording);
     };
     let mut pose = match &options.pose {

@@ -169,6 +169,9 @@ impl Assembly<'_> {
 ///
 /// `line = text ";" "!" remark`
 fn without_remark(content: &[u8]) -> &[u8] {
+    if is_comment(content) {
+        return content;
+    }
     let ends = |at: &usize| content[at + 1..].trim_ascii_start().starts_with(b"!");
     memchr::memchr_iter(b';', content).find(ends).map_or(content, |at| &content[..=at])
 }
