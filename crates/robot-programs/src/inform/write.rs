@@ -367,7 +367,7 @@ impl<'a> Writer<'a> {
         let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
         let word = String::from_utf8_lossy(text.slice(tag.span)).into_owned();
         // a size that is computed stays: any number in its place may be a wider corner
-        if !word.split_once('=').is_some_and(|w| w.1.parse::<f64>().is_ok()) {
+        if word.split_once('=').is_none_or(|w| w.1.parse::<f64>().is_err()) {
             return;
         }
         let new = match (tag.key, level(&word)) {
