@@ -93,5 +93,5 @@ fn a_table_is_not_written_under_the_name_of_a_vendor_s_program() {
     let file = work.path().join("plan.mod");
     let out = run(&["plan-experiment", "path", "--robot", KUKA, "--output", file.to_str().unwrap()]);
     assert!(out.status.code() == Some(2) && !file.exists(), "{}", String::from_utf8_lossy(&out.stderr));
-    assert!(String::from_utf8_lossy(&out.stderr).contains("such as .csv"));
+    assert!(String::from_utf8_lossy(&out.stderr).contains("a table (.csv)"));
 }
