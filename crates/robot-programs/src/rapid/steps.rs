@@ -137,7 +137,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let reads = p
         .items
         .iter()
-        .filter(|item| own(item) && matches!(item.kind, ItemKind::Assign | ItemKind::Call { .. }))
+        .filter(|item| own(item) && takes_on(p, item))
         .filter(|item| item.span.clone().any(|i| matches!(p.words.at(i), "crobt" | "cjointt" | "cpos")));
     let lines = reads.filter_map(|item| p.tokens.get(item.span.start)).map(|t| text.line_of(t.start())).collect();
     out.script.keep_before_reading("the program reads where it ends", &lines);
@@ -145,6 +145,16 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     out.script.notes = notes.into_values().collect();
     out.script.texts = texts;
     Ok(Some(out))
+}
+
+/// Whether what an instruction reads goes on into the program: not into a message or a file.
+fn takes_on(p: &Parsed, item: &Item) -> bool {
+    let writes = ["tpwrite", "errwrite", "write", "writeanybin", "writestrbin", "socketsend"];
+    match item.kind {
+        ItemKind::Assign => true,
+        ItemKind::Call { .. } => !writes.contains(&p.words.at(item.span.start)),
+        _ => false,
+    }
 }
 
 pub struct Builder<'a> {

@@ -104,10 +104,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let reads = p
-        .items
-        .iter()
-        .filter(|item| matches!(item.kind, ItemKind::Assign { .. } | ItemKind::Other) && reads_place(&p, &item.span));
+    let reads = p.items.iter().filter(|item| takes_on(&p, item) && reads_place(&p, &item.span));
     let lines = reads.map(|item| b.line(item.span.start)).collect();
     let Builder { steps, targets, literals, .. } = b;
     let mut out = Built { literals, ..Built::default() };
@@ -116,6 +113,18 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     out.script.targets = targets;
     out.script.texts = vec![text];
     Ok(Some((out, p.words)))
+}
+
+/// Whether what a statement reads goes on into the program: not into a message or to another device.
+fn takes_on(p: &Parsed, item: &Item) -> bool {
+    let word = p.words.at(item.span.start);
+    match item.kind {
+        ItemKind::Assign { .. } => true,
+        ItemKind::Other => {
+            !matches!(word, "textmsg" | "popup") && !word.starts_with("socket_") && !word.starts_with("rpc_")
+        }
+        _ => false,
+    }
 }
 
 /// Whether something in these tokens reads where the robot stands.

@@ -112,6 +112,8 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
         let src = format!("DEF a()\n{a}{b}{read}{a}{b}END\n");
         assert_eq!(fixed(&src, ""), [false, kept, false, false], "{read}");
     }
+    // a call may move nothing
+    assert_eq!(fixed(&format!("DEF a()\n{a}X()\nHERE=$POS_ACT\n{b}END\n"), ""), [true, false]);
     // it is not known which motion came before
-    assert_eq!(fixed(&format!("DEF a()\n{a}X()\nHERE=$POS_ACT\n{b}END\n"), ""), [false; 2]);
+    assert_eq!(fixed(&format!("DEF a()\n{a}GOTO L\n{a}L:\nHERE=$POS_ACT\n{b}END\n"), ""), [false; 3]);
 }
