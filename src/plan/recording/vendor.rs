@@ -61,7 +61,7 @@ pub fn program(recording: &Recording, robot: &Robot, language: Language, name: &
         return Err(Error::setting("output", found, expected));
     }
     let legs = legs(&recording.rows);
-    let name = identifier(name);
+    let name = identifier(name, language);
     let text = match language {
         Language::Fanuc => fanuc(&legs, robot, &name)?,
         Language::Rapid => rapid(&legs, robot, &name)?,
@@ -75,16 +75,15 @@ pub fn program(recording: &Recording, robot: &Robot, language: Language, name: &
     Ok(text.into_bytes())
 }
 
-/// A name that every language takes: letters, digits and `_`, in capitals. It begins with a letter; a word that may have a meaning in one of
-/// the languages (`MAIN`, `TEST`, `SLEEP`) gets an end.
-fn identifier(name: &str) -> String {
+/// The program's name in capitals: letters, digits and `_`, a letter first. KRL, FANUC and INFORM want the name of the file; in RAPID and
+/// URScript the name of a word of the language (`TEST`, `MAIN`, `sleep`) would be refused or called, so there it gets an end.
+fn identifier(name: &str, language: Language) -> String {
     let mut id: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '_').take(20).collect();
     id.make_ascii_uppercase();
-    match id.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        true if id.contains(['_', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9']) => id,
-        true => format!("{id}_LM"),
-        false => format!("T{id}"),
+    if !id.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        id.insert(0, 'T');
     }
+    if matches!(language, Language::Rapid | Language::UrScript) { format!("{id}_LM") } else { id }
 }
 
 fn refuse(found: String, expected: &str) -> Error {
