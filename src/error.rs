@@ -16,6 +16,9 @@ pub enum Error {
     /// Unusable input.
     #[error("{0}")]
     BadInput(BadInput),
+    /// A header with other names or another separator than ours, which a column map may read.
+    #[error("{0}")]
+    UnknownHeader(BadInput),
     /// A setting that the caller chose cannot be used; [`Error::setting`] makes it.
     #[error("setting `{name}`: found {}; expected {}", one_line(found), one_line(expected))]
     Setting {
@@ -77,6 +80,11 @@ impl Error {
         Self::BadInput(BadInput { place, found: found.into(), expected: expected.into() })
     }
 
+    /// A header that is not ours.
+    pub fn unknown_header(place: Place, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::UnknownHeader(BadInput { place, found: found.into(), expected: expected.into() })
+    }
+
     /// A setting, by its name in this library, with which the job cannot be done.
     pub fn setting(name: &'static str, found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Setting { name, found: found.into(), expected: expected.into() }
@@ -90,7 +98,7 @@ impl Error {
     /// Input or a setting that cannot be used.
     pub fn is_bad_input(&self) -> bool {
         match self {
-            Self::BadInput(_) | Self::Setting { .. } => true,
+            Self::BadInput(_) | Self::UnknownHeader(_) | Self::Setting { .. } => true,
             Self::MendedBy { source, .. } => source.is_bad_input(),
             _ => false,
         }

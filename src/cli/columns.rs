@@ -51,9 +51,8 @@ pub fn run(args: Args) -> Result<()> {
 /// The same error, with the map that would help: where a file was read without one, and its header has other names than ours. `option`
 /// is the one that takes a map.
 pub fn with_hint(error: Error, file: &Path, map: Option<&Path>, robot: &Robot, option: &str) -> Error {
-    let Error::BadInput(bad) = error else { return error };
-    let header = bad.found.starts_with("no column ") || bad.found.starts_with("fields separated by ");
-    let draft = (header && map.is_none() && !is_stdio(file))
+    let Error::UnknownHeader(bad) = error else { return error };
+    let draft = (map.is_none() && !is_stdio(file))
         .then(|| input::read(file).and_then(|i| draft::of_file(i, robot)).ok())
         .flatten();
     let hint = match draft {
@@ -61,5 +60,5 @@ pub fn with_hint(error: Error, file: &Path, map: Option<&Path>, robot: &Robot, o
         Some(d) if !d.found.is_empty() => "; `lostmotion columns` drafts a column map".to_string(),
         _ => String::new(),
     };
-    Error::BadInput(BadInput { expected: bad.expected + &hint, ..bad })
+    Error::UnknownHeader(BadInput { expected: bad.expected + &hint, ..bad })
 }

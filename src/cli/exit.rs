@@ -54,7 +54,8 @@ pub fn code_of(error: &Error) -> u8 {
         e if e.is_closed_pipe() => 0,
         Error::Refused(_) => 1,
         Error::MendedBy { source, .. } => code_of(source),
-        Error::BadInput(_) | Error::Setting { .. } | Error::RewrittenAlready(_) | Error::Io { .. } => 2,
+        Error::BadInput(_) | Error::UnknownHeader(_) | Error::Setting { .. } | Error::RewrittenAlready(_) => 2,
+        Error::Io { .. } => 2,
         Error::Unfinished { .. } => 4,
         Error::Internal { .. } => INTERNAL,
     }

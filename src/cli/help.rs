@@ -9,6 +9,8 @@ use std::ffi::OsString;
 
 /// Widest line of a help text, columns.
 pub const WIDTH: usize = 100;
+/// Widest line of an example: the narrowest terminal that people use shows it whole, columns.
+const EXAMPLE_WIDTH: usize = 80;
 /// Indentation of the continued lines of an example, columns.
 const CONTINUED: usize = 6;
 
@@ -47,7 +49,7 @@ fn with_flowing_help(mut command: Command) -> Command {
     command
 }
 
-/// Joins the lines of each paragraph; keeps indented lines and headings before them; breaks indented lines beyond [`WIDTH`].
+/// Joins the lines of each paragraph; keeps indented lines and headings before them; breaks indented lines beyond [`EXAMPLE_WIDTH`].
 pub fn flowing(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     let indented = |l: &str| l.starts_with(' ');
@@ -65,14 +67,15 @@ pub fn flowing(text: &str) -> String {
     out
 }
 
-/// An example line in pieces of at most [`WIDTH`] columns, broken before options.
+/// An example line in pieces of at most [`EXAMPLE_WIDTH`] columns, broken before options.
 fn broken(line: &str) -> String {
     let mut out = String::new();
     let mut rest = line.trim_end();
     let mut indent = 0;
     loop {
         let width = indent + rest.chars().count();
-        let at = if width <= WIDTH { None } else { break_point(rest, WIDTH.saturating_sub(indent + 2)) };
+        let at =
+            if width <= EXAMPLE_WIDTH { None } else { break_point(rest, EXAMPLE_WIDTH.saturating_sub(indent + 2)) };
         out.push_str(&" ".repeat(indent));
         let Some(at) = at else {
             out.push_str(rest);
@@ -115,7 +118,7 @@ mod tests {
         let long =
             format!("  lostmotion rewrite {} --summary summary.jsonl", "--model machine.yaml ".repeat(4).trim_end());
         let shown = flowing(&long);
-        assert!(shown.lines().all(|l| l.chars().count() <= WIDTH), "{shown}");
+        assert!(shown.lines().all(|l| l.chars().count() <= EXAMPLE_WIDTH), "{shown}");
         assert!(shown.contains(" \\\n      --"), "{shown}");
         assert_eq!(shown.replace(" \\\n     ", ""), long);
     }

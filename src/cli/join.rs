@@ -85,7 +85,7 @@ pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let map = |path: &Option<PathBuf>| path.as_deref().map(ColumnMap::load).transpose();
     let hinted = |e: Error| {
-        let of_tracker = matches!(&e, Error::BadInput(bad) if bad.place.file == shown(&args.tracker));
+        let of_tracker = matches!(&e, Error::UnknownHeader(bad) if bad.place.file == shown(&args.tracker));
         let (file, given, option) = match of_tracker {
             true => (&args.tracker, &args.tracker_columns, "--tracker-columns"),
             false => (&args.controller, &args.controller_columns, "--controller-columns"),

@@ -143,8 +143,8 @@ impl Empirical {
     }
 
     /// Attaches the 95 % intervals of the values, in the units of the file.
-    pub fn with_ci95(mut self, ci95: Value) -> Self {
-        self.ci95 = Some(ci95);
+    pub fn with_ci95(mut self, ci95: Option<Value>) -> Self {
+        self.ci95 = ci95;
         self
     }
 

@@ -5,8 +5,7 @@
 
 use super::estimate::{Estimate, JointEstimate};
 use super::{GapPoint, JointGap};
-use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS, State};
-use crate::compensator::{Response, Spike, Windup};
+use crate::effects::response::{MOST_SPIKES, MOST_WINDUPS, Response, Spike, State, Windup};
 use crate::numerics::robust::median_of;
 use crate::robot::Robot;
 

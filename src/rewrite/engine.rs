@@ -50,8 +50,8 @@ pub struct Engine<'a> {
 
 /// A program of more axes is none of a robot.
 const MOST_AXES: usize = 64;
-/// A difference that the way to the gears and back makes, rad or m.
-const NOTHING: f64 = 1e-13;
+/// A change of a joint that is none: rounding of the arithmetic, and of the way to the gears and back; rad or m.
+pub(super) const NOTHING: f64 = 1e-13;
 
 /// Whether the change at the TCP is looked at here: at all points of a program that people read, and at some of a dense one.
 fn changes_here(origin: Origin) -> bool {

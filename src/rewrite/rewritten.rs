@@ -16,6 +16,7 @@
 
 use crate::compensator::{Compensator, JointCompensator};
 use crate::rewrite::offset::Offset;
+use crate::rewrite::plan::{GENTLE, NEAREST};
 use std::collections::HashSet;
 
 /// Fewest reversals that a judgement needs, and the share of them that must look made: by a step, or by a short way alone.
@@ -35,10 +36,6 @@ const NEAR: usize = 5;
 const ROUNDED: f64 = 0.55;
 /// An axis tells the share of a way of at least so many last digits.
 const TELLING: f64 = 20.0;
-/// Where no other axis tells the share: that of the nearest place on a long leg, and the travel after which a step is gentle, in
-/// steps ([`crate::rewrite::plan`]).
-const NEAREST: f64 = 0.01;
-const GENTLE: f64 = 20.0;
 /// A way without another axis is short up to this share, and the one after it goes on by at most this many times its length.
 const SHORT: f64 = 0.11;
 const GROWS: f64 = 2.0;

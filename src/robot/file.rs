@@ -202,7 +202,7 @@ fn still() -> FrameFile {
 }
 
 fn gravity() -> [f64; 3] {
-    [0.0, 0.0, -9.80665]
+    [0.0, 0.0, -super::STANDARD_GRAVITY_M_S2]
 }
 
 impl Robot {

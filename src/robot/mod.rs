@@ -42,6 +42,9 @@ use robot_programs::gcode::Control;
 
 use nalgebra::{Isometry3, Vector3};
 
+/// Standard acceleration of free fall, m/s^2 (CGPM 1901).
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+
 /// Denavit-Hartenberg convention of a robot file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Convention {
@@ -176,7 +179,7 @@ impl Robot {
             flange: Isometry3::identity(),
             tool,
             reflectors_m: Vec::new(),
-            gravity_m_s2: Vector3::new(0.0, 0.0, -9.80665),
+            gravity_m_s2: Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2),
             gap_of: Vec::new(),
             frames: Frames::default(),
             axes,

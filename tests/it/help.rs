@@ -50,3 +50,25 @@ fn help_texts_use_standard_terms() {
         }
     });
 }
+
+/// Lines of the examples of a help text.
+fn examples(help: &str) -> Vec<String> {
+    let start = help.find("Examples:").map_or(help.len(), |at| at);
+    help[start..].lines().take_while(|l| !l.is_empty()).map(str::to_string).collect()
+}
+
+#[test]
+fn a_narrow_terminal_splits_no_example() {
+    let shown = |width: usize| {
+        let mut all = lostmotion::cli::help::command().term_width(width);
+        all.build();
+        let mut list = Vec::new();
+        visit("lostmotion", &mut all, &mut |name, help| list.push((name.to_string(), examples(&help))));
+        list
+    };
+    let (narrow, wide) = (shown(80), shown(200));
+    assert!(wide.iter().filter(|e| e.1.len() > 1).count() > 20);
+    for (narrow, wide) in narrow.iter().zip(&wide) {
+        assert_eq!(narrow, wide);
+    }
+}

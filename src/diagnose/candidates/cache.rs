@@ -192,7 +192,7 @@ mod tests {
     use crate::diagnose::problem::synthetic::tests::closed_path_with_gaps;
 
     #[test]
-    fn kept_signatures_score_as_new_ones_do() {
+    fn kept_sensitivities_score_as_new_ones_do() {
         let (problem, h) = closed_path_with_gaps();
         let list = candidates::all(&problem);
         let mut kept = ScreeningCache::default();

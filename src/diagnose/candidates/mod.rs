@@ -23,7 +23,7 @@ pub(crate) mod structure;
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::effects::candidate::AxisSurvey;
-use crate::effects::{Inputs, Survey, catalogue, transmission_error};
+use crate::effects::{Family, Inputs, Survey, catalogue, transmission_error};
 
 pub use crate::effects::Candidate;
 
@@ -48,6 +48,11 @@ impl Candidate {
             })
             .collect()
     }
+}
+
+/// Is an effect one of the geometry?
+pub(in crate::diagnose) fn is_geometry(effect: &str) -> bool {
+    catalogue::find(effect).is_some_and(|e| e.family == Family::Geometry)
 }
 
 /// All candidates but ripple and vibration, in the order of the catalogue.
@@ -81,12 +86,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]),
         loaded: problem.logs.iter().any(|l| l.drive.gravity_torque(axis).iter().any(|t| *t != 0.0)),
         load: problem.logs.iter().flat_map(|l| l.drive.gravity_torque(axis).iter()).fold(0.0, |m, t| m.max(t.abs())),
-        fastest: problem
-            .logs
-            .iter()
-            .filter(|l| !l.log.poses)
-            .flat_map(|l| Inputs::speed(&l.drive, axis).iter())
-            .fold(0.0, |m, v| m.max(v.abs())),
+        fastest: problem.motions().flat_map(|l| Inputs::speed(&l.drive, axis).iter()).fold(0.0, |m, v| m.max(v.abs())),
         torque_measured: problem.logs.iter().any(|l| l.drive.measured_torque(axis).is_some()),
         torque: problem
             .logs
@@ -101,7 +101,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
         clock: clock(problem),
         fastest_m_s: fastest.max(1e-6),
         points: problem.logs.iter().any(|l| l.reflectors() > 0),
-        motion: problem.logs.iter().any(|l| !l.log.poses),
+        motion: !problem.is_settled(),
         temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
     }
 }
@@ -109,7 +109,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
 /// Length of the shortest sample interval and of the longest log, s; `None` for poses alone.
 pub fn clock(problem: &Problem) -> Option<(f64, f64)> {
     let (mut step, mut length) = (f64::INFINITY, 0.0_f64);
-    for l in problem.logs.iter().filter(|l| !l.log.poses && l.drive.rows() > 1) {
+    for l in problem.motions().filter(|l| l.drive.rows() > 1) {
         let t = l.drive.t_s();
         let span = t[t.len() - 1] - t[0];
         step = step.min(span / (t.len() - 1) as f64);

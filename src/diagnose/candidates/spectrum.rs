@@ -43,7 +43,7 @@ pub fn identifiable(problem: &Problem, placed: &EffectInstance) -> bool {
 
 /// Most cycles per revolution that the poses of an axis tell from fewer; without a bound where a motion is sampled.
 fn most_told(problem: &Problem, axis: usize, turn: f64) -> f64 {
-    if problem.logs.iter().any(|l| !l.log.poses) {
+    if !problem.is_settled() {
         return f64::INFINITY;
     }
     let places: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.command(axis).iter().copied()).collect();
@@ -74,7 +74,7 @@ fn told_by(places: &[f64]) -> (f64, f64) {
 pub fn tried(ground: &ScreeningContext) -> f64 {
     let joints: f64 =
         (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| (g.to - g.from) as f64 / g.fine).sum();
-    let time: f64 = ground.problem.logs.iter().filter(|l| !l.log.poses).map(|l| l.drive.rows() as f64 / 2.0).sum();
+    let time: f64 = ground.problem.motions().map(|l| l.drive.rows() as f64 / 2.0).sum();
     joints + time
 }
 
@@ -114,7 +114,7 @@ fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
     if cycles.is_nan() || cycles < 2e-3 {
         return None;
     }
-    let strict = ground.problem.logs.iter().all(|l| l.log.poses);
+    let strict = ground.problem.is_settled();
     let turn = TAU / unit;
     let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.5);
     let most = if strict { most.min(most_told(ground.problem, axis, turn)) } else { most };

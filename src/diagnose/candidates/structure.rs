@@ -34,7 +34,7 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
     let splines = (per_joint / 2).clamp(3, MOST_SPLINES);
     let odd = (splines / 2).max(2);
     let mut groups: Vec<BasisGroup> =
-        moving.par_iter().flat_map_iter(|&axis| joint_bundles(problem, state, axis, splines, odd)).collect();
+        moving.par_iter().flat_map_iter(|&axis| groups_of_joint(problem, state, axis, splines, odd)).collect();
     groups.extend(held::groups(problem, state));
     if let Some((_, length)) = candidates::clock(problem) {
         if room > 40 * moving.len() {
@@ -51,7 +51,7 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
     groups
 }
 
-fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, odd: usize) -> Vec<BasisGroup> {
+fn groups_of_joint(problem: &Problem, state: &State, axis: usize, splines: usize, odd: usize) -> Vec<BasisGroup> {
     let joint = JointBasis::new(problem, state, axis);
     let mut groups = vec![
         joint.group(Aspect::Position, joint.splines(splines, false)),

@@ -60,7 +60,7 @@ fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem,
     if !problem.logs.iter().any(|l| l.reflectors() > 0) {
         problem.frames_free = false;
     }
-    problem.points_free = problem.frames_free && problem.logs.iter().all(|l| l.log.poses);
+    problem.points_free = problem.frames_free && problem.is_settled();
     group(&mut problem);
     let points = problem.logs.iter().any(|l| l.reflectors() > 0);
     if problem.n == 0 && !encoders(&problem) {

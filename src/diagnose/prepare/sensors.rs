@@ -140,7 +140,7 @@ fn by_points(
     let log = &problem.logs[l];
     let state = problem.evaluate(h);
     let mut columns = problem.nuisance_columns(h, &state);
-    for c in candidates::all(problem).iter().filter(|c| crate::diagnose::search::geometry::is_geometry(c.effect)) {
+    for c in candidates::all(problem).iter().filter(|c| candidates::is_geometry(c.effect)) {
         columns.extend(c.columns(problem, h, &state));
     }
     let only = |v: &mut Vec<f64>| {

@@ -1,6 +1,6 @@
 //! What the logs are: each kind is searched in its own way.
 
-use super::forward::Problem;
+use super::forward::{LogData, Problem};
 
 /// Kind of the logs of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,11 +14,21 @@ pub enum Recording {
 }
 
 impl Problem {
+    /// Whether the arm stood still at every reading of every log.
+    pub fn is_settled(&self) -> bool {
+        self.logs.iter().all(|l| l.log.poses)
+    }
+
+    /// The logs in which the arm moves.
+    pub fn motions(&self) -> impl Iterator<Item = &LogData> {
+        self.logs.iter().filter(|l| !l.log.poses)
+    }
+
     /// Kind of its logs.
     pub fn recording(&self) -> Recording {
         if self.groups.iter().all(|g| g.dims == 1) {
             Recording::JointSensors
-        } else if self.logs.iter().all(|l| l.log.poses && l.reflectors() > 0) {
+        } else if self.is_settled() && self.logs.iter().all(|l| l.reflectors() > 0) {
             Recording::SettledPoses
         } else {
             Recording::Motion

@@ -199,8 +199,6 @@ pub struct Unexplained {
 }
 
 pub(in crate::diagnose) const UM: f64 = 1e6;
-/// Quantile of the normal distribution for 95 %.
-pub(in crate::diagnose) const Z95: f64 = 1.959_963_985;
 
 pub(in crate::diagnose) fn digits(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {

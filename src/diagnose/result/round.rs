@@ -1,14 +1,14 @@
 //! One found effect as the document tells it: evidence, sizes with intervals, where it shows, what to do.
 
-use crate::diagnose::result::document::{
-    Evidence, GroupTest, Parameter, Place, Round, Tried, UM, Validation, Z95, digits,
-};
+use crate::diagnose::candidates::is_geometry;
+use crate::diagnose::result::document::{Evidence, GroupTest, Parameter, Place, Round, Tried, UM, Validation, digits};
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::story::NestedFit;
 use crate::diagnose::search::unnamed;
 use crate::diagnose::verdict::Member;
 use crate::effects::{AfterReversal, EffectInstance, Vibration};
+use crate::numerics::normal::Z95;
 use indexmap::IndexMap;
 
 pub(in crate::diagnose) fn round(
@@ -28,7 +28,7 @@ pub(in crate::diagnose) fn round(
         effect: named.0.clone(),
         target: named.1.clone(),
         decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
-        group: (group.is_some() || outcome.told.is_some() && geometry::is_geometry(&named.0)).then_some("geometry"),
+        group: (group.is_some() || outcome.told.is_some() && is_geometry(&named.0)).then_some("geometry"),
         tcp_um: outcome.told.as_ref().map(|story| digits(story.contributions[k] * UM)),
         place: place(outcome, placed, group),
         evidence: evidence(outcome, k, named, group),

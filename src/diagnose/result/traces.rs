@@ -163,14 +163,14 @@ fn log_trace(outcome: &Outcome, l: usize, points: bool, moved: &[(usize, Vec<f64
 /// Reversals of the joint of a found effect, where the effect acts after them.
 fn turns(outcome: &Outcome, effect: usize, log: &LogData) -> Vec<(f64, i8)> {
     let placed = &outcome.fit.hypothesis.effects[effect];
-    match placed.axis().filter(|_| behind_reversals(placed.effect.name()) && !log.log.poses) {
+    match placed.axis().filter(|_| after_reversals(placed.effect.name()) && !log.log.poses) {
         Some(axis) => log.drive.turns(axis).into_iter().map(|(t_s, _, dir)| (t_s, dir)).collect(),
         None => Vec::new(),
     }
 }
 
 /// Effects that show after the reversals of their joint.
-pub fn behind_reversals(effect: &str) -> bool {
+pub fn after_reversals(effect: &str) -> bool {
     catalogue::find(effect).is_some_and(|e| e.after_reversal != AfterReversal::Nothing)
 }
 

@@ -27,7 +27,7 @@ impl Search<'_> {
     pub(in crate::diagnose) fn steps_of(&self, after: &Fit, group: &geometry::Group) -> Vec<Step> {
         let p = self.problem;
         let step = |k: usize| {
-            let own = geometry::own_rival(p, after, k);
+            let own = geometry::other_geometry(p, after, k);
             Step::new(own.effect, own.target)
         };
         (0..group.count).map(step).collect()
@@ -90,7 +90,7 @@ impl Search<'_> {
     /// A found gravity (place among the free effects) that explains no more than chance beside all the others.
     fn no_longer_gravity(&self, fit: &Fit) -> Option<usize> {
         (0..fit.free.len()).find(|&k| {
-            let own = geometry::own_rival(self.problem, fit, k);
+            let own = geometry::other_geometry(self.problem, fit, k);
             geometry::is_gravity(own.effect) && self.chance(own.gain, own.parameters) > CHANCE
         })
     }

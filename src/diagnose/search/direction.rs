@@ -7,13 +7,14 @@
 //! Fails on an arm whose misfit itself depends on the approach (cables, belts): the decoys grow, nothing is named.
 
 use crate::diagnose::candidates::Candidate;
+use crate::diagnose::candidates::is_geometry;
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::geometry::{PRIOR, is_geometry};
+use crate::diagnose::search::geometry::PRIOR;
 use crate::effects::{Backlash, Effect, EffectInstance, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

@@ -241,7 +241,7 @@ impl Search<'_> {
         self.only = Some(geometry::is_gravity);
         (0..fit.free.len())
             .map(|k| match &fit.hypothesis.effects[fit.free[k]].effect {
-                _ if k < group.count => vec![geometry::own_rival(self.problem, fit, k)],
+                _ if k < group.count => vec![geometry::other_geometry(self.problem, fit, k)],
                 found if found.is_play() => {
                     direction::gap_rivals(self.problem, fit, terms, fit.hypothesis.effects[fit.free[k]].axis())
                 }

@@ -12,10 +12,10 @@
 //! Gross poses: all reflectors of a pose beyond six times the median are left out, after the group was fitted.
 //! Fails where the poses are few or alike: what they do not tell to a third of [`PRIOR`] stays as the drawing has it.
 
-use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::Tested;
+use crate::diagnose::candidates::{Candidate, is_geometry};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
@@ -45,11 +45,6 @@ const MOST: usize = 40;
 const GROSS: f64 = 6.0;
 /// Chance of structure below which it is reported.
 const STRUCTURED: f64 = 1e-5;
-
-/// Is an effect one of the geometry?
-pub fn is_geometry(effect: &str) -> bool {
-    catalogue::find(effect).is_some_and(|e| e.family == Family::Geometry)
-}
 
 /// The one effect that is sought after the group, besides gaps: joints that yield.
 pub(in crate::diagnose) fn is_gravity(effect: &str) -> bool {
@@ -182,7 +177,7 @@ fn significance(fit: &Fit, k: usize) -> f64 {
 }
 
 /// A found effect as its own only alternative: what taking it out would cost, by its covariance.
-pub fn own_rival(problem: &Problem, fit: &Fit, k: usize) -> Refined {
+pub fn other_geometry(problem: &Problem, fit: &Fit, k: usize) -> Refined {
     let placed = fit.hypothesis.effects[fit.free[k]].clone();
     let values = placed.effect.values();
     let start: usize = fit.free[..k].iter().map(|&i| fit.hypothesis.effects[i].effect.values().len()).sum();

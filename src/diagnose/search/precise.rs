@@ -35,7 +35,7 @@ fn follows_position(placed: &EffectInstance) -> bool {
 /// be tried, so that it gets no name.
 fn may_be_gravity(problem: &Problem, r: &Refined) -> bool {
     problem.recording() == Recording::JointSensors
-        && problem.logs.iter().all(|l| l.log.poses)
+        && problem.is_settled()
         && !candidates::survey(problem).axes.iter().any(|a| a.loaded)
         && r.placed.iter().any(follows_position)
 }
@@ -43,7 +43,7 @@ fn may_be_gravity(problem: &Problem, r: &Refined) -> bool {
 /// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple. Nor is one of settled
 /// poses that the travel or the spacing does not tell from other curves.
 pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
-    if problem.logs.iter().all(|l| l.log.poses) && !r.placed.iter().all(|p| spectrum::identifiable(problem, p)) {
+    if problem.is_settled() && !r.placed.iter().all(|p| spectrum::identifiable(problem, p)) {
         return false;
     }
     if may_be_gravity(problem, r) {

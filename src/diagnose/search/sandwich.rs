@@ -13,9 +13,10 @@ use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::Group;
 use crate::diagnose::problem::normal::dot;
 use crate::diagnose::search::fit::Fit;
+use crate::numerics::normal::Z95;
+use crate::numerics::{chi_squared, student};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 /// Parts of every log at most, and at least.
 const PARTS: usize = 24;
@@ -24,8 +25,6 @@ const LEAST_PARTS: usize = 8;
 const LONGER: f64 = 5.0;
 /// Chance below which a scatter is no longer that of the noise.
 const CHANCE: f64 = 0.01;
-/// Quantile of the normal distribution for 95 %.
-const Z95: f64 = 1.959_963_985;
 
 /// Parts into which the observations of a group are cut.
 fn parts_of(group: &Group, phi: f64) -> usize {
@@ -85,11 +84,7 @@ fn wide((scatter, clusters): (f64, usize)) -> f64 {
     }
     let free = (clusters - 1) as f64;
     // of two or three runs the quantile would be that of a guess
-    let wider = if clusters < LEAST_PARTS {
-        1.0
-    } else {
-        StudentsT::new(0.0, 1.0, free).map_or(1.0, |t| (t.inverse_cdf(0.975) / Z95).powi(2))
-    };
+    let wider = if clusters < LEAST_PARTS { 1.0 } else { (student::factor(0.95, free) / Z95).powi(2) };
     scatter * clusters as f64 / free * wider
 }
 
@@ -102,7 +97,7 @@ fn honest(noise: f64, (scatter, clusters): (f64, usize)) -> f64 {
     let free = (clusters - 1) as f64;
     let widened = wide((scatter, clusters));
     let scatter = scatter * clusters as f64 / free;
-    let chance = ChiSquared::new(free).map_or(1.0, |c| c.sf(free * scatter / noise));
+    let chance = chi_squared::tail(free * scatter / noise, free);
     if chance > CHANCE || scatter <= noise {
         return noise;
     }

@@ -61,7 +61,7 @@ impl Head {
             .iter()
             .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))?;
         let shown = if *other == '\t' { "tab".to_string() } else { other.to_string() };
-        Some(Error::bad(
+        Some(Error::unknown_header(
             Place::line(name, self.line),
             format!("fields separated by `{shown}`"),
             format!(
@@ -100,7 +100,7 @@ impl Head {
                 let expected = format!("a log (CSV, with a header such as t_s,{},x_mm,y_mm,z_mm)", m.name(robot));
                 return Err(Error::bad(Place::line(name, self.line), found, expected));
             }
-            let error = Error::bad(
+            let error = Error::unknown_header(
                 Place::line(name, self.line),
                 format!("no column `{}` among {}", m.name(robot), listed(&self.names)),
                 expected,

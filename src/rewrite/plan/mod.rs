@@ -37,11 +37,11 @@ const LONGEST_STROKE: usize = 16_384;
 const FINE: f64 = 64.0;
 const COARSE: f64 = 8.0;
 /// The step point stands at least this share of a leg after its turn.
-const NEAREST: f64 = 0.01;
+pub(super) const NEAREST: f64 = 0.01;
 /// Part of the step by which an evenly rising command may cut the bends of the program.
 const CUT: f64 = 0.1;
 /// ... or so many times the step itself, where that is nearer.
-const GENTLE: f64 = 20.0;
+pub(super) const GENTLE: f64 = 20.0;
 const MOST_NODES_PER_LEG: usize = 400;
 /// Nodes per leg for friction that builds up over travel, at most: it has built up when the step is done.
 const MOST_FOR_TRAVEL: f64 = 8.0;

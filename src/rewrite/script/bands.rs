@@ -9,7 +9,7 @@ use crate::rewrite::deadband;
 /// corner near a joint's turn, the joint turns there and back, and two steps by the whole gap would cost more than that leg.
 const DEADBAND_SHARE_TCP: f64 = 0.5;
 /// Distance of a TCP from a joint at which the digits of its position count, m.
-const LEVER_M: f64 = 0.5;
+pub(super) const LEVER_M: f64 = 0.5;
 
 /// What was asked for, else 1.5 of the coarsest last digits with which the axis is written and a share of its smallest half gap.
 pub(super) fn deadbands(script: &Script, task: &Task) -> Vec<f64> {

@@ -6,17 +6,16 @@
 //! The times serve offsets that fade in seconds, speed limits, and an estimate of the cycle.
 
 use crate::program::script::{PathKind, Speed};
+use crate::rewrite::limits::CYCLE_S;
 use crate::robot::Robot;
 
-/// Shortest duration of a leg, s: one interpolation cycle of a controller.
-const CYCLE_S: f64 = 0.004;
 /// Share of its largest speed up to which a joint is taken to be driven: a controller slows down where a TCP speed asks for
 /// more, and the estimate must not stand on the limit itself.
 const DRIVEN: f64 = 0.9;
 /// Parts in which the TCP's way on a joint move is measured.
 const PARTS: usize = 8;
 /// ... and on an arc, of which a full turn then lacks 0.04 %.
-const ARC_PARTS: usize = 64;
+pub(super) const ARC_PARTS: usize = 64;
 
 /// Duration of the way from `a` to `b`, s; `None`: the speed is not known and there is no other. `on_way` gives joints on an
 /// arc.

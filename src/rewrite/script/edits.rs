@@ -3,11 +3,9 @@
 use super::arcs;
 use super::run::{Role, Run, Vertex};
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
+use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
-
-/// A change of a joint that is none: rounding of the arithmetic, rad or m.
-const NOTHING: f64 = 1e-13;
 
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;

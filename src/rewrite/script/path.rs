@@ -10,6 +10,7 @@
 //! long that it would have more than [`MOST_POINTS`] points, they stand further apart.
 
 use super::approach::Sides;
+use super::clock::ARC_PARTS;
 use super::context::Contexts;
 use super::job;
 use super::poses::Poses;
@@ -40,8 +41,6 @@ const TURN: f64 = 1e-7;
 const JOIN_M_S: f64 = 0.25;
 const JOIN_SHARE: f64 = 0.5;
 const JOIN_S: f64 = 0.1;
-/// Parts of an arc whose joints the format itself knows.
-const ARC_PARTS: usize = 64;
 
 /// How programs are read.
 #[derive(Clone, Copy)]

@@ -11,6 +11,7 @@
 //! by chance. Nothing comes back where every number of the original has all of its digits and no point was added; nor after another
 //! compensator.
 
+use super::bands::LEVER_M;
 use super::fading::ByClock;
 use super::poses::{Place, own_numbers};
 use super::run::{Role, Run};
@@ -35,8 +36,6 @@ const FARTHEST: f64 = 0.95;
 /// Where friction fades, a point may miss the way by this share of what it stood off it; and the offset there in settled ones.
 const FADING: f64 = 0.1;
 const FRESH: [f64; 2] = [0.5, 3.0];
-/// Distance at which turns of joints count as lengths, m.
-const LEVER_M: f64 = 0.5;
 /// Fewest points on ways, numbers that are the same again, and numbers that become rounder; and shares of those that could.
 const LEAST_WAYS: usize = 3;
 const LEAST_SAME: usize = 5;

@@ -55,7 +55,7 @@ fn windup(problem: &Problem, machine: &MachineFit, k: usize, support: f64) -> Op
     let on = |effect: Effect| EffectInstance::new(gap.target, effect);
     let windups = TRAVELS.map(|t| on(Hysteresis { half_width: size, presliding: t * unit }.into()));
     let spiked = fit.hypothesis.effects.iter().any(|p| p.target == gap.target && p.effect.nature() == Nature::Spike);
-    let decays: &[f64] = if problem.logs.iter().all(|l| l.log.poses) || spiked { &[] } else { &DECAYS_S };
+    let decays: &[f64] = if problem.is_settled() || spiked { &[] } else { &DECAYS_S };
     let spikes = decays.iter().map(|&d| on(Stiction { spike: size, decay: Decay::Time(d) }.into()));
     // what each does beside what is there without the gap, at the size of the gap; sizes stand side by side
     let instead =

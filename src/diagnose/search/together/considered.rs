@@ -19,7 +19,7 @@ use crate::diagnose::problem::forward::Problem;
 use crate::effects::{
     Backlash, BacklashPosition, Candidate, EffectInstance, FreeMassGravity, GravityCompliance, Hysteresis,
 };
-use crate::robot::{Convention, JointKind};
+use crate::robot::{Convention, JointKind, STANDARD_GRAVITY_M_S2};
 use rayon::prelude::*;
 
 /// Wind-up beside a gap, in parts of the gap, one standard deviation.
@@ -28,8 +28,6 @@ const WINDUP: f64 = 1.0 / 3.0;
 const MASSES: f64 = 0.15;
 /// Bend of a joint below which it gets no column, rad.
 const NO_BEND: f64 = 1e-7;
-/// m/s^2.
-const GRAVITY: f64 = 9.80665;
 /// Trial of a wind-up, rad or m.
 const TRIAL: f64 = 1e-6;
 
@@ -117,7 +115,7 @@ fn masses(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
             };
             let reach = along.hypot(next.map_or(0.0, |j| j.d_m));
             let moment = robot.links[link].mass_kg * robot.links[link].com_m.norm() + behind * reach;
-            let width = MASSES * gravity.compliance.abs() * GRAVITY * moment;
+            let width = MASSES * gravity.compliance.abs() * STANDARD_GRAVITY_M_S2 * moment;
             if width > NO_BEND {
                 let make = move |c: &[f64]| FreeMassGravity { moments: vec![(link, [c[0], c[1]])] };
                 list.push((Candidate::of_sizes(robot, placed.target, &[TRIAL, TRIAL], make), width));

@@ -280,7 +280,7 @@ pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
     let sizes = contribution::contributions(problem, fit);
     let worth = contribution::WORTH * rms(problem, &fit.state.residual);
     let geometric =
-        |k: usize| crate::diagnose::search::geometry::is_geometry(fit.hypothesis.effects[fit.free[k]].effect.name());
+        |k: usize| crate::diagnose::candidates::is_geometry(fit.hypothesis.effects[fit.free[k]].effect.name());
     let mut out: Vec<usize> = Vec::new();
     let mut now = table.held_out(&(0..n).collect::<Vec<_>>());
     loop {

@@ -3,10 +3,10 @@
 use super::blocks::{self, Blocks};
 use super::contribution::{contribution, contributions};
 use super::{MachineFit, considered, members, prior};
+use crate::diagnose::candidates::is_geometry;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::geometry::is_geometry;
 use crate::diagnose::search::sandwich;
 use crate::diagnose::search::story::NestedFit;
 use crate::effects::EffectInstance;

@@ -216,7 +216,7 @@ fn of_axis(problem: &Problem, survey: &Survey, axis: usize, list: &mut Vec<Famil
 /// Largest acceleration of the commands of an axis between rows, but for the fastest hundredth.
 fn largest_acceleration(problem: &Problem, axis: usize) -> f64 {
     let mut all: Vec<f64> = Vec::new();
-    for log in problem.logs.iter().filter(|l| !l.log.poses && l.drive.rows() > 2) {
+    for log in problem.motions().filter(|l| l.drive.rows() > 2) {
         let t = log.drive.t_s();
         let p = log.drive.command(axis);
         let of = |k: usize| {

@@ -24,6 +24,7 @@ use crate::diagnose::search::story;
 use crate::diagnose::search::together::blocks::Blocks;
 use crate::diagnose::search::together::{contribution, prior};
 use crate::effects::{EffectInstance, Empirical, Nature};
+use crate::numerics::normal::Z95;
 use curves::{Family, Halves};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -41,8 +42,6 @@ const SMOOTHER: f64 = 0.03;
 const PER_KNOT: f64 = 2.0;
 /// Kinds of structure (joint and aspect) that are described where everything was fitted together.
 const STRONGEST: usize = 6;
-/// Quantile of the normal distribution for 95 %.
-const Z95: f64 = 1.959_963_985;
 
 /// What the curves are chosen from; kinds that once show nothing are not looked at again.
 pub struct Pool {
@@ -268,7 +267,7 @@ pub fn sigma_of(fit: &Fit, k: usize) -> Vec<f64> {
     sigma(&fit.hypothesis.effects[fit.free[k]], &covariance_of(fit, k))
 }
 
-/// Writes the intervals of the curves into them, as a model file has them.
+/// Writes the intervals of the curves into them, as a model file has them; a fit that did not converge has none.
 pub fn with_intervals(problem: &Problem, fit: &mut Fit) {
     for k in 0..fit.free.len() {
         let i = fit.free[k];
@@ -281,7 +280,7 @@ pub fn with_intervals(problem: &Problem, fit: &mut Fit) {
         };
         let keys = placed.keys(&problem.robot);
         let intervals = values.iter().zip(&sigma_of(fit, k)).zip(&keys).map(one).collect();
-        fit.hypothesis.effects[i].effect = curve.with_ci95(Value::Sequence(intervals)).into();
+        fit.hypothesis.effects[i].effect = curve.with_ci95(fit.converged.then_some(Value::Sequence(intervals))).into();
     }
 }
 
