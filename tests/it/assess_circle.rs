@@ -1,6 +1,6 @@
 //! `assess circle` against the twin's `score`, an analytic circle, and its refusals.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use lostmotion::assess::circle::{Assessment, assess};
 use lostmotion::io::input::Input;
 use lostmotion::log::Log;
@@ -14,7 +14,7 @@ const KUKA: &str = "configs/kuka-kr120-r2500-pro.yaml";
 const CIRCLE: &str = "samples/circle/circle_program.csv";
 
 fn circle(args: &[&str]) -> Value {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let out =
         command.args(["assess", "circle", "--robot", KUKA, "--nominal", CIRCLE, "--json"]).args(args).output().unwrap();
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
@@ -97,7 +97,7 @@ fn the_histogram_counts_every_row_once() {
 
 #[test]
 fn the_table_names_each_reversal() {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let out = command
         .args(["assess", "circle", "--robot", KUKA, "--nominal", CIRCLE, "--before", &log("table3")])
         .output()
@@ -127,9 +127,9 @@ fn gantry_circle(model: &Model, start_deg: f64, travel_deg: f64) -> Program {
 
 /// A gantry with the gap on X and its circle, run at 1 mm/s and assessed.
 fn gantry(start_deg: f64, travel_deg: f64, effects: &str) -> (Model, Assessment) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot = std::fs::canonicalize("configs/gantry-xyz-ballscrew.yaml").unwrap();
-    let path = folder.path().join("m.yaml");
+    let path = folder.join("m.yaml");
     let text = format!("schema: lostmotion/model/1\nrobot: {}\neffects: [{effects}]\n", robot.display());
     std::fs::write(&path, text).unwrap();
     let model = Model::load(&path).unwrap();
@@ -210,9 +210,9 @@ fn traces_for_plots_are_short_and_whole() {
 
 #[test]
 fn refuses_what_is_no_circle_or_no_run_of_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         std::fs::write(&path, text).unwrap();
         path.to_str().unwrap().to_string()
     };
@@ -247,7 +247,7 @@ fn refuses_what_is_no_circle_or_no_run_of_it() {
         (CIRCLE, no_tcp, "no_tcp.csv:2: found no column `x_mm`"),
         (CIRCLE, radians, "only if the commands are in radians"),
     ] {
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         let args = ["assess", "circle", "--robot", KUKA, "--nominal", nominal, "--before", &before];
         let assert = command.args(args).assert().code(2);
         let output = assert.get_output();

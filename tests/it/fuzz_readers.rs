@@ -1,6 +1,7 @@
 //! Readers of documents, logs and recordings on mutated samples: an input is read or refused, and no reader panics. With the stable
 //! compiler and a fixed seed; `fuzz/` has the same targets for cargo-fuzz, and `crates/robot-programs/tests/fuzz.rs` the languages.
 
+use crate::support::bundled;
 use lostmotion::assess::bidirectional::readings::Readings;
 use lostmotion::compensator::Compensator;
 use lostmotion::gaps::Gaps;
@@ -18,7 +19,7 @@ use lostmotion::robot::urdf;
 use lostmotion::track::path::Path as TrackPath;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Pieces that readers stumble over.
 const WORDS: [&[u8]; 24] = [
@@ -67,12 +68,8 @@ pub fn mutated(seeds: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-fn root(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
 fn file(path: &str) -> Vec<u8> {
-    std::fs::read(root(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+    std::fs::read(bundled(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
 /// The head of a CSV in a gzip file: mutations should meet its header, not a thousandth row.
@@ -83,7 +80,7 @@ fn head_of_gz(path: &str, lines: usize) -> Vec<u8> {
 }
 
 fn robot() -> Robot {
-    Robot::load(&root("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
+    Robot::load(&bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
 }
 
 fn input(name: &str, bytes: &[u8]) -> Input {
@@ -129,7 +126,7 @@ fn documents(runs: usize) {
             })
             .is_ok()
     });
-    let instrument = Robot::load(&root("configs/micro-iges-4dof.yaml")).unwrap();
+    let instrument = Robot::load(&bundled("configs/micro-iges-4dof.yaml")).unwrap();
     run("compensator", runs, &[file("samples/instrument/compensator.yaml")], &|b| {
         text(b, |t| Compensator::parse("c.yaml", t, &instrument).is_ok())
     });
@@ -179,7 +176,7 @@ fn notes_and_names(runs: usize) {
 
 /// A manifest of the sample programs, as the command writes it.
 fn manifest_seed() -> Vec<u8> {
-    let entries = manifest::of_folder(&root("samples/programs/krl"), None).unwrap();
+    let entries = manifest::of_folder(&bundled("samples/programs/krl"), None).unwrap();
     manifest::text(&entries).into_bytes()
 }
 
