@@ -5,6 +5,7 @@ pub(crate) mod circle;
 pub(crate) mod deadzone;
 pub(crate) mod impact;
 pub(crate) mod program;
+mod runs;
 
 use anyhow::Result;
 
