@@ -1,4 +1,4 @@
-//! `assess circle` against the twin's `score`, an analytic circle, and its refusals.
+//! `assess circle` against the `score` of an independent simulator, an analytic circle, and its refusals.
 
 use crate::support::{self, WorkFolder};
 use lostmotion::assess::circle::{Assessment, assess};
@@ -29,17 +29,17 @@ fn f(v: &Value) -> f64 {
     v.as_f64().unwrap_or_else(|| panic!("{v} is no number"))
 }
 
-/// The twin prints 0.1 um; the contract asks for 0.3 um, and rounding leaves no more than 0.06.
+/// The independent simulator prints 0.1 um; the contract asks for 0.3 um, and rounding leaves no more than 0.06.
 const TOLERANCE_UM: f64 = 0.06;
 
 fn agrees_with_score(half: &Value, name: &str) {
     let score: Value =
         serde_json::from_str(&std::fs::read_to_string(format!("tests/data/twin/score_{name}.json")).unwrap()).unwrap();
-    let near = |ours: &Value, twin: &Value, what: &str| {
-        assert!((f(ours) - f(twin)).abs() <= TOLERANCE_UM, "{name} {what}: {ours} against {twin}");
+    let near = |ours: &Value, theirs: &Value, what: &str| {
+        assert!((f(ours) - f(theirs)).abs() <= TOLERANCE_UM, "{name} {what}: {ours} against {theirs}");
     };
     assert!((f(&half["radius_mm"]) - f(&score["radius_mm"])).abs() <= 0.51e-4);
-    for (ours, twin) in [
+    for (ours, theirs) in [
         ("total_max_um", "total_max_um"),
         ("in_plane_max_um", "in_plane_max_um"),
         ("out_of_plane_max_um", "out_of_plane_max_um"),
@@ -47,11 +47,11 @@ fn agrees_with_score(half: &Value, name: &str) {
         ("beyond_nominal_max_um", "total_chord_removed_max_um"),
         ("beyond_nominal_rms_um", "total_chord_removed_rms_um"),
     ] {
-        near(&half[ours], &score["path"][twin], ours);
+        near(&half[ours], &score["path"][theirs], ours);
     }
-    let (ours, twin) = (half["reversals"].as_array().unwrap(), score["reversals"].as_array().unwrap());
-    assert_eq!((ours.len(), twin.len()), (6, 6));
-    for (o, t) in ours.iter().zip(twin) {
+    let (ours, theirs) = (half["reversals"].as_array().unwrap(), score["reversals"].as_array().unwrap());
+    assert_eq!((ours.len(), theirs.len()), (6, 6));
+    for (o, t) in ours.iter().zip(theirs) {
         assert_eq!(o["joint"], t["joint"]);
         assert!((f(&o["at_deg"]) - f(&t["angle_deg"])).abs() <= 0.0051, "{o} {t}");
         for (a, b) in [
@@ -66,7 +66,7 @@ fn agrees_with_score(half: &Value, name: &str) {
 }
 
 #[test]
-fn errors_are_those_of_the_twins_score() {
+fn errors_are_those_of_the_independent_simulators_score() {
     let (table3, figure5, best) = (log("table3"), log("figure5"), log("best"));
     let found = circle(&["--before", &table3, "--after", &best]);
     assert_eq!(found["schema"], "lostmotion/circle/1");
