@@ -32,6 +32,7 @@
 //!
 //! Files beside:
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
+//! - `radians`: programs whose angles are probably radians under names that say degrees
 //! - [`near`]: two programs as text, equal but for numbers within a tolerance (checks)
 //! - `original`: the bytes of a program as it was, kept in the note beside its rewritten form: zlib, base64. `undo` brings them
 //!   back

@@ -2,8 +2,9 @@
 //! gains.
 //!
 //! The circle has a radius of 150 mm and one orientation, away from the wrist's singularity, in which the bundled one lies. It is
-//! executed by a small interpreter that shares no code with the rewriter's kinematics: straight segments of the TCP, position and rotation interpolated, each point solved by the
-//! damped numerical inverse from the point before; what comes out is a joint program for `simulate`.
+//! executed by a small interpreter that shares no code with the rewriter's kinematics: straight segments of the TCP, position and
+//! rotation interpolated, each point solved by the damped numerical inverse from the point before; what comes out is a joint program for
+//! `simulate`.
 
 use super::vendor_circle::robot;
 use crate::support::{self, WorkFolder, run};
