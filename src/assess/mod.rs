@@ -31,7 +31,9 @@
 
 pub mod bidirectional;
 pub mod circle;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod deadzone;
 pub mod impact;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod program;
 pub(crate) mod rigid;

@@ -41,12 +41,15 @@
 
 #![warn(missing_docs)]
 
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod display;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod document;
 pub mod motions;
 pub(crate) mod observe;
 pub mod path;
 pub mod question;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod reasons;
 pub mod recording;
 pub mod separate;

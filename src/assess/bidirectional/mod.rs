@@ -20,6 +20,7 @@ pub(crate) mod digits;
 pub(crate) mod direction;
 pub(crate) mod document;
 pub mod equation;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod gap;
 pub mod model;
 pub(crate) mod poses;
