@@ -323,16 +323,16 @@ def measured(desk, arm, joints, speed, languages, judge, of_arcs):
 
 
 def on_simulator(given, work):
-    twin = load(given.simulator)
+    simulator = load(given.simulator)
     arm = Arm(ROOT / "configs/kuka-kr120-r2500-pro.yaml")
     for q in ([10, -80, 90, 20, 40, -50], [-30, -60, 70, -10, 25, 100]):
-        assert np.abs(twin.forward([q])[0] - arm.forward(q)[1]).max() < 1e-6, "the arms differ"
+        assert np.abs(simulator.forward([q])[0] - arm.forward(q)[1]).max() < 1e-6, "the arms differ"
     model = yaml.safe_load((ROOT / "samples/models/kuka-table3.model.yaml").read_text())
     model["robot"] = "robot.yaml"
     (work / "model.yaml").write_text(json.dumps(model))
     desk = Desk(work, given.binary, ROOT / "configs/kuka-kr120-r2500-pro.yaml", ["--model", "model.yaml", *given.options.split()])
-    circle = twin.forward(twin.circle())
-    q = np.r_[twin.inverse3(circle[:1])[0], WRIST]
+    circle = simulator.forward(simulator.circle())
+    q = np.r_[simulator.inverse3(circle[:1])[0], WRIST]
     rotation = arm.forward(q)[0]
     joints = []
     for p in circle:
@@ -346,16 +346,16 @@ def on_simulator(given, work):
         for program in (before, after):
             (work / "p.csv").write_text(joint_csv(arm, program))
             call = lambda *a: subprocess.run([sys.executable, given.simulator, *map(str, a)], check=True, capture_output=True, text=True).stdout
-            call("run", work / "p.csv", "-o", work / "log.csv", "--noise-um", 0, "--speed-mm-s", twin.SPEED)
+            call("run", work / "p.csv", "-o", work / "log.csv", "--noise-um", 0, "--speed-mm-s", simulator.SPEED)
             scores.append(json.loads(call("score", work / "log.csv", "--nominal", work / "n.csv", "--json")))
         key = "total_chord_removed_um"
-        at = twin.durations(nominal, twin.SPEED)
-        meant = twin.forward(np.stack([np.interp(np.arange(0, at[-1], 0.01), at, nominal[:, j]) for j in range(6)], 1))
+        at = simulator.durations(nominal, simulator.SPEED)
+        meant = simulator.forward(np.stack([np.interp(np.arange(0, at[-1], 0.01), at, nominal[:, j]) for j in range(6)], 1))
 
         def off(program):
             """Largest distance from the interpolated original, um; the first 30 s are those of an unknown side."""
-            t, run = twin.execute(program, twin.durations(program, twin.SPEED), 25)
-            return round(float(cKDTree(meant).query(twin.forward(run["true"])[t > 30])[0].max() * 1e3), 1)
+            t, run = simulator.execute(program, simulator.durations(program, simulator.SPEED), 25)
+            return round(float(cKDTree(meant).query(simulator.forward(run["true"])[t > 30])[0].max() * 1e3), 1)
 
         return {
             "off_path_um": [off(before), off(after)],
@@ -365,7 +365,7 @@ def on_simulator(given, work):
             "path_rms_um": [s["path"]["total_chord_removed_rms_um"] for s in scores],
         }
 
-    return measured(desk, arm, joints, twin.SPEED, given.languages, judge, given.arcs)
+    return measured(desk, arm, joints, simulator.SPEED, given.languages, judge, given.arcs)
 
 
 def on_machine(given, work):

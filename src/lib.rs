@@ -39,8 +39,6 @@
 //! # Ok(())
 //! # }
 //! ```
-// much that the command line alone uses lies beside what it works on
-#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 #![forbid(unsafe_code)]
 
 pub mod assess;

@@ -1,10 +1,14 @@
 //! `lostmotion assess`: what lost motion costs at the TCP; one file per subcommand.
+//!
+//! Computed: [`impact`] (of a gap), [`program`] (a program before and after it was changed). Measured: [`circle`], [`deadzone`], both on
+//! the logs that `runs` reads, and [`bidirectional`].
 
 pub(crate) mod bidirectional;
 pub(crate) mod circle;
 pub(crate) mod deadzone;
 pub(crate) mod impact;
 pub(crate) mod program;
+mod runs;
 
 use anyhow::Result;
 

@@ -1,4 +1,7 @@
 //! `lostmotion identify`: one file per way to find gaps.
+//!
+//! [`common`] has the arguments and results of all of them; [`machine`] takes all logs together. Of one kind of test each: [`static_`],
+//! [`identify_path`](super::identify_path), [`deadzone`], [`screw`].
 
 pub(crate) mod common;
 pub(crate) mod deadzone;

@@ -1,4 +1,14 @@
 //! The command line: one file per command, each `arguments -> load -> call -> write`, no mathematics.
+//!
+//! Read in this order:
+//! - [`process`]: arguments in, exit code out; [`global`]: options of every command; [`help`]: help that wraps; [`exit`]: errors as they are
+//!   printed, and their exit codes; [`console`]: standard error; [`progress`]: that a long run is alive.
+//! - [`paths`], [`logs`]: what is checked before anything is read; logs, read and found plausible.
+//! - The job: [`identify`] with [`identify_path`], [`fit`], [`rewrite`], [`undo`]; [`simulate`] and [`assess`] show what remains;
+//!   [`demo`] runs all of it.
+//! - Many programs on many machines: [`manifest`], [`merge`], [`status`].
+//! - A machine to learn more about: [`diagnose`], [`plan_experiment`] with [`plan_recording`], [`learn`], [`track`].
+//! - Files: [`robot`], [`columns`], [`join`], [`schema`], [`show`]; [`page`]: results as pages; [`completions`].
 
 #![warn(missing_docs)]
 // doc comments of arguments are help texts, with <placeholders>

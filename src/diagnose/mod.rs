@@ -11,6 +11,36 @@
 //! - [`search`]: a few effects one by one, or everything together (`search::together`); curves for what
 //!   has no name (`search::unnamed`); what it ends with.
 //! - [`verdict`]: sets, blind spots; [`result`]: the document, for a terminal and a page.
+//!
+//! # Example
+//!
+//! A carriage that lags 0.1 mm behind its command after every reversal has a half gap of 0.05 mm.
+//!
+//! ```
+//! use lostmotion::{diagnose, io::input::from_bytes, log::Log, model::Model, robot::Robot};
+//! use std::fmt::Write;
+//! use std::path::Path;
+//!
+//! let robot = Robot::load(Path::new("configs/gantry-xyz-ballscrew.yaml"))?;
+//! let mut text = String::from("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm\n");
+//! for k in 0..600_i32 {
+//!     let t = 0.1 * f64::from(k);
+//!     let [x, y, z] = [0.31, 0.23, 0.17].map(|w| 60.0 * (w * t).sin());
+//!     // the play of X by hand; readings that scatter by a few um
+//!     let lost = 0.05 * (0.31 * t).cos().signum();
+//!     let noise = |n: i32| 0.002 * f64::from((k * 7919 + n * 104_729) % 101 - 50) / 50.0;
+//!     let command = [500.0 + x, 400.0 + y, -200.0 + z];
+//!     let (a, b, c) = (command[0] - lost + noise(1), command[1] + noise(2), command[2] + noise(3));
+//!     let _ = writeln!(text, "{t:.3},{:.6},{:.6},{:.6},{a:.6},{b:.6},{c:.6}", command[0], command[1], command[2]);
+//! }
+//! let log = Log::parse(from_bytes("log.csv".into(), text.into_bytes())?, &robot)?;
+//! let model = Model::ideal(robot);
+//! let outcome = diagnose::diagnose(&model, &[log])?;
+//! let found = diagnose::model_with(&model, &outcome);
+//! let gap = found.effects.iter().find_map(|e| e.effect.half_gap()).expect("a gap");
+//! assert!((gap.at(0.5) - 0.05e-3).abs() < 5e-6, "{} m", gap.at(0.5));
+//! # Ok::<(), lostmotion::error::Error>(())
+//! ```
 
 #![warn(missing_docs)]
 

@@ -2,13 +2,15 @@
 //!
 //! What a log shows and no effect describes. On a joint it adds the curve's value to the joint's position; with `times: direction`
 //! the value changes its sign with the direction of movement (the odd part of a hysteresis), with `times: A2` it is multiplied by the
-//! position of another joint (rad or m). On the TCP it adds a vector over time or over the position of one joint (`of: A1`). The curve is a natural cubic spline through its knots (de Boor 1978, A Practical
-//! Guide to Splines), constant beyond them: linear in its values, so that a fit of them is, too.
+//! position of another joint (rad or m). On the TCP it adds a vector over time or over the position of one joint (`of: A1`). The curve is
+//! a natural cubic spline through its knots (de Boor 1978, A Practical Guide to Splines), constant beyond them: linear in its values, so
+//! that a fit of them is, too.
 //!
 //! Arguments: position deg or mm, direction -1 to +1 (0 before the first movement), speed deg/s or mm/s of the joint's command, its acceleration
-//! deg/s2 or mm/s2, torque Nm (N) as logged, else of gravity, time s since the first row. Parameters: the values at the knots, of either sign, at most 0.1 rad
-//! (10 mm); their 95 % intervals `ci95` are carried along. `rewrite` undoes a curve over position point by point, one over direction
-//! or times direction as a gap; the others are no function of the program's positions. Its trials: `crate::diagnose::search::unnamed`.
+//! deg/s2 or mm/s2, torque Nm (N) as logged, else of gravity, time s since the first row. Parameters: the values at the knots, of either
+//! sign, at most 0.1 rad (10 mm); their 95 % intervals `ci95` are carried along. `rewrite` undoes a curve over position point by point,
+//! one over direction or times direction as a gap; the others are no function of the program's positions. Its trials:
+//! `crate::diagnose::search::unnamed`.
 
 use super::site::within;
 use super::spline::Spline;

@@ -10,8 +10,8 @@
 //! through the addition of one. Read in this order:
 //! - [`effect`]: the trait [`EffectType`], which every effect implements, and [`Effect`], a value of any of them.
 //! - [`info`]: [`EffectInfo`], what holds for all values of an effect; [`catalogue`]: all of them, with one line each.
-//! - [`inputs`]: what effects look at; [`target`]: targets in words; [`entry`] and [`fields`]: the same in a model file; [`site`]: units and keys of a
-//!   target.
+//! - [`inputs`]: what effects look at; [`target`]: targets in words; [`entry`] and [`fields`]: the same in a model file; [`site`]: units
+//!   and keys of a target.
 //! - [`candidate`]: what a diagnosis tries of an effect, and what it knows of the logs ([`candidate::Survey`]).
 //! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
 //!   [`curve`]: a half gap as a function of position; [`spline`]: a smooth curve that is linear in its values.

@@ -5,8 +5,8 @@
 //! rad); cycles above 0; phase within half a turn either way. With `fade` the amplitude falls with the speed of the command:
 //! `amplitude * exp(-|dp/dt| / fade)`, as a position loop and the inertia behind the gear filter what a slow motion shows (seen on a
 //! KR 300: 0.0062 deg below 6 deg/s, 0.0036 deg above 21 deg/s). Where the angles of each recording count from its own start, every
-//! recording has its own phase: `phase_deg` is that of the first, `phase_2_deg` of the second, and so on. Action: service the gear (a tooth, the wave generator); an
-//! offset of the negative undoes it.
+//! recording has its own phase: `phase_deg` is that of the first, `phase_2_deg` of the second, and so on. Action: service the gear (a
+//! tooth, the wave generator); an offset of the negative undoes it.
 
 use super::site::within;
 use super::*;

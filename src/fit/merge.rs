@@ -1,8 +1,9 @@
 //! Which document a joint's values come from.
 //!
-//! Gap and friction that were estimated together stay together. Otherwise a schedule wins over a constant: a gap that varies has no constant. Among schedules the one from most tested cycles wins, among
-//! constants the one with the narrower interval. Stiction comes from the document that knows it best in proportion. The
-//! reversals by which a constant is judged are those of the document it comes from.
+//! Gap and friction that were estimated together stay together. Otherwise a schedule wins over a constant: a gap that varies has no
+//! constant. Among schedules the one from most tested cycles wins, among constants the one with the narrower interval. Stiction comes
+//! from the document that knows it best in proportion. The reversals by which a constant is judged are those of the document it comes
+//! from.
 
 use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{GapPoint, Gaps, JointGap, StictionFound};

@@ -12,6 +12,30 @@
 //!
 //! Files beside:
 //! - `contradict`: documents that say different things about one joint
+//!
+//! # Example
+//!
+//! A half gap becomes an offset of that size in either direction.
+//!
+//! ```
+//! use lostmotion::{fit, gaps::Gaps, robot::Robot};
+//! use std::path::Path;
+//!
+//! let robot = Robot::load(Path::new("configs/kuka-kr120-r2500-pro.yaml"))?;
+//! let text = format!(
+//!     "schema: lostmotion/gaps/1\nrobot: {{name: KUKA, sha256: {}}}\nlogs: [{{name: circle.csv, sha256: aa}}]\npoints: []\njoints:\n  \
+//!      - {{joint: A2, half_gap_deg: 0.0037, ci95: [0.0036, 0.0038]}}\n",
+//!     robot.fingerprint()
+//! );
+//! let gaps = Gaps::parse("gaps.yaml", &text, &robot)?;
+//! let compensator = fit::fit(&robot, &[gaps], fit::Form::Decay)?;
+//! let offsets = compensator.joints[0].backlash.as_ref().expect("a gap of A2");
+//! for offset in [&offsets.positive, &offsets.negative] {
+//!     // rad, anywhere in the joint's range
+//!     assert!((offset.at(0.5) - 0.0037_f64.to_radians()).abs() < 1e-9);
+//! }
+//! # Ok::<(), lostmotion::error::Error>(())
+//! ```
 
 #![warn(missing_docs)]
 

@@ -1,7 +1,7 @@
 //! Reading of the document `lostmotion/gaps/1`, as YAML or JSON (which is YAML).
 //!
-//! Keys that are not known are left alone (fields may be added), but for those that are almost a known one. Refused, with file and line: another schema, another
-//! robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
+//! Keys that are not known are left alone (fields may be added), but for those that are almost a known one. Refused, with file and line:
+//! another schema, another robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
 
 use super::estimate::{self, Estimate};
 use super::file::SCHEMA;

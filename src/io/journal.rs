@@ -82,10 +82,19 @@ impl Journal {
         Ok(written)
     }
 
+    /// The files that it names.
+    pub fn files(&self) -> &[Entry] {
+        &self.files
+    }
+
     fn read(path: &Path) -> Option<Self> {
         let small = std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= LARGEST);
-        let bytes = small.then(|| std::fs::read(path).ok()).flatten()?;
-        let journal: Self = serde_json::from_slice(&bytes).ok()?;
+        Self::parse(&small.then(|| std::fs::read(path).ok()).flatten()?)
+    }
+
+    /// A journal as this program writes it; `None`: it is damaged, or names a file out of its folder.
+    pub fn parse(bytes: &[u8]) -> Option<Self> {
+        let journal: Self = serde_json::from_slice(bytes).ok()?;
         let sound = |e: &Entry| {
             ours(&e.target).is_some()
                 && e.new.as_deref().is_none_or(|n| named_as(n, PART))

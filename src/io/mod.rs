@@ -15,6 +15,21 @@
 //! - [`threads`]: as many as there are.
 //! - [`keyed`]: an entry of a document whose key carries a unit.
 //! - [`yaml`]: YAML documents with the line of every refusal.
+//!
+//! # Example
+//!
+//! A file is known by its SHA-256 (that of `abc` is an example of FIPS 180-4), and comes into place whole.
+//!
+//! ```
+//! use lostmotion::io::{input, output};
+//!
+//! let folder = tempfile::tempdir().expect("a folder to work in");
+//! let path = folder.path().join("abc.txt");
+//! output::write_whole(&path, b"abc")?;
+//! let read = input::read(&path)?;
+//! assert_eq!(read.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+//! # Ok::<(), lostmotion::error::Error>(())
+//! ```
 
 #![warn(missing_docs)]
 

@@ -8,8 +8,9 @@
 //!
 //! with the frame of the tracker (`R`, `s`), the place `d` of the reflector in the flange frame, a zero offset and a half gap of every
 //! joint that moves. The last two are there because a gap lags on every path and would else be read as time; it does not grow
-//! with speed, as a late clock does. The gap is followed as a play, through the crossing. Reweighted rounds from the start that `search` found, with weak priors (see the constants)
-//! where a motion leaves these open. Readings farther out than [`OUTLIER`] robust deviations are left out.
+//! with speed, as a late clock does. The gap is followed as a play, through the crossing. Reweighted rounds from the start that `search`
+//! found, with weak priors (see the constants) where a motion leaves these open. Readings farther out than [`OUTLIER`] robust deviations
+//! are left out.
 //!
 //! Intervals: the sandwich estimate with a Bartlett kernel (Newey and West 1987) over rows, its length by Andrews (1991), as what
 //! jitter does to neighbouring rows is alike and grows with speed.

@@ -1,7 +1,8 @@
 //! A tracker's and a controller's recordings of one motion, on one clock.
 //!
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
-//! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), [`mod@write`] (the rows of the joined log).
+//! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals),
+//! [`mod@write`] (the rows of the joined log).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
 //! smallest residual is taken; stamps as they are where the difference is small.

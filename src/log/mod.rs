@@ -4,11 +4,14 @@
 //! - [`columns`]: which column is what: the contract's names (`meaning`), or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
 //!   [`text`]: a recording or a sheet as CSV, what each column of it is; `timestamp`: dates and times to microseconds.
+//! - [`draft`]: a column map drafted from a header that is not known.
 //! - [`maps`]: column maps that ship with the program; [`recording`]: columns of a file that is no whole log, for `join`.
 //! - [`mod@write`]: numbers, fields and column names on the way out.
 //! - [`plausibility`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `side_columns`:
-//!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for plausibility checks.
+//!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for
+//!   plausibility checks.
 //! - `prepare`: what every command does with a log first; `held`: readings that rows repeat; `gross`: rows far off the others.
+//! - `gears`: what the gears turn by, where they turn by sums of axes.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.

@@ -1,8 +1,8 @@
 //! Does a measured path have the shape that a computed one has, whatever frame it is in?
 //!
-//! Method: rotation and translation by [`rigid`], with the determinant of the rotation chosen by the caller, so that a mirrored path is distinguished from a rotated one. Points farther out than four times the
-//! 75th percentile of the distances are dropped and the fit is repeated; that percentile is also the figure of merit, so
-//! that a tenth of outliers neither hides nor makes a misfit.
+//! Method: rotation and translation by [`rigid`], with the determinant of the rotation chosen by the caller, so that a mirrored path is
+//! distinguished from a rotated one. Points farther out than four times the 75th percentile of the distances are dropped and the fit is
+//! repeated; that percentile is also the figure of merit, so that a tenth of outliers neither hides nor makes a misfit.
 
 use crate::numerics::rigid;
 use crate::numerics::robust::lower_quantile;

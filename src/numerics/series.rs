@@ -1,8 +1,8 @@
 //! Positions between samples, without smoothing reversals.
 //!
 //! Method: piecewise cubic Hermite interpolation with the slopes of parabolas through three samples, held within the monotone region
-//! of Fritsch and Carlson (1980) but next to a reversal, and 0 where a joint stops. Between two samples of one direction the curve stays between their
-//! values; at a reversal it has one peak, where the parabola has it. So it neither adds a reversal nor cuts its peak. A
+//! of Fritsch and Carlson (1980) but next to a reversal, and 0 where a joint stops. Between two samples of one direction the curve stays
+//! between their values; at a reversal it has one peak, where the parabola has it. So it neither adds a reversal nor cuts its peak. A
 //! cubic spline would overshoot where a joint stops, and the overshoot would read as a reversal.
 //!
 //! Assumptions: times increase strictly. Fails: `None` outside the recording.

@@ -11,15 +11,45 @@
 //! - [`reasons`]: where nothing separates: why, and which measurement would.
 //! - [`recording`]: programs to record, with the precision to expect of every gap.
 //! - [`document`]: the result as it is written; [`display`]: for a terminal.
+//!
+//! # Example
+//!
+//! A sweep of the first axis of a gantry: from rest to rest, within its travel of 0 to 1 m.
+//!
+//! ```
+//! use lostmotion::plan::{motions, path::{Envelope, EnvelopeOptions}};
+//! use lostmotion::robot::Robot;
+//! use std::path::Path;
+//!
+//! let robot = Robot::load(Path::new("configs/gantry-xyz-ballscrew.yaml"))?;
+//! let options = EnvelopeOptions {
+//!     pose: Some(vec![0.5, 0.4, -0.2]),
+//!     duration_s: 30.0,
+//!     rate_hz: 25.0,
+//!     speed_m_s: 0.1,
+//!     travel_rad: 0.5,
+//!     travel_m: 0.2,
+//! };
+//! let envelope = Envelope::new(&robot, &options);
+//! let rows = motions::sweep(&envelope, 0).expect("time enough");
+//! assert_eq!(rows.first(), rows.last());
+//! assert!(rows.iter().all(|q| (0.0..=1.0).contains(&q[0]) && q[1..] == rows[0][1..]));
+//! let fastest = rows.windows(2).map(|w| (w[1][0] - w[0][0]).abs() / envelope.step_s).fold(0.0, f64::max);
+//! assert!(fastest > 0.05 && fastest < 0.1 + 1e-3, "{fastest} m/s");
+//! # Ok::<(), lostmotion::error::Error>(())
+//! ```
 
 #![warn(missing_docs)]
 
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod display;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod document;
 pub mod motions;
 pub(crate) mod observe;
 pub mod path;
 pub mod question;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod reasons;
 pub mod recording;
 pub mod separate;

@@ -14,6 +14,16 @@
 //! - [`tables`]: HTML tables; [`map`]: tables with coloured cells.
 //! - [`method`]: notes on method with equations and sources, to be quoted by name.
 //! - [`mod@number`]: how numbers are written.
+//!
+//! # Example
+//!
+//! Numbers of a page, with the decimals that they are asked for.
+//!
+//! ```
+//! use lostmotion::report::number;
+//!
+//! assert_eq!(number(12.3456, 2), "12.35");
+//! ```
 
 #![warn(missing_docs)]
 

@@ -107,7 +107,7 @@ impl<'a> Engine<'a> {
         if axes > MOST_AXES {
             return Err(Refusal::TooManyAxes { axes, most: MOST_AXES }.into());
         }
-        if robot.has_sums() && (options.refine != Refine::None || options.law != Law::Equation16) {
+        if robot.has_sums() && (options.refine != Refine::None || options.law != Law::SymmetricHalfGap) {
             return Err(Refusal::SumOfAxes.into());
         }
         let idle = options.gain == 0.0 || (compensator.is_zero() && options.statics.is_none());
@@ -132,7 +132,7 @@ impl<'a> Engine<'a> {
             ..RewriteStats::default()
         };
         let limits = Limits::new(robot, options.tcp_speed_m_s);
-        let equation2 = (options.law != Law::Equation16 && !idle)
+        let equation2 = (options.law != Law::SymmetricHalfGap && !idle)
             .then(|| Equation2::new(options.law == Law::Equation2Held, &options.deadband, &options.initial_direction));
         Ok(Self {
             robot,

@@ -21,9 +21,9 @@ use nalgebra::Vector3;
 /// Which offsets a reversal gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Law {
-    /// Half a gap either way, for as long as the direction lasts (Zhang (2023)), with what a reversal needs to be followed.
+    /// Half a gap either way, for as long as the direction lasts (Zhang (2023), equation 16), with what a reversal needs to be followed.
     #[default]
-    Equation16,
+    SymmetricHalfGap,
     /// The whole deadzone at the sample where the direction changes, as Cursi (2022) prints it.
     Equation2,
     /// The whole deadzone from there on.

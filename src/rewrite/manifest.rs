@@ -235,11 +235,25 @@ impl Merged {
     /// # Errors
     /// Bad input where a line has no key, a key that the manifest does not have, or one that came before.
     pub fn read(entries: &[Entry], summaries: &[PathBuf]) -> Result<Self> {
+        let opened = summaries.iter().map(|path| Ok((path.as_path(), BufReader::new(input::open(path)?))));
+        Self::merge(entries, opened)
+    }
+
+    /// Reads one summary of that name; errors as those of [`Merged::read`].
+    pub fn parse(entries: &[Entry], name: &str, lines: impl BufRead) -> Result<Self> {
+        Self::merge(entries, std::iter::once(Ok((Path::new(name), lines))))
+    }
+
+    fn merge<'a, R: BufRead>(
+        entries: &[Entry],
+        summaries: impl Iterator<Item = Result<(&'a Path, R)>>,
+    ) -> Result<Self> {
         let places: HashMap<&str, usize> = entries.iter().enumerate().map(|(k, e)| (e.key.as_str(), k)).collect();
         let mut lines: Vec<Option<(Status, String)>> = vec![None; entries.len()];
-        for path in summaries {
+        for summary in summaries {
+            let (path, text) = summary?;
             let name = shown(path);
-            for (k, line) in BufReader::new(input::open(path)?).lines().enumerate() {
+            for (k, line) in text.lines().enumerate() {
                 let line = line.map_err(|e| Error::io(path, "read", e))?;
                 let at = || Place::line(&name, k as u64 + 1);
                 let expected = "a line of a summary of a shard";

@@ -32,26 +32,32 @@
 //!
 //! Files beside:
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
+//! - `radians`: programs whose angles are probably radians under names that say degrees
 //! - [`near`]: two programs as text, equal but for numbers within a tolerance (checks)
 //! - `original`: the bytes of a program as it was, kept in the note beside its rewritten form: zlib, base64. `undo` brings them
 //!   back
 
 #![warn(missing_docs)]
 
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod batch;
 pub(crate) mod deadband;
 pub(crate) mod densify;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 mod digits;
 pub(crate) mod engine;
 pub(crate) mod equation2;
 pub mod guard;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod limits;
 pub mod manifest;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod near;
 pub(crate) mod offset;
 pub(crate) mod options;
 pub mod original;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod outcome;
 pub(crate) mod path;
 pub(crate) mod plan;
@@ -62,11 +68,13 @@ pub(crate) mod refusal;
 pub(crate) mod rewritten;
 pub mod script;
 pub mod sink;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod sizes;
 pub mod statics;
 pub(crate) mod stats;
 pub mod stream;
 pub(crate) mod stroke;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod summary;
 pub(crate) mod turning;
 pub(crate) mod vertices;

@@ -4,7 +4,20 @@
 //! `columns` and `gaps` are written beside the code that reads them, as their keys depend on the kind of a joint. The few documents of
 //! results that have no schema here are described in the contract of docs/.
 //!
+//! `shape` has the words of JSON Schema that are written by hand.
+//!
 //! Tests hold every sample and every robot of the library against its schema, and that a misspelt key is refused by both.
+//!
+//! # Example
+//!
+//! ```
+//! use lostmotion::schemas::{NAMES, of};
+//!
+//! assert!(NAMES.iter().all(|(name, _)| of(name).is_some()));
+//! let robot = of("robot").expect("a schema");
+//! let required = robot["required"].as_array().expect("keys that a robot file must have");
+//! assert!(required.iter().any(|key| key == "joints"));
+//! ```
 
 #![warn(missing_docs)]
 

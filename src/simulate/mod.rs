@@ -7,6 +7,26 @@
 //! - [`motion`]: commands and what the chain makes of them.
 //! - [`noise`]: seeded white noise.
 //! - [`predicted`]: the predicted log as CSV, with the input's own columns where it was a log.
+//!
+//! # Example
+//!
+//! A gantry with a half gap of 0.05 mm goes 10 mm forth and back: on the way back the TCP is a whole gap behind its way forth.
+//!
+//! ```
+//! use lostmotion::{io::input::from_bytes, model::Model, program::Program, robot::Robot, simulate::Motion};
+//! use std::path::Path;
+//!
+//! let robot = Robot::load(Path::new("configs/gantry-xyz-ballscrew.yaml"))?;
+//! let text = "schema: lostmotion/model/1\nrobot: gantry.yaml\neffects:\n  - {effect: backlash, joint: X, half_gap_mm: 0.05}\n";
+//! let model = Model::parse("model.yaml", text, &|_| Ok(robot.clone()))?;
+//! let rows = b"x_mm,y_mm,z_mm\n100,0,0\n110,0,0\n100,0,0\n".to_vec();
+//! let program = Program::parse(from_bytes("program.csv".into(), rows)?, &robot)?;
+//! let motion = Motion::of_program(&model, &program, &[0.0, 1.0, 2.0], 10.0)?;
+//! // at 0.5 s and at 1.5 s the command is 105 mm
+//! let (forth, back) = (motion.point_m(0, 5).x, motion.point_m(0, 15).x);
+//! assert!((back - forth - 2.0 * 0.05e-3).abs() < 1e-9, "{forth} m, {back} m");
+//! # Ok::<(), lostmotion::error::Error>(())
+//! ```
 
 #![warn(missing_docs)]
 

@@ -17,6 +17,26 @@
 //! - [`mod@write`]: the program; [`document`]: what was done.
 //!
 //! The program is open-loop and does not include lost motion: `rewrite` puts the compensation in.
+//!
+//! # Example
+//!
+//! The TCP of a gantry is where its joints are: a path in mm is its program.
+//!
+//! ```
+//! use lostmotion::io::input::from_bytes;
+//! use lostmotion::robot::Robot;
+//! use lostmotion::track::{Kinematics, Options, Path, follow};
+//!
+//! let robot = Robot::load(std::path::Path::new("configs/gantry-xyz-ballscrew.yaml"))?;
+//! let rows = b"t_s,x_mm,y_mm,z_mm\n0,100,50,-10\n1,110,60,-20\n2,120,55,-15\n".to_vec();
+//! let path = Path::parse(from_bytes("path.csv".into(), rows)?)?;
+//! let kinematics = Kinematics::nominal(&robot, &path.coordinates);
+//! let tracked = follow(&robot, &kinematics, &path, &[0.0, 1.0, 2.0], &Options::default())?;
+//! for (q, point) in tracked.q.iter().zip(&path.points_m) {
+//!     assert!(q.iter().zip(point).all(|(q, p)| (q - p).abs() < 1e-8), "{q:?} m for {point:?} m");
+//! }
+//! # Ok::<(), lostmotion::error::Error>(())
+//! ```
 
 #![warn(missing_docs)]
 

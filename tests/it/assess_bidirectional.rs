@@ -1,5 +1,6 @@
 //! `assess bidirectional` through the command line: the sample, the files that users have, what is refused, what is written.
 
+use crate::support::{self, WorkFolder};
 use assert_cmd::Command;
 use lostmotion::assess::bidirectional::{Options, Readings, assess};
 use lostmotion::cli::page::bidirectional::curves;
@@ -17,7 +18,7 @@ const GANTRY: &str = "configs/gantry-xyz-ballscrew.yaml";
 const KUKA: &str = "configs/kuka-kr120-r2500-pro.yaml";
 
 fn command(args: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.args(["assess", "bidirectional", "--readings"]).args(args);
     command
 }
@@ -38,11 +39,11 @@ fn refused(args: &[&str], code: i32) -> String {
 }
 
 /// A folder for the files of a test.
-struct Folder(tempfile::TempDir);
+struct Folder(WorkFolder);
 
 impl Folder {
     fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
+        Self(WorkFolder::new())
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -360,7 +361,7 @@ fn the_curve_goes_through_gaps_and_fit_into_a_compensator_and_back_to_the_true_h
     assert!((read.points[1].at - 0.15).abs() < 1e-9 && read.points[1].cycles == 6);
     let compensator = folder.text("compensator.yaml");
     let fit = ["fit", "--robot", GANTRY, "--gaps", &gaps, "--output", &compensator];
-    Command::cargo_bin("lostmotion").unwrap().args(fit).assert().success();
+    support::command().args(fit).assert().success();
     let text = std::fs::read_to_string(&compensator).unwrap();
     assert!(text.contains("X:") && text.contains("schedule"), "{text}");
 }

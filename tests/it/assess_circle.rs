@@ -1,6 +1,6 @@
-//! `assess circle` against the twin's `score`, an analytic circle, and its refusals.
+//! `assess circle` against the `score` of an independent simulator, an analytic circle, and its refusals.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use lostmotion::assess::circle::{Assessment, assess};
 use lostmotion::io::input::Input;
 use lostmotion::log::Log;
@@ -14,7 +14,7 @@ const KUKA: &str = "configs/kuka-kr120-r2500-pro.yaml";
 const CIRCLE: &str = "samples/circle/circle_program.csv";
 
 fn circle(args: &[&str]) -> Value {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let out =
         command.args(["assess", "circle", "--robot", KUKA, "--nominal", CIRCLE, "--json"]).args(args).output().unwrap();
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
@@ -29,17 +29,17 @@ fn f(v: &Value) -> f64 {
     v.as_f64().unwrap_or_else(|| panic!("{v} is no number"))
 }
 
-/// The twin prints 0.1 um; the contract asks for 0.3 um, and rounding leaves no more than 0.06.
+/// The independent simulator prints 0.1 um; the contract asks for 0.3 um, and rounding leaves no more than 0.06.
 const TOLERANCE_UM: f64 = 0.06;
 
 fn agrees_with_score(half: &Value, name: &str) {
     let score: Value =
         serde_json::from_str(&std::fs::read_to_string(format!("tests/data/twin/score_{name}.json")).unwrap()).unwrap();
-    let near = |ours: &Value, twin: &Value, what: &str| {
-        assert!((f(ours) - f(twin)).abs() <= TOLERANCE_UM, "{name} {what}: {ours} against {twin}");
+    let near = |ours: &Value, theirs: &Value, what: &str| {
+        assert!((f(ours) - f(theirs)).abs() <= TOLERANCE_UM, "{name} {what}: {ours} against {theirs}");
     };
     assert!((f(&half["radius_mm"]) - f(&score["radius_mm"])).abs() <= 0.51e-4);
-    for (ours, twin) in [
+    for (ours, theirs) in [
         ("total_max_um", "total_max_um"),
         ("in_plane_max_um", "in_plane_max_um"),
         ("out_of_plane_max_um", "out_of_plane_max_um"),
@@ -47,11 +47,11 @@ fn agrees_with_score(half: &Value, name: &str) {
         ("beyond_nominal_max_um", "total_chord_removed_max_um"),
         ("beyond_nominal_rms_um", "total_chord_removed_rms_um"),
     ] {
-        near(&half[ours], &score["path"][twin], ours);
+        near(&half[ours], &score["path"][theirs], ours);
     }
-    let (ours, twin) = (half["reversals"].as_array().unwrap(), score["reversals"].as_array().unwrap());
-    assert_eq!((ours.len(), twin.len()), (6, 6));
-    for (o, t) in ours.iter().zip(twin) {
+    let (ours, theirs) = (half["reversals"].as_array().unwrap(), score["reversals"].as_array().unwrap());
+    assert_eq!((ours.len(), theirs.len()), (6, 6));
+    for (o, t) in ours.iter().zip(theirs) {
         assert_eq!(o["joint"], t["joint"]);
         assert!((f(&o["at_deg"]) - f(&t["angle_deg"])).abs() <= 0.0051, "{o} {t}");
         for (a, b) in [
@@ -66,7 +66,7 @@ fn agrees_with_score(half: &Value, name: &str) {
 }
 
 #[test]
-fn errors_are_those_of_the_twins_score() {
+fn errors_are_those_of_the_independent_simulators_score() {
     let (table3, figure5, best) = (log("table3"), log("figure5"), log("best"));
     let found = circle(&["--before", &table3, "--after", &best]);
     assert_eq!(found["schema"], "lostmotion/circle/1");
@@ -97,7 +97,7 @@ fn the_histogram_counts_every_row_once() {
 
 #[test]
 fn the_table_names_each_reversal() {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let out = command
         .args(["assess", "circle", "--robot", KUKA, "--nominal", CIRCLE, "--before", &log("table3")])
         .output()
@@ -127,9 +127,9 @@ fn gantry_circle(model: &Model, start_deg: f64, travel_deg: f64) -> Program {
 
 /// A gantry with the gap on X and its circle, run at 1 mm/s and assessed.
 fn gantry(start_deg: f64, travel_deg: f64, effects: &str) -> (Model, Assessment) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot = std::fs::canonicalize("configs/gantry-xyz-ballscrew.yaml").unwrap();
-    let path = folder.path().join("m.yaml");
+    let path = folder.join("m.yaml");
     let text = format!("schema: lostmotion/model/1\nrobot: {}\neffects: [{effects}]\n", robot.display());
     std::fs::write(&path, text).unwrap();
     let model = Model::load(&path).unwrap();
@@ -210,9 +210,9 @@ fn traces_for_plots_are_short_and_whole() {
 
 #[test]
 fn refuses_what_is_no_circle_or_no_run_of_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         std::fs::write(&path, text).unwrap();
         path.to_str().unwrap().to_string()
     };
@@ -247,7 +247,7 @@ fn refuses_what_is_no_circle_or_no_run_of_it() {
         (CIRCLE, no_tcp, "no_tcp.csv:2: found no column `x_mm`"),
         (CIRCLE, radians, "only if the commands are in radians"),
     ] {
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         let args = ["assess", "circle", "--robot", KUKA, "--nominal", nominal, "--before", &before];
         let assert = command.args(args).assert().code(2);
         let output = assert.get_output();

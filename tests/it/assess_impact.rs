@@ -1,6 +1,6 @@
 //! `assess impact` against Zhang (2023) Table 2 and analytic cases.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use lostmotion::assess::impact::{AxisGap, displacement_m, over_program};
 use lostmotion::effects::GapCurve;
 use lostmotion::program::Program;
@@ -11,8 +11,7 @@ use std::path::Path;
 const KUKA: &str = "configs/kuka-kr120-r2500-pro.yaml";
 
 fn impact(args: &[&str]) -> Value {
-    let out =
-        Command::cargo_bin("lostmotion").unwrap().args(["assess", "impact", "--json"]).args(args).output().unwrap();
+    let out = support::command().args(["assess", "impact", "--json"]).args(args).output().unwrap();
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     serde_json::from_slice(&out.stdout).unwrap()
 }
@@ -106,9 +105,9 @@ fn over_a_program_only_reversing_joints_share_and_the_largest_is_where_it_says()
 
 #[test]
 fn two_gaps_of_a_model_on_one_joint_add_up() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot = std::fs::canonicalize("configs/gantry-xyz-ballscrew.yaml").unwrap();
-    let model = folder.path().join("m.yaml");
+    let model = folder.join("m.yaml");
     let text = format!(
         "schema: lostmotion/model/1\nrobot: {}\neffects:\n- {{effect: backlash, joint: X, half_gap_mm: 0.025}}\n\
          - {{effect: backlash, joint: X, half_gap_mm: 0.09125}}\n",
@@ -133,7 +132,7 @@ fn refuses_gaps_and_poses_that_do_not_fit_the_robot() {
         (vec!["--robot", KUKA, "--pose", "40,-10,5,0,0,inf", "--half-gap", "A2=0.1"], "`inf` in --pose"),
         (vec!["--robot", KUKA, "--pose", pose], "--half-gap"),
     ] {
-        let assert = Command::cargo_bin("lostmotion").unwrap().args(["assess", "impact"]).args(&args).assert().code(2);
+        let assert = support::command().args(["assess", "impact"]).args(&args).assert().code(2);
         let stderr = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
         assert!(stderr.contains(says), "{args:?}: {stderr}");
     }

@@ -1,7 +1,7 @@
 //! `assess program`: better and worse as an executed program shows it, and the verdict that `rewrite` tells.
 
+use crate::support::{self, WorkFolder, bundled, root};
 use crate::vendor_circle::{circle, written};
-use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
 
@@ -13,19 +13,18 @@ effects:
   - {effect: backlash, joint: A3, half_gap_deg: 0.0022}
 ";
 
-fn desk() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    std::fs::copy(root.join("configs/kuka-kr120-r2500-pro.yaml"), folder.path().join("robot.yaml")).unwrap();
-    std::fs::copy(root.join("samples/circle/circle_program.csv"), folder.path().join("circle.csv")).unwrap();
-    std::fs::write(folder.path().join("machine.yaml"), MODEL).unwrap();
+fn desk() -> WorkFolder {
+    let folder = WorkFolder::new();
+    let root = root();
+    std::fs::copy(root.join("configs/kuka-kr120-r2500-pro.yaml"), folder.join("robot.yaml")).unwrap();
+    std::fs::copy(root.join("samples/circle/circle_program.csv"), folder.join("circle.csv")).unwrap();
+    std::fs::write(folder.join("machine.yaml"), MODEL).unwrap();
     folder
 }
 
 fn run(folder: &Path, line: &str) -> (i32, String, String) {
-    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
-    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
-    (out.status.code().unwrap(), text(&out.stdout), text(&out.stderr))
+    let out = support::run(folder, line);
+    (out.code.unwrap(), out.text(), out.stderr)
 }
 
 fn json(text: &str) -> Value {
@@ -139,9 +138,9 @@ LIN {X 1500,Y -200,Z 1800,A 0,B 60,C 0}\nLIN {X 1500,Y 200,Z 1800,A 0,B 60,C 0}\
 
 #[test]
 fn errors_at_the_targets_and_on_the_way_are_told_apart() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let at = folder.path();
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
+    let robot = bundled("configs/kuka-kr120-r2500-pro.yaml");
     std::fs::copy(robot, at.join("robot.yaml")).unwrap();
     let gaps = (1..=6).map(|j| format!("  - {{effect: backlash, joint: A{j}, half_gap_deg: 0.004}}\n"));
     let model = format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{}", gaps.collect::<String>());

@@ -11,7 +11,7 @@ mod outputs;
 mod programs;
 mod usage;
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, root};
 use lostmotion::compensator::Compensator;
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
@@ -154,12 +154,12 @@ fn cases() -> Vec<Case> {
     [inputs::cases(), documents::cases(), programs::cases()].into_iter().flatten().collect()
 }
 
-fn folder_of(case: &Case) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
+fn folder_of(case: &Case) -> WorkFolder {
+    let folder = WorkFolder::new();
     for bad in ALL {
-        std::fs::write(folder.path().join(bad.file()), good_file(bad)).unwrap();
+        std::fs::write(folder.join(bad.file()), good_file(bad)).unwrap();
     }
-    std::fs::write(folder.path().join(case.bad.file()), &case.bytes).unwrap();
+    std::fs::write(folder.join(case.bad.file()), &case.bytes).unwrap();
     folder
 }
 
@@ -176,7 +176,7 @@ fn good_file(bad: Bad) -> String {
 }
 
 /// A folder in which every file is good.
-fn good_folder() -> tempfile::TempDir {
+fn good_folder() -> WorkFolder {
     folder_of(&case("good", R, ROBOT, &[]))
 }
 
@@ -239,8 +239,8 @@ fn the_suite_is_as_large_as_it_says_and_its_good_files_are_good() {
         .filter(|l| !l.starts_with("assess circle") && !l.starts_with("identify static"))
     {
         let folder = good_folder();
-        let out = lostmotion().current_dir(folder.path()).args(line.split_whitespace()).output().unwrap();
-        assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
+        let out = support::run(folder.path(), line);
+        assert!(out.succeeded(), "{line}: {}", out.stderr);
     }
 }
 
@@ -289,10 +289,6 @@ fn command_lines(bad: Bad) -> &'static [&'static str] {
     }
 }
 
-fn lostmotion() -> Command {
-    Command::cargo_bin("lostmotion").unwrap()
-}
-
 #[test]
 fn the_command_line_refuses_in_one_line_and_leaves_nothing() {
     let mut wrong = Vec::new();
@@ -310,11 +306,11 @@ fn the_command_line_refuses_in_one_line_and_leaves_nothing() {
 fn run(case: &Case, line: &str) -> Vec<String> {
     let folder = folder_of(case);
     let before = listing(folder.path());
-    let out = lostmotion().current_dir(folder.path()).args(line.split_whitespace()).output().unwrap();
-    let text = String::from_utf8_lossy(&out.stderr).into_owned();
+    let out = support::run(folder.path(), line);
+    let text = out.stderr;
     let mut wrong = Vec::new();
-    if out.status.code() != Some(2) || text.lines().count() != 1 || !out.stdout.is_empty() {
-        wrong.push(format!("{:?}, {} bytes on stdout, says: {text}", out.status, out.stdout.len()));
+    if out.code != Some(2) || text.lines().count() != 1 || !out.stdout.is_empty() {
+        wrong.push(format!("{:?}, {} bytes on stdout, says: {text}", out.code, out.stdout.len()));
     }
     wrong.extend(case.says.iter().filter(|p| !text.contains(**p)).map(|p| format!("no `{p}` in: {text}")));
     if listing(folder.path()) != before {
@@ -332,14 +328,14 @@ fn listing(folder: &Path) -> Vec<PathBuf> {
 /// Files that are not there, are folders, or have names that are hard to say.
 #[test]
 fn paths_that_cannot_be_read_are_named() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     for (path, says) in [
         ("none.yaml", "cannot open"),
         (".", "a folder"),
         ("none/robot.yaml", "cannot open"),
         ("with blanks.yaml", "cannot open"),
     ] {
-        let e = Robot::load(&folder.path().join(path)).unwrap_err();
+        let e = Robot::load(&folder.join(path)).unwrap_err();
         assert_eq!(lostmotion::cli::exit::code_of(&e), 2);
         assert!(e.to_string().contains(says) && e.to_string().contains(path), "{e}");
     }
@@ -349,8 +345,8 @@ fn paths_that_cannot_be_read_are_named() {
 #[test]
 fn a_name_that_is_not_utf8_is_read_and_shown() {
     use std::os::unix::ffi::OsStrExt;
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(std::ffi::OsStr::from_bytes(b"robot \xff.yaml"));
+    let folder = WorkFolder::new();
+    let path = folder.join(std::ffi::OsStr::from_bytes(b"robot \xff.yaml"));
     let missing = Robot::load(&path).unwrap_err().to_string();
     assert!(missing.contains("robot \\xFF.yaml"), "{missing}");
     std::fs::write(&path, ROBOT).unwrap();
@@ -362,8 +358,8 @@ fn a_name_that_is_not_utf8_is_read_and_shown() {
 fn an_output_that_cannot_be_written_leaves_what_was_there() {
     use lostmotion::io::output::write_whole;
     use std::os::unix::fs::PermissionsExt;
-    let folder = tempfile::tempdir().unwrap();
-    let kept = folder.path().join("kept.yaml");
+    let folder = WorkFolder::new();
+    let kept = folder.join("kept.yaml");
     std::fs::write(&kept, "old").unwrap();
     std::fs::set_permissions(&kept, std::fs::Permissions::from_mode(0o444)).unwrap();
     let e = write_whole(&kept, b"new").unwrap_err();
@@ -371,7 +367,7 @@ fn an_output_that_cannot_be_written_leaves_what_was_there() {
     assert_eq!(std::fs::read_to_string(&kept).unwrap(), "old");
     let e = write_whole(folder.path(), b"new").unwrap_err();
     assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("a folder"), "{e}");
-    let e = write_whole(&folder.path().join("none/out.yaml"), b"new").unwrap_err();
+    let e = write_whole(&folder.join("none/out.yaml"), b"new").unwrap_err();
     assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("out.yaml: cannot write"), "{e}");
     assert_eq!(listing(folder.path()), [kept], "no leftovers");
 }
@@ -383,27 +379,27 @@ fn a_full_disk_is_an_error_and_no_success() {
     assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("/dev/full: cannot write"), "{e}");
     // standard output on a full disk
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+    let mut command = support::process();
     let out = command.args(["completions", "bash"]).stdout(full).output().unwrap();
-    assert_eq!(out.status.code(), Some(2), "{}", String::from_utf8_lossy(&out.stderr));
-    assert_eq!(String::from_utf8_lossy(&out.stderr).lines().count(), 1);
+    let says = String::from_utf8_lossy(&out.stderr);
+    assert_eq!((out.status.code(), says.lines().count()), (Some(2), 1), "{says}");
 }
 
 #[cfg(unix)]
 #[test]
 fn a_closed_pipe_is_quiet_and_no_failure() {
-    use std::process::{Command as Process, Stdio};
-    let mut command = Process::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+    use std::process::Stdio;
+    let mut command = support::process();
     let mut child = command.args(["completions", "zsh"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let out = child.wait_with_output().unwrap();
-    assert!(out.status.success() && out.stderr.is_empty(), "{:?} {}", out.status, String::from_utf8_lossy(&out.stderr));
+    let says = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success() && says.is_empty(), "{:?} {says}", out.status);
 }
 
 #[test]
 fn an_unknown_flag_is_bad_usage() {
-    let out = lostmotion().args(["rewrite", "--no-such-flag"]).output().unwrap();
-    assert_eq!(out.status.code(), Some(2));
+    let out = support::run(root(), "rewrite --no-such-flag").ends_with(2);
     assert!(out.stdout.is_empty());
 }
 

@@ -1,15 +1,15 @@
 //! Recordings of ROS 2: what other people's writers stored is what is read (tests/oracle/bag.py).
 
+use crate::support::bundled;
 use lostmotion::io::bag::{self, TopicChoice};
 use lostmotion::io::input::{self, Input};
 use lostmotion::log::ColumnMap;
 use lostmotion::log::columns::Meaning;
 use lostmotion::log::recording::Recording;
 use lostmotion::robot::Robot;
-use std::path::Path;
 
 fn file() -> Input {
-    input::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/ros2.mcap")).unwrap()
+    input::read(&bundled("tests/data/ros2.mcap")).unwrap()
 }
 
 fn robot() -> Robot {

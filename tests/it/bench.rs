@@ -1,5 +1,6 @@
 //! A bench that makes static tests with the crate's own kinematics: for the plumbing, not for figures.
 
+use crate::support::bundled;
 use lostmotion::io::input::{Input, sha256};
 use lostmotion::log::Log;
 use lostmotion::robot::Robot;
@@ -7,14 +8,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use std::path::Path;
-
-pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 pub fn robot(name: &str) -> Robot {
-    Robot::load(&root().join("configs").join(name)).unwrap()
+    Robot::load(&bundled("configs").join(name)).unwrap()
 }
 
 pub fn kuka() -> Robot {

@@ -4,8 +4,9 @@
 //! The interpolation shares no code with the rewriter: centre and normal of the circle through three points, steps of a fixed angle, each solved by
 //! the damped numerical inverse from the step before.
 
-use super::cartesian_circle::{MODEL, csv, list, lostmotion, pose, verdict_is_that_of_the_joints};
+use super::cartesian_circle::{MODEL, csv, list, pose, verdict_is_that_of_the_joints};
 use super::vendor_circle::robot;
+use crate::support::{WorkFolder, run};
 use lostmotion::program::formats::{self, Recognised};
 use lostmotion::program::script::{Goal, Text};
 use lostmotion::robot::{InverseOptions, Pose, Robot, Target};
@@ -144,7 +145,7 @@ fn executed(name: &str, bytes: Vec<u8>, robot: &Robot) -> Vec<[f64; 6]> {
 
 /// Verdict of `rewrite`, and rms and largest error before and after, um, of the executed joints.
 fn outcome(format: &str, circle: &Circle) -> (String, [[f64; 2]; 2]) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let at = folder.path();
     let arm = Robot::parse("robot.yaml", &robot()).unwrap();
     std::fs::write(at.join("robot.yaml"), robot()).unwrap();
@@ -152,7 +153,7 @@ fn outcome(format: &str, circle: &Circle) -> (String, [[f64; 2]; 2]) {
     let (name, text) = program(format, &arm, &circle.joints(&arm));
     std::fs::write(at.join(&name), &text).unwrap();
     let out = format!("out-{name}");
-    let json = lostmotion(at, &format!("rewrite --model model.yaml {name} --output {out} --json"));
+    let json = run(at, &format!("rewrite --model model.yaml {name} --output {out} --json")).success().stdout;
     let summary: Value = serde_json::from_slice(&json).unwrap();
     for (program, path) in [(&name, "before"), (&out, "after")] {
         let joints = executed(program, std::fs::read(at.join(program)).unwrap(), &arm);

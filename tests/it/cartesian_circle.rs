@@ -2,11 +2,12 @@
 //! gains.
 //!
 //! The circle has a radius of 150 mm and one orientation, away from the wrist's singularity, in which the bundled one lies. It is
-//! executed by a small interpreter that shares no code with the rewriter's kinematics: straight segments of the TCP, position and rotation interpolated, each point solved by the
-//! damped numerical inverse from the point before; what comes out is a joint program for `simulate`.
+//! executed by a small interpreter that shares no code with the rewriter's kinematics: straight segments of the TCP, position and
+//! rotation interpolated, each point solved by the damped numerical inverse from the point before; what comes out is a joint program for
+//! `simulate`.
 
 use super::vendor_circle::robot;
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, run};
 use lostmotion::program::formats::{self, Recognised};
 use lostmotion::program::script::{Goal, Text};
 use lostmotion::robot::{InverseOptions, Pose, Robot, Target};
@@ -25,12 +26,6 @@ effects:
 pub const FRAMES: &str = "schema: lostmotion/frames/1
 tools: {\"1\": {xyz_mm: [156, 0, 63], rpy_deg: [0, 0, 0]}}
 ";
-
-pub fn lostmotion(folder: &Path, line: &str) -> Vec<u8> {
-    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
-    assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
-    out.stdout
-}
 
 /// TCP pose in mm and degrees about fixed X, Y, Z (KUKA's C, B, A), and as quaternion and rotation vector.
 pub struct Written {
@@ -207,7 +202,7 @@ pub fn csv(points: &[[f64; 6]]) -> String {
 /// The verdict of `rewrite` on Cartesian targets is that of `assess program` on what this file's own interpreter makes of both programs.
 pub fn verdict_is_that_of_the_joints(folder: &Path, what: &str, summary: &Value) {
     let line = "assess program --model model.yaml --before before-program.csv --after after-program.csv --speed-mm-s 1.5 --json";
-    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
+    let out = support::run(folder, line);
     let joints: Value = serde_json::from_slice(&out.stdout).unwrap();
     let own = &summary["path_error"];
     assert_eq!(own["verdict"], joints["verdict"], "{what}: {own} and {joints}");
@@ -222,7 +217,7 @@ pub fn verdict_is_that_of_the_joints(folder: &Path, what: &str, summary: &Value)
 
 /// Largest error beyond the circle at each reversal, um, without and with compensation; and the summary of the rewrite.
 fn errors(format: &str) -> (Vec<[f64; 2]>, Value) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let at = folder.path();
     let arm = Robot::parse("robot.yaml", &robot()).unwrap();
     let points = circle(&arm);
@@ -232,21 +227,26 @@ fn errors(format: &str) -> (Vec<[f64; 2]>, Value) {
     let (name, text) = written(format, &arm, &points);
     std::fs::write(at.join(&name), &text).unwrap();
     let out = format!("out-{name}");
-    let json = lostmotion(at, &format!("rewrite --model model.yaml --frames frames.yaml {name} --output {out} --json"));
+    let json = run(at, &format!("rewrite --model model.yaml --frames frames.yaml {name} --output {out} --json"))
+        .success()
+        .stdout;
     let summary: Value = serde_json::from_slice(&json).unwrap();
     for (program, path) in [(&name, "before"), (&out, "after")] {
         let joints = executed(program, std::fs::read(at.join(program)).unwrap(), &arm, &points[0]);
         std::fs::write(at.join(format!("{path}-program.csv")), csv(&joints)).unwrap();
-        lostmotion(
+        run(
             at,
             &format!("simulate --model model.yaml --input {path}-program.csv --output {path}.csv --speed-mm-s 1.5"),
-        );
+        )
+        .success();
     }
     verdict_is_that_of_the_joints(at, format, &summary);
-    let json = lostmotion(
+    let json = run(
         at,
         "assess circle --robot robot.yaml --nominal before-program.csv --before before.csv --after after.csv --json",
-    );
+    )
+    .success()
+    .stdout;
     let found: Value = serde_json::from_slice(&json).unwrap();
     let totals = |which: &str| -> Vec<f64> {
         let list = found[which]["reversals"].as_array().unwrap();

@@ -1,15 +1,14 @@
 //! Programs with Cartesian targets as paths: what is known of them, where they go, and where they stop.
 
-use super::cartesian_circle::{MODEL, circle, lostmotion, written};
+use super::cartesian_circle::{MODEL, circle, written};
 use super::vendor_circle::robot;
-use assert_cmd::Command;
+use crate::support::{WorkFolder, run};
 use lostmotion::io::input;
 use lostmotion::program::Program;
 use lostmotion::rewrite::script::path::Reading;
 use lostmotion::robot::Robot;
 use lostmotion::robot::frames::Frames;
 use serde_json::Value;
-use std::path::Path;
 
 const TOOLS: &str = "schema: lostmotion/frames/1\ntools: {\"1\": {xyz_mm: [156, 0, 63], rpy_deg: [0, 0, 0]}}\n";
 
@@ -17,8 +16,8 @@ fn read(name: &str, text: &str) -> Program {
     let arm = Robot::parse("robot.yaml", &robot()).unwrap();
     let frames = Frames::parse("frames.yaml", TOOLS).unwrap();
     let reading = Reading { robot: &arm, frames: &frames, tcp_speed_m_s: 0.01, format: None };
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(name);
+    let folder = WorkFolder::new();
+    let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
     reading.load(&path, input::read(&path).unwrap()).unwrap()
 }
@@ -101,7 +100,7 @@ fn stops_are_those_of_each_language_and_not_repeated_points() {
 
 #[test]
 fn simulate_show_and_assess_take_a_program_with_cartesian_targets() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let at = folder.path();
     let arm = Robot::parse("robot.yaml", &robot()).unwrap();
     std::fs::write(at.join("robot.yaml"), robot()).unwrap();
@@ -110,10 +109,8 @@ fn simulate_show_and_assess_take_a_program_with_cartesian_targets() {
     let joints = circle(&arm);
     let (name, text) = written("fanuc", &arm, &joints);
     std::fs::write(at.join(&name), &text).unwrap();
-    lostmotion(
-        at,
-        &format!("simulate --robot robot.yaml --input {name} --output log.csv --frames frames.yaml --rate-hz 2"),
-    );
+    run(at, &format!("simulate --robot robot.yaml --input {name} --output log.csv --frames frames.yaml --rate-hz 2"))
+        .success();
     // a robot without errors: the log lies on the circle of 150 mm, within the sagitta of its chords
     let log = std::fs::read_to_string(at.join("log.csv")).unwrap();
     let rows: Vec<Vec<f64>> = (log.lines().filter(|l| !l.starts_with('#')).skip(1))
@@ -123,19 +120,17 @@ fn simulate_show_and_assess_take_a_program_with_cartesian_targets() {
     let radii = rows.iter().map(|r| (r[r.len() - 2] - middle.y).hypot(r[r.len() - 1] - middle.z));
     let [least, most] = radii.fold([f64::MAX, f64::MIN], |[l, m], r| [l.min(r), m.max(r)]);
     assert!(rows.len() > 500 && (most - 150.0).abs() < 2e-3 && (150.0 - least - 0.0185).abs() < 3e-3, "{least} {most}");
-    lostmotion(at, &format!("show {name} --robot robot.yaml --frames frames.yaml --output page.html"));
+    run(at, &format!("show {name} --robot robot.yaml --frames frames.yaml --output page.html")).success();
     assert!(std::fs::read_to_string(at.join("page.html")).unwrap().contains("Path of the TCP"));
     let line = format!("rewrite --model model.yaml --frames frames.yaml {name} --output out.ls --json");
-    let own: Value = serde_json::from_slice(&lostmotion(at, &line)).unwrap();
+    let own: Value = run(at, &line).success().json();
     let line = format!("assess program --model model.yaml --frames frames.yaml --before {name} --after out.ls --json");
-    let same: Value = serde_json::from_slice(&lostmotion(at, &line)).unwrap();
+    let same: Value = run(at, &line).success().json();
     for key in ["verdict", "rms_um", "largest_um", "stops", "moves", "cycle_time_s"] {
         assert_eq!(own["path_error"][key], same[key], "{key}");
     }
     // without its tool nothing of it is known
     let line = format!("assess program --model model.yaml --before {name} --after out.ls");
-    let refused = Command::cargo_bin("lostmotion").unwrap().current_dir(Path::new(at)).args(line.split(' ')).output();
-    let refused = refused.unwrap();
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("tool `1`"), "{refused:?}");
+    let refused = run(at, &line).ends_with(2);
+    assert!(refused.stderr.contains("tool `1`"), "{refused:?}");
 }

@@ -3,10 +3,9 @@
 //! All joints turn before the first target, so that no direction is unknown. What may be left is a joint that turns back by less than the
 //! dead band (half a half gap), and the digits of the language.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled};
 use serde_json::Value;
 use std::fmt::Write;
-use std::path::Path;
 
 /// Half gap of every joint, deg.
 const HALF_GAP_DEG: f64 = 0.004;
@@ -92,10 +91,10 @@ fn program(format: &str, seed: u64) -> (&'static str, String, &'static str) {
 
 /// The figures at the targets, and the summary.
 fn rewritten(format: &str, seed: u64, more: &str) -> (Option<[f64; 2]>, Value) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let at = folder.path();
     let (name, text, robot) = program(format, seed);
-    let robot = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(robot)).unwrap();
+    let robot = std::fs::read_to_string(bundled("configs").join(robot)).unwrap();
     let joints: Vec<&str> =
         robot.lines().filter_map(|l| l.trim().strip_prefix("- {name: ")).filter_map(|l| l.split(',').next()).collect();
     assert_eq!(joints.len(), 6, "{format}");
@@ -107,7 +106,7 @@ fn rewritten(format: &str, seed: u64, more: &str) -> (Option<[f64; 2]>, Value) {
         std::fs::write(at.join(file), text).unwrap();
     }
     let line = format!("rewrite --model model.yaml {name} --output out-{name} --json{more}");
-    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(at).args(line.split(' ')).output().unwrap();
+    let out = support::run(at, &line);
     let doc: Value = serde_json::from_slice(&out.stdout).unwrap_or_default();
     let um = |side: &str| doc["path_error"]["at_targets"]["largest_um"][side].as_f64();
     (um("before").zip(um("after")).map(|(before, after)| [before, after]), doc)

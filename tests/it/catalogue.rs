@@ -3,7 +3,7 @@
 //! `tests/oracle/catalogue_oracle.py` steps every effect in time (0.25 ms, commands by formula) and multiplies 4 x 4 matrices; the
 //! logs show `simulate` the same commands at 20 Hz. Largest difference found: 0.2 um.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use lostmotion::effects::{ActsOn, Effect, EffectInstance, catalogue, entry};
 use lostmotion::io::yaml::Document;
 use lostmotion::log::Log;
@@ -93,13 +93,12 @@ fn worst_um(case: &Case) -> (f64, usize) {
     if case.effects.to_string().contains("torque\"") || case.name.contains("torque_windup") {
         return farthest(case, &with_torques(case));
     }
-    let folder = tempfile::tempdir().unwrap();
-    let model = folder.path().join("model.yaml");
+    let folder = WorkFolder::new();
+    let model = folder.join("model.yaml");
     let robot = std::fs::canonicalize(Path::new(FOLDER).join(&case.robot)).unwrap();
     std::fs::write(&model, model_yaml(robot.to_str().unwrap(), case)).unwrap();
     let input = format!("{FOLDER}/{}", case.input);
-    let out = Command::cargo_bin("lostmotion")
-        .unwrap()
+    let out = support::command()
         .args(["simulate", "--rate-hz", "20", "--model", model.to_str().unwrap(), "--input", &input])
         .output()
         .unwrap();
@@ -278,7 +277,7 @@ fn a_transmission_error_of_a_slide_without_lead_is_refused() {
 
 #[test]
 fn a_rewritten_program_brings_the_joints_where_the_program_wants_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot = std::fs::canonicalize(Path::new(FOLDER).join("arm.yaml")).unwrap();
     let effects = "[{effect: encoder_scale, joint: A1, scale_ppm: 150},
   {effect: transmission_error, joint: A2, amplitude_deg: 0.004, cycles_per_rev: 7, phase_deg: 20},
@@ -287,27 +286,25 @@ fn a_rewritten_program_brings_the_joints_where_the_program_wants_them() {
   {effect: hysteresis, joint: A1, half_width_deg: 0.004, presliding_deg: 0.2},
   {effect: empirical, joint: A4, over: position, knots: [[0, 0.02], [25, -0.01], [60, 0.03]]},
   {effect: gravity_compliance, joint: A3, moments: [[A3, 0.01, 0.004], [A5, 0.003, 0.002]]}]";
-    let model = folder.path().join("model.yaml");
+    let model = folder.join("model.yaml");
     let yaml = format!("schema: lostmotion/model/1\nrobot: {}\neffects: {effects}\n", robot.display());
     std::fs::write(&model, yaml).unwrap();
-    let ideal = folder.path().join("ideal.yaml");
+    let ideal = folder.join("ideal.yaml");
     std::fs::write(&ideal, format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", robot.display())).unwrap();
     // a dense program: the rows of the arm's log
     let log = std::fs::read_to_string(format!("{FOLDER}/arm_log.csv")).unwrap();
-    let program = folder.path().join("p.csv");
+    let program = folder.join("p.csv");
     let rows: Vec<String> =
         log.lines().map(|l| l.replace("cmd_", "").split(',').take(7).collect::<Vec<_>>().join(",")).collect();
     std::fs::write(&program, rows.join("\n") + "\n").unwrap();
-    let rewritten = folder.path().join("out.csv");
+    let rewritten = folder.join("out.csv");
     let text = |p: &Path| p.to_str().unwrap().to_string();
-    Command::cargo_bin("lostmotion")
-        .unwrap()
+    support::command()
         .args(["rewrite", "--model", &text(&model), &text(&program), "--output", &text(&rewritten)])
         .assert()
         .success();
     let run = |model: &Path, program: &Path| {
-        let out = Command::cargo_bin("lostmotion")
-            .unwrap()
+        let out = support::command()
             .args(["simulate", "--rate-hz", "20", "--model", &text(model), "--input", &text(program)])
             .output()
             .unwrap();

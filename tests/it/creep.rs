@@ -3,7 +3,7 @@
 //! The truth is the model that the machine simulation runs (`samples/models/kuka-table3.model.yaml`: stiction that decays within 5.2 s
 //! on A1 and A3), with a static program of its own and tracker noise of 11 um.
 
-use crate::bench::root;
+use crate::support::bundled;
 use lostmotion::identify::static_test::{Found, Options, identify};
 use lostmotion::io::input::Input;
 use lostmotion::log::Log;
@@ -19,7 +19,7 @@ const HOME: [f64; 6] = [0.0, -10.0, 5.0, 0.0, 0.0, 0.0];
 const RATE_HZ: f64 = 10.0;
 
 fn machine() -> Model {
-    Model::load(&root().join("samples/models/kuka-table3.model.yaml")).unwrap()
+    Model::load(&bundled("samples/models/kuka-table3.model.yaml")).unwrap()
 }
 
 /// A static program of one joint: 8 places, 4 cycles, 2 deg beyond each place, at 2 deg/s.

@@ -1,5 +1,6 @@
 //! `diagnose` from the outside: documents, the model that is written, refusals, steady bytes.
 
+use crate::support::{self, WorkFolder};
 use assert_cmd::Command;
 use lostmotion::io::input;
 use serde_json::Value;
@@ -10,22 +11,22 @@ pub const BACKLASH: &str = "tests/data/diagnose/one-backlash";
 pub const NOTCH: &str = "tests/data/diagnose/outside-the-catalogue";
 
 pub fn diagnose(case: &str) -> Command {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.args(["diagnose", "--model", &format!("{case}/model.yaml"), "--log", &format!("{case}/train.csv.gz")]);
     command
 }
 
 /// Everything that one run writes.
 pub struct Run {
-    _folder: tempfile::TempDir,
+    _folder: WorkFolder,
     pub json: Value,
     pub page: String,
     pub model: PathBuf,
 }
 
 fn run(case: &str) -> Run {
-    let folder = tempfile::tempdir().unwrap();
-    let (page, model) = (folder.path().join("report.html"), folder.path().join("found.yaml"));
+    let folder = WorkFolder::new();
+    let (page, model) = (folder.join("report.html"), folder.join("found.yaml"));
     let output =
         diagnose(case).arg("--json").arg("--report").arg(&page).arg("--model-out").arg(&model).assert().success();
     let json = serde_json::from_slice(&output.get_output().stdout).unwrap();
@@ -117,7 +118,7 @@ fn what_has_no_name_is_described_by_a_curve_that_helps_where_it_was_not_fitted()
 
 #[test]
 fn the_written_model_leaves_nothing_to_find_in_the_same_log() {
-    let mut again = Command::cargo_bin("lostmotion").unwrap();
+    let mut again = support::command();
     again.arg("diagnose").arg("--model").arg(&BACKLASH_RUN.model);
     again.args(["--log", &format!("{BACKLASH}/train.csv.gz"), "--json"]);
     let output = again.assert().success();
@@ -127,9 +128,9 @@ fn the_written_model_leaves_nothing_to_find_in_the_same_log() {
 
 #[test]
 fn simulate_runs_the_written_model() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("predicted.csv");
-    let mut simulate = Command::cargo_bin("lostmotion").unwrap();
+    let folder = WorkFolder::new();
+    let out = folder.join("predicted.csv");
+    let mut simulate = support::command();
     simulate.arg("simulate").arg("--model").arg(&BACKLASH_RUN.model);
     simulate.args(["--input", &format!("{BACKLASH}/train.csv.gz"), "--output"]).arg(&out).assert().success();
     let points = |text: &str| -> Vec<[f64; 3]> {
@@ -155,9 +156,9 @@ fn simulate_runs_the_written_model() {
 
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let written = |threads: &str| {
-        let (page, model) = (folder.path().join("r.html"), folder.path().join("m.yaml"));
+        let (page, model) = (folder.join("r.html"), folder.join("m.yaml"));
         let mut command = diagnose(BACKLASH);
         command.env("RAYON_NUM_THREADS", threads).arg("--report").arg(&page).arg("--model-out").arg(&model);
         let stdout = command.assert().success().get_output().stdout.clone();
@@ -179,8 +180,8 @@ fn the_story_fits_a_terminal_and_says_gap_effect_size_and_gap() {
 
 #[test]
 fn a_log_that_is_given_twice_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let copy = folder.path().join("another name.csv.gz");
+    let folder = WorkFolder::new();
+    let copy = folder.join("another name.csv.gz");
     std::fs::copy(format!("{BACKLASH}/train.csv.gz"), &copy).unwrap();
     let output = diagnose(BACKLASH).arg("--log").arg(&copy).assert().code(2);
     let words = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
@@ -189,8 +190,8 @@ fn a_log_that_is_given_twice_is_refused() {
 
 #[test]
 fn a_log_in_radians_is_bad_data_with_a_document_and_nothing_written() {
-    let folder = tempfile::tempdir().unwrap();
-    let (log, page) = (folder.path().join("radians.csv"), folder.path().join("r.html"));
+    let folder = WorkFolder::new();
+    let (log, page) = (folder.join("radians.csv"), folder.join("r.html"));
     let text = log_text(BACKLASH);
     let mut lines = text.lines();
     let header = lines.next().unwrap();
@@ -204,7 +205,7 @@ fn a_log_in_radians_is_bad_data_with_a_document_and_nothing_written() {
         out += &(cells.collect::<Vec<_>>().join(",") + "\n");
     }
     std::fs::write(&log, out).unwrap();
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.args(["diagnose", "--model", &format!("{BACKLASH}/model.yaml"), "--json", "--report"]).arg(&page);
     let output = command.arg("--log").arg(&log).assert().code(2);
     let d: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
@@ -215,13 +216,13 @@ fn a_log_in_radians_is_bad_data_with_a_document_and_nothing_written() {
 
 #[test]
 fn paths_with_spaces_are_taken_and_two_documents_on_standard_output_are_not() {
-    let folder = tempfile::tempdir().unwrap();
-    let here = folder.path().join("my logs, März");
+    let folder = WorkFolder::new();
+    let here = folder.join("my logs, März");
     std::fs::create_dir(&here).unwrap();
     for name in ["model.yaml", "robot.yaml", "train.csv.gz"] {
         std::fs::copy(format!("{BACKLASH}/{name}"), here.join(name)).unwrap();
     }
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.arg("diagnose").arg("--model").arg(here.join("model.yaml")).arg("--log").arg(here.join("train.csv.gz"));
     command.arg("--report").arg(here.join("a report.html")).assert().success();
     assert!(std::fs::read_to_string(here.join("a report.html")).unwrap().contains("my logs, März"));
@@ -231,7 +232,7 @@ fn paths_with_spaces_are_taken_and_two_documents_on_standard_output_are_not() {
 #[test]
 fn a_reader_that_has_gone_is_no_failure() {
     use std::process::Stdio;
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+    let mut command = support::process();
     command.args([
         "diagnose",
         "--model",

@@ -3,18 +3,17 @@
 //! The log is that of an independent simulator (`tests/data/diagnose`): backlash of J1.
 
 use crate::diagnose_cli::{BACKLASH, BACKLASH_RUN, log_text};
-use assert_cmd::Command;
+use crate::support::WorkFolder;
 use lostmotion::model::Model;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::path::PathBuf;
-use tempfile::TempDir;
 
-struct Desk(TempDir);
+struct Desk(WorkFolder);
 
 impl Desk {
     fn new() -> Self {
-        let desk = Self(tempfile::tempdir().unwrap());
+        let desk = Self(WorkFolder::new());
         std::fs::copy(format!("{BACKLASH}/robot.yaml"), desk.path("robot.yaml")).unwrap();
         desk
     }
@@ -32,13 +31,8 @@ impl Desk {
     }
 
     fn run(&self, line: &str) -> (Option<i32>, Vec<u8>, String) {
-        let run = Command::cargo_bin("lostmotion")
-            .unwrap()
-            .current_dir(self.0.path())
-            .args(line.split(' '))
-            .output()
-            .unwrap();
-        (run.status.code(), run.stdout, String::from_utf8_lossy(&run.stderr).into_owned())
+        let run = self.0.run(line);
+        (run.code, run.stdout, run.stderr)
     }
 
     fn diagnose(&self, line: &str) -> Value {

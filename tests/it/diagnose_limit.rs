@@ -1,6 +1,6 @@
 //! Many effects on a machine without any other fault: all of them, and none beside them.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -17,9 +17,9 @@ const MODEL: &str = "schema: lostmotion/model/1\nrobot: robot.yaml\nregistration
 
 /// Document of a diagnosis of this machine, measured over 400 s with 11 um of noise.
 fn diagnosed(effects: &str) -> Value {
-    let desk = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| std::fs::write(desk.path().join(name), text).unwrap();
-    std::fs::copy("configs/kuka-kr120-r2500-pro.yaml", desk.path().join("robot.yaml")).unwrap();
+    let desk = WorkFolder::new();
+    let write = |name: &str, text: &str| std::fs::write(desk.join(name), text).unwrap();
+    std::fs::copy("configs/kuka-kr120-r2500-pro.yaml", desk.join("robot.yaml")).unwrap();
     write("truth.yaml", &format!("{MODEL}effects:\n{effects}"));
     write("model.yaml", MODEL);
     let mut program = String::from("t_s,a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n");
@@ -34,7 +34,7 @@ fn diagnosed(effects: &str) -> Value {
     }
     write("program.csv", &program);
     let run = |line: &str| {
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.current_dir(desk.path()).args(line.split(' ')).assert().success().get_output().stdout.clone()
     };
     run("simulate --model truth.yaml --input program.csv --rate-hz 25 --noise-um 11 --output log.csv");

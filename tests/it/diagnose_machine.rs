@@ -1,18 +1,11 @@
 //! A machine on which everything is wrong, from an independent simulator (`tests/data/diagnose/machine`): the parts are named
 //! together, and the model with them predicts another path.
 
-use assert_cmd::Command;
+use crate::support::{WorkFolder, run};
 use serde_json::Value;
 use std::io::Read;
-use std::path::Path;
 
 const MACHINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/diagnose/machine");
-
-fn run(folder: &Path, line: &str) -> Vec<u8> {
-    let run = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    run.stdout
-}
 
 /// Measured or predicted points of a log, mm.
 fn points(text: &str) -> Vec<[f64; 3]> {
@@ -35,8 +28,8 @@ fn rms_um(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 
 #[test]
 fn the_parts_of_a_whole_machine_are_named_together_and_predict_another_path() {
-    let desk = tempfile::tempdir().unwrap();
-    let path = |name: &str| desk.path().join(name);
+    let desk = WorkFolder::new();
+    let path = |name: &str| desk.join(name);
     for name in ["robot.yaml", "excitation.csv.gz", "unseen.csv.gz"] {
         std::fs::copy(format!("{MACHINE}/{name}"), path(name)).unwrap();
     }
@@ -44,7 +37,9 @@ fn the_parts_of_a_whole_machine_are_named_together_and_predict_another_path() {
     let out = run(
         desk.path(),
         "diagnose --robot robot.yaml --log excitation.csv.gz --model-out found.yaml --json --report page.html",
-    );
+    )
+    .success()
+    .stdout;
     let d: Value = serde_json::from_slice(&out).unwrap();
     // gaps and wind-up that the log does not tell apart are a set
     assert!(d["verdict"] == "named" || d["verdict"] == "named_set", "{d:#}");
@@ -72,7 +67,7 @@ fn the_parts_of_a_whole_machine_are_named_together_and_predict_another_path() {
     // the largest first, with what is left falling to the end
     let left: Vec<f64> = rounds.iter().map(|r| r["rms_after_um"].as_f64().unwrap()).collect();
     assert!(left.last().unwrap() < &(0.3 * d["gap"]["nuisance_only_rms_um"].as_f64().unwrap()), "{left:?}");
-    run(desk.path(), "simulate --model found.yaml --input unseen.csv.gz --output predicted.csv");
+    run(desk.path(), "simulate --model found.yaml --input unseen.csv.gz --output predicted.csv").success();
     let mut text = String::new();
     flate2::read::GzDecoder::new(std::fs::File::open(path("unseen.csv.gz")).unwrap())
         .read_to_string(&mut text)

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, kuka};
 use crate::diagnose_cli::{BACKLASH, BACKLASH_RUN, NOTCH_RUN, diagnose, log_text};
 use crate::report::{draws_only_numbers, named, with_elements};
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use std::path::Path;
 
 /// Largest page, bytes.
@@ -89,16 +89,16 @@ fn what_is_unknown_stands_first_with_its_place_and_what_to_record() {
 
 #[test]
 fn several_logs_have_a_strip_each() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let text = log_text(BACKLASH);
     let rows: Vec<&str> = text.lines().collect();
     let part = |name: &str, from: usize, to: usize| {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         std::fs::write(&path, format!("{}\n{}\n", rows[0], rows[from..to].join("\n"))).unwrap();
         path
     };
-    let (a, b, page) = (part("a.csv", 1, 700), part("b.csv", 700, 1400), folder.path().join("r.html"));
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let (a, b, page) = (part("a.csv", 1, 700), part("b.csv", 700, 1400), folder.join("r.html"));
+    let mut command = support::command();
     command.args(["diagnose", "--model", &format!("{BACKLASH}/model.yaml"), "--log"]).arg(a).arg("--log").arg(b);
     command.arg("--report").arg(&page).assert().success();
     let html = std::fs::read_to_string(page).unwrap();
@@ -109,8 +109,8 @@ fn several_logs_have_a_strip_each() {
 
 #[test]
 fn settled_poses_are_counted_and_drawn_as_dots() {
-    let folder = tempfile::tempdir().unwrap();
-    let (log, page) = (folder.path().join("poses.csv"), folder.path().join("r.html"));
+    let folder = WorkFolder::new();
+    let (log, page) = (folder.join("poses.csv"), folder.join("r.html"));
     let text = log_text(BACKLASH);
     let poses: Vec<&str> = text
         .lines()
@@ -119,7 +119,7 @@ fn settled_poses_are_counted_and_drawn_as_dots() {
         .map(|(_, l)| l.split_once(',').unwrap().1)
         .collect();
     std::fs::write(&log, poses.join("\n") + "\n").unwrap();
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.args(["diagnose", "--model", &format!("{BACKLASH}/model.yaml"), "--log"]).arg(log);
     command.arg("--report").arg(&page).assert().success();
     let html = std::fs::read_to_string(page).unwrap();
@@ -142,13 +142,12 @@ fn joint_log(path: &Path) {
 
 #[test]
 fn a_log_of_joints_alone_is_told_in_degrees() {
-    let folder = tempfile::tempdir().unwrap();
-    let (log, page, model) =
-        (folder.path().join("joint.csv"), folder.path().join("r.html"), folder.path().join("model.yaml"));
+    let folder = WorkFolder::new();
+    let (log, page, model) = (folder.join("joint.csv"), folder.join("r.html"), folder.join("model.yaml"));
     joint_log(&log);
     let robot = std::fs::canonicalize("configs/kuka-kr120-r2500-pro.yaml").unwrap();
     std::fs::write(&model, format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", robot.display())).unwrap();
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.arg("diagnose").arg("--model").arg(&model).arg("--log").arg(&log).arg("--report").arg(&page);
     let output = command.assert().success();
     let story = String::from_utf8(output.get_output().stdout.clone()).unwrap();

@@ -1,15 +1,11 @@
 //! `diagnose` on channels after and before the gear, and on settled poses of an arm with many small faults.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 const ROBOT: &str = "configs/abb-irb1600-6-145.yaml";
-
-fn lostmotion() -> Command {
-    Command::cargo_bin("lostmotion").unwrap()
-}
 
 fn file(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
@@ -32,7 +28,7 @@ fn robot(tool_mm: [f64; 3], tools: &str) -> String {
 }
 
 fn diagnose(model: &Path, logs: &[PathBuf]) -> Value {
-    let mut command = lostmotion();
+    let mut command = support::command();
     command.args(["diagnose", "--json", "--model"]).arg(model);
     for log in logs {
         command.arg("--log").arg(log);
@@ -60,7 +56,7 @@ impl Draw {
 
 #[test]
 fn a_stiction_is_named_from_the_encoders_and_a_gap_behind_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let plain = robot([0.0, 0.0, 150.0], "");
     let truth = model(
         folder.path(),
@@ -80,8 +76,8 @@ fn a_stiction_is_named_from_the_encoders_and_a_gap_behind_them() {
         text.push_str(",0,0,0\n");
     }
     let path = file(folder.path(), "path.csv", &text);
-    let log = folder.path().join("log.csv");
-    lostmotion()
+    let log = folder.join("log.csv");
+    support::command()
         .args(["simulate", "--encoders", "--noise-um", "10", "--model"])
         .arg(&truth)
         .arg("--input")
@@ -125,7 +121,7 @@ fn two_encoders(seed: u64, scale: f64) -> String {
 
 #[test]
 fn a_clock_offset_between_two_encoders_is_named_once_and_a_lead_over_the_command_is_no_effect() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let bare = model(folder.path(), "bare.yaml", &robot([0.0, 0.0, 150.0], ""), "[]");
     let logs = [(7, 1.0), (11, 1.4)].map(|(s, v)| file(folder.path(), &format!("{s}.csv"), &two_encoders(s, v)));
     let doc = diagnose(&bare, &logs);
@@ -164,7 +160,7 @@ fn poses(folder: &Path, truth: &Path) -> PathBuf {
     }
     let path = file(folder, "poses.csv", &text);
     let log = folder.join("log.csv");
-    lostmotion()
+    support::command()
         .args(["simulate", "--noise-um", "20", "--model"])
         .arg(truth)
         .arg("--input")
@@ -185,7 +181,7 @@ const FAULTS: &str = "{effect: joint_zero_offset, target: J2, offset_deg: 0.08},
 #[test]
 fn the_geometry_of_an_arm_is_one_group_and_a_gap_is_found_behind_it() {
     for gap in [0.0, 0.006] {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = WorkFolder::new();
         let effects = if gap > 0.0 {
             format!("[{FAULTS}, {{effect: backlash, target: J4, half_gap_deg: {gap}}}]")
         } else {

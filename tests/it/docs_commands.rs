@@ -1,6 +1,6 @@
 //! The commands that the pages print run as they stand, in the root of the repository.
 
-use std::path::{Path, PathBuf};
+use crate::support::{self, WorkFolder, bundled, root};
 use std::process::Command;
 
 /// Pages whose commands are run. Those of other pages name the files of a user.
@@ -25,13 +25,9 @@ const PAGES: [&str; 18] = [
     "tutorial",
 ];
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 /// Blocks of a page by their language.
 fn blocks(page: &str) -> Vec<(String, String)> {
-    let text = std::fs::read_to_string(root().join(format!("docs/{page}.md"))).unwrap();
+    let text = std::fs::read_to_string(bundled(&format!("docs/{page}.md"))).unwrap();
     let mut found = Vec::new();
     let mut open: Option<(String, String)> = None;
     for line in text.lines() {
@@ -48,10 +44,10 @@ fn blocks(page: &str) -> Vec<(String, String)> {
 
 /// A folder that looks like the root of the repository to a command that reads samples and writes into `out`.
 #[cfg(unix)]
-fn checkout() -> tempfile::TempDir {
-    let work = tempfile::tempdir().unwrap();
+fn checkout() -> WorkFolder {
+    let work = WorkFolder::new();
     for folder in ["configs", "samples"] {
-        std::os::unix::fs::symlink(root().join(folder), work.path().join(folder)).unwrap();
+        std::os::unix::fs::symlink(root().join(folder), work.join(folder)).unwrap();
     }
     work
 }
@@ -59,7 +55,7 @@ fn checkout() -> tempfile::TempDir {
 #[cfg(unix)]
 #[test]
 fn every_printed_command_runs_as_it_stands() {
-    let binary = Path::new(env!("CARGO_BIN_EXE_lostmotion")).parent().unwrap();
+    let binary = support::binary().parent().unwrap();
     let path = std::env::join_paths(
         std::iter::once(binary.to_path_buf()).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
     )

@@ -1,19 +1,16 @@
 //! The pages as one site: every page is in the table of contents, every link leads somewhere.
 
+use crate::support::bundled;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn pages() -> Vec<PathBuf> {
-    let mut out: Vec<PathBuf> = std::fs::read_dir(root().join("docs"))
+    let mut out: Vec<PathBuf> = std::fs::read_dir(bundled("docs"))
         .unwrap()
         .map(|e| e.unwrap().path())
         .filter(|p| p.extension().is_some_and(|e| e == "md"))
         .collect();
-    out.push(root().join("README.md"));
+    out.push(bundled("README.md"));
     out.sort();
     out
 }
@@ -83,7 +80,7 @@ fn every_link_between_the_pages_leads_somewhere() {
 
 #[test]
 fn every_page_is_in_the_table_of_contents_once() {
-    let summary = std::fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
+    let summary = std::fs::read_to_string(bundled("docs/SUMMARY.md")).unwrap();
     let mut listed = links(&summary);
     listed.sort();
     let names = pages().into_iter().filter(|p| p.parent().is_some_and(|f| f.ends_with("docs")));

@@ -1,6 +1,7 @@
 //! The commands of pages that name a user's files (`robot.yaml`, `weld.src`) run, too: in a folder that holds such files.
 
-use std::path::{Path, PathBuf};
+use crate::support::{self, WorkFolder, bundled, root};
+use std::path::Path;
 use std::process::Command;
 
 /// Files that several pages name.
@@ -56,10 +57,6 @@ printf 'schema: lostmotion/columns/1\ncolumns: {x_mm: x_mm}\n' > map.yaml
     ]
 }
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 /// Blocks without a language that hold commands.
 fn commands(page: &str) -> Vec<String> {
     let text = std::fs::read_to_string(root().join(page)).unwrap();
@@ -71,7 +68,7 @@ fn commands(page: &str) -> Vec<String> {
 #[cfg(unix)]
 #[test]
 fn commands_on_a_users_files_run_in_a_folder_that_holds_them() {
-    let binary = Path::new(env!("CARGO_BIN_EXE_lostmotion")).parent().unwrap();
+    let binary = support::binary().parent().unwrap();
     let path = std::env::var_os("PATH").unwrap();
     let path = std::iter::once(binary.to_path_buf()).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(path).unwrap();
@@ -92,7 +89,7 @@ fn commands_on_a_users_files_run_in_a_folder_that_holds_them() {
                 let blocks = commands(page);
                 let blocks = &blocks[from..to.min(blocks.len())];
                 assert!(!blocks.is_empty(), "{page}: no block {from}");
-                let work = tempfile::tempdir().unwrap();
+                let work = WorkFolder::new();
                 run(&files, work.path());
                 for block in blocks {
                     run(block, work.path());
@@ -107,7 +104,7 @@ fn commands_on_a_users_files_run_in_a_folder_that_holds_them() {
 fn no_page_with_commands_is_left_out() {
     let covered: Vec<&str> = pages().iter().map(|p| p.0).collect();
     let mut all = vec!["README.md".to_string()];
-    all.extend(std::fs::read_dir(root().join("docs")).unwrap().filter_map(|e| {
+    all.extend(std::fs::read_dir(bundled("docs")).unwrap().filter_map(|e| {
         let name = e.unwrap().file_name().into_string().unwrap();
         name.ends_with(".md").then(|| format!("docs/{name}"))
     }));

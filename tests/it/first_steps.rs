@@ -1,16 +1,16 @@
 //! What a new user meets first: messages name the place, what is meant, and what to do, each thing once.
 
 use super::vendor_rewrite::Desk;
+use crate::support::bundled;
 use lostmotion::robot::Robot;
 use nalgebra::{Rotation3, UnitQuaternion};
-use std::path::Path;
 
 const AXES: &str = "[9E9,9E9,9E9,9E9,9E9,9E9]";
 
 /// A desk with an ABB arm whose first joint has a gap.
 fn abb() -> (Desk, Robot) {
     let desk = Desk::new(0.02);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/abb-irb1600-6-145.yaml");
+    let file = bundled("configs/abb-irb1600-6-145.yaml");
     std::fs::copy(file, desk.path("robot.yaml")).unwrap();
     let effect = "  - {effect: backlash, joint: J1, half_gap_deg: 0.02}\n";
     desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effect}"));
@@ -230,7 +230,7 @@ fn a_file_of_another_kind_is_called_what_it_is() {
 #[test]
 fn a_joint_target_too_coarse_for_a_gap_does_not_refuse_a_program_of_poses() {
     let (desk, _) = abb();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/fanuc-m20ia.yaml");
+    let file = bundled("configs/fanuc-m20ia.yaml");
     std::fs::copy(file, desk.path("robot.yaml")).unwrap();
     let effect = "  - {effect: backlash, joint: J1, half_gap_deg: 0.0003}\n";
     desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effect}"));

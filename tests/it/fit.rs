@@ -1,6 +1,7 @@
 //! `fit`: from gaps documents to a compensator.
 
 use crate::path_bench::{file, kuka};
+use crate::support::{self, WorkFolder};
 use lostmotion::compensator::{Compensator, FrictionShape};
 use lostmotion::effects::{Decay, GapCurve};
 use lostmotion::fit::{Form, fit};
@@ -109,10 +110,10 @@ fn points_too_far_apart_for_a_decay_leave_the_friction_out() {
 
 #[test]
 fn from_log_to_compensator_on_the_command_line() {
-    let work = tempfile::tempdir().unwrap();
-    let (gaps, out) = (work.path().join("gaps.yaml"), work.path().join("compensator.yaml"));
+    let work = WorkFolder::new();
+    let (gaps, out) = (work.join("gaps.yaml"), work.join("compensator.yaml"));
     let robot_file = file("configs/kuka-kr120-r2500-pro.yaml");
-    let command = || assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+    let command = || support::command();
     let log = file("samples/circle/circle_uncompensated_table3.csv.gz");
     command()
         .args(["identify", "path", "--robot"])
@@ -185,14 +186,14 @@ fn a_half_gap_below_zero_is_left_out_and_called_no_gap() {
 
 #[test]
 fn gaps_that_cannot_be_trusted_are_fitted_by_force_alone_and_say_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let (gaps, out) = (folder.path().join("gaps.yaml"), folder.path().join("comp.yaml"));
+    let folder = WorkFolder::new();
+    let (gaps, out) = (folder.join("gaps.yaml"), folder.join("comp.yaml"));
     let robot = kuka();
     let head = format!("schema: lostmotion/gaps/1\nrobot: {{name: k, sha256: {}}}\n", robot.fingerprint());
     let distrust = "distrust: {reason: model_does_not_describe_log, variance_inflation: 18.2, gaps_held: false}\n";
     std::fs::write(&gaps, head + PATH + distrust).unwrap();
     let fit = |more: &[&str]| {
-        let mut run = assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+        let mut run = support::command();
         run.args(["fit", "--robot", "configs/kuka-kr120-r2500-pro.yaml", "--gaps"])
             .arg(&gaps)
             .arg("--output")

@@ -1,15 +1,21 @@
 //! Readers of documents, logs and recordings on mutated samples: an input is read or refused, and no reader panics. With the stable
 //! compiler and a fixed seed; `fuzz/` has the same targets for cargo-fuzz, and `crates/robot-programs/tests/fuzz.rs` the languages.
 
+use crate::support::bundled;
 use lostmotion::assess::bidirectional::readings::Readings;
 use lostmotion::compensator::Compensator;
 use lostmotion::gaps::Gaps;
 use lostmotion::io::bag::{self, TopicChoice};
 use lostmotion::io::input::{Input, from_bytes};
+use lostmotion::io::journal::Journal;
 use lostmotion::io::name::{path_of, text_of};
 use lostmotion::io::workbook;
+use lostmotion::learn::network::Network;
+use lostmotion::learn::{Evidence, Input as Range, Kind, Learned};
 use lostmotion::log::{ColumnMap, Log};
 use lostmotion::model::Model;
+use lostmotion::plan::question::of_diagnosis;
+use lostmotion::plan::sizes::Scale;
 use lostmotion::rewrite::guard::{Note, note_text, parse_note};
 use lostmotion::rewrite::{manifest, original};
 use lostmotion::robot::Robot;
@@ -18,7 +24,7 @@ use lostmotion::robot::urdf;
 use lostmotion::track::path::Path as TrackPath;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Pieces that readers stumble over.
 const WORDS: [&[u8]; 24] = [
@@ -67,12 +73,8 @@ pub fn mutated(seeds: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-fn root(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
 fn file(path: &str) -> Vec<u8> {
-    std::fs::read(root(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+    std::fs::read(bundled(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
 /// The head of a CSV in a gzip file: mutations should meet its header, not a thousandth row.
@@ -83,7 +85,7 @@ fn head_of_gz(path: &str, lines: usize) -> Vec<u8> {
 }
 
 fn robot() -> Robot {
-    Robot::load(&root("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
+    Robot::load(&bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
 }
 
 fn input(name: &str, bytes: &[u8]) -> Input {
@@ -100,7 +102,7 @@ fn run(what: &str, runs: usize, seeds: &[Vec<u8>], read: &dyn Fn(&[u8]) -> bool)
     println!("{what}: {runs} inputs, {taken} of them taken");
 }
 
-fn text(bytes: &[u8], read: impl Fn(&str) -> bool) -> bool {
+fn text(bytes: &[u8], read: impl FnOnce(&str) -> bool) -> bool {
     std::str::from_utf8(bytes).is_ok_and(read)
 }
 
@@ -129,7 +131,7 @@ fn documents(runs: usize) {
             })
             .is_ok()
     });
-    let instrument = Robot::load(&root("configs/micro-iges-4dof.yaml")).unwrap();
+    let instrument = Robot::load(&bundled("configs/micro-iges-4dof.yaml")).unwrap();
     run("compensator", runs, &[file("samples/instrument/compensator.yaml")], &|b| {
         text(b, |t| Compensator::parse("c.yaml", t, &instrument).is_ok())
     });
@@ -179,8 +181,59 @@ fn notes_and_names(runs: usize) {
 
 /// A manifest of the sample programs, as the command writes it.
 fn manifest_seed() -> Vec<u8> {
-    let entries = manifest::of_folder(&root("samples/programs/krl"), None).unwrap();
+    let entries = manifest::of_folder(&bundled("samples/programs/krl"), None).unwrap();
     manifest::text(&entries).into_bytes()
+}
+
+/// What one command leaves for another: learned kinematics, a diagnosis, a summary of a shard, the journal of an interrupted run.
+fn results(runs: usize) {
+    let instrument = Robot::load(&bundled("configs/micro-iges-4dof.yaml")).unwrap();
+    run("learned kinematics", runs, &[learned_seed(&instrument)], &|b| {
+        text(b, |t| {
+            let read = Learned::parse("k.yaml", t, &instrument);
+            read.inspect(|k| assert_eq!(k.position_m(&[0.0; 4]).len(), k.coordinates.len())).is_ok()
+        })
+    });
+    let diagnosis = br#"{"schema": "lostmotion/diagnosis/1", "verdict": "named_set",
+        "rounds": [{"effect": "backlash", "target": "A3", "set": [{"effect": "backlash", "target": "A3"}, {"effect": "hysteresis", "target": "A3"}]}],
+        "effects": [{"effect": "backlash", "target": "A3", "joint": "A3", "half_gap_deg": 0.0041}]}"#;
+    let (kuka, window) = (robot(), [[-1.0, 1.0]; 6]);
+    run("diagnosis", runs, &[diagnosis.to_vec()], &|b| {
+        let mut scale =
+            Scale { robot: &kuka, window: &window, speed_m_s: 0.25, duration_s: 60.0, lost: vec![None; kuka.dof()] };
+        text(b, |t| of_diagnosis("diagnosis.json", t, &mut scale).is_ok())
+    });
+    let entries = manifest::of_folder(&bundled("samples/programs/krl"), None).unwrap();
+    let line = |e: &manifest::Entry| format!("{{\"key\":\"{}\",\"status\":\"written\"}}\n", e.key);
+    let summary: String = entries.iter().map(line).collect();
+    run("summary", runs, &[summary.into_bytes()], &|b| {
+        let merged = manifest::Merged::parse(&entries, "summary.jsonl", b);
+        merged.inspect(|m| assert_eq!(m.lines.len(), entries.len())).is_ok()
+    });
+    let journal = br#"{"schema": "lostmotion/journal/1", "back": false, "files":
+        [{"target": "out.src", "new": ".lostmotion-1.part", "bytes": 12, "old": ".lostmotion-1.old"}, {"target": "out.dat", "new": null, "old": null}]}"#;
+    run("journal", runs, &[journal.to_vec()], &|b| {
+        let names = |j: &Journal| {
+            let all = j.files().iter().flat_map(|f| [Some(&f.target), f.new.as_ref(), f.old.as_ref()]);
+            all.flatten().all(|n| !n.contains('/') && n != "..")
+        };
+        Journal::parse(b).inspect(|j| assert!(names(j), "a file out of the folder")).is_some()
+    });
+}
+
+fn learned_seed(robot: &Robot) -> Vec<u8> {
+    let network = Network::random(robot.dof(), 2, 0.0, 0.01, &mut ChaCha8Rng::seed_from_u64(1));
+    let learned = Learned {
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        kind: Kind::Plain,
+        coordinates: vec![0],
+        inputs: vec![Range { centre: 0.1, half_range: 0.2 }; robot.dof()],
+        networks: vec![network],
+        evidence: Evidence::default(),
+        file: None,
+    };
+    learned.to_yaml(robot).unwrap().into_bytes()
 }
 
 fn tables(runs: usize) {
@@ -223,6 +276,11 @@ fn notes_are_whole_or_refused_and_names_come_back() {
 }
 
 #[test]
+fn readers_of_results_of_other_commands_never_panic() {
+    results(200);
+}
+
+#[test]
 fn readers_of_tables_never_panic() {
     tables(200);
 }
@@ -239,6 +297,7 @@ fn many_more_inputs_of_every_reader() {
     let runs = std::env::var("LOSTMOTION_FUZZ_RUNS").ok().and_then(|v| v.parse().ok()).unwrap_or(20_000);
     documents(runs);
     notes_and_names(runs);
+    results(runs);
     tables(runs);
     containers(runs / 10);
 }

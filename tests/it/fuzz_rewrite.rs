@@ -5,6 +5,7 @@
 mod checks;
 
 use super::fuzz_readers::mutated;
+use crate::support::bundled;
 use checks::{ABB, FANUC, GANTRY, KUKA, MOTOMAN, UR, rewrite_and_check, robot};
 use lostmotion::program::formats::FORMATS;
 use rand::{Rng, SeedableRng};
@@ -13,7 +14,7 @@ use std::path::Path;
 
 /// The samples of a format; of KRL, each `.src` with its `.dat` too.
 fn seeds(format: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/programs").join(format);
+    let folder = bundled("samples/programs").join(format);
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
     let read = |p: &Path| std::fs::read(p).unwrap();

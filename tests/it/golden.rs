@@ -1,24 +1,19 @@
 //! Golden files: `rewrite --check` on programs and folders, with a tolerance, and the shipped hook and Action.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled, root};
 use predicates::prelude::*;
-use std::path::{Path, PathBuf};
-use tempfile::TempDir;
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
+use std::path::PathBuf;
 
 /// A repository of programs: robot.yaml, compensator.yaml, sources in `src` and their rewritten form in `programs`.
 struct Repository {
-    dir: TempDir,
+    dir: WorkFolder,
 }
 
 impl Repository {
     fn new() -> Self {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = WorkFolder::new();
         let here = dir.path();
-        std::fs::copy(root().join("configs/kuka-kr120-r2500-pro.yaml"), here.join("robot.yaml")).unwrap();
+        std::fs::copy(bundled("configs/kuka-kr120-r2500-pro.yaml"), here.join("robot.yaml")).unwrap();
         let robot = lostmotion::robot::Robot::load(&here.join("robot.yaml")).unwrap();
         let compensator = format!(
             "schema: lostmotion/compensator/1\nrobot: {{name: {}, sha256: {}}}\njoints:\n  A1: {{backlash: {{half_gap_deg: 0.0125}}}}\n",
@@ -40,7 +35,7 @@ impl Repository {
     }
 
     fn run_words(&self, words: Vec<String>) -> assert_cmd::assert::Assert {
-        Command::cargo_bin("lostmotion").unwrap().current_dir(self.dir.path()).args(words).assert()
+        support::command().current_dir(self.dir.path()).args(words).assert()
     }
 
     fn check(&self, rest: &str) -> assert_cmd::assert::Assert {
@@ -48,7 +43,7 @@ impl Repository {
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
+        self.dir.join(name)
     }
 
     fn read(&self, name: &str) -> String {
@@ -102,7 +97,7 @@ fn hook(id: &str) -> (Vec<String>, Vec<String>) {
 #[cfg(unix)]
 fn run_hook(repository: &Repository, id: &str, files: &[&str]) -> std::process::Output {
     let (entry, args) = hook(id);
-    let binary = Path::new(env!("CARGO_BIN_EXE_lostmotion")).parent().unwrap().to_path_buf();
+    let binary = support::binary().parent().unwrap().to_path_buf();
     let path = std::env::var_os("PATH").unwrap();
     let path = std::env::join_paths(std::iter::once(binary).chain(std::env::split_paths(&path))).unwrap();
     std::process::Command::new(&entry[0])

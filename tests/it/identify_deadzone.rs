@@ -1,6 +1,7 @@
 //! `identify deadzone` on an independent oracle's logs (`tests/oracle/deadzone.py`) and on the simulated instrument.
 
-use crate::bench::{parse, robot, root};
+use crate::bench::{parse, robot};
+use crate::support::bundled;
 use lostmotion::effects::{GapCurve, Target};
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
@@ -16,15 +17,15 @@ use serde_json::Value;
 const RATE_HZ: f64 = 5.0;
 
 fn instrument() -> Model {
-    Model::load(&root().join("samples/instrument/instrument.model.yaml")).unwrap()
+    Model::load(&bundled("samples/instrument/instrument.model.yaml")).unwrap()
 }
 
 fn coupled() -> Robot {
-    Robot::load(&root().join("tests/data/robots/coupled-elbows.yaml")).unwrap()
+    Robot::load(&bundled("tests/data/robots/coupled-elbows.yaml")).unwrap()
 }
 
 fn oracle(name: &str, robot: &Robot) -> (Log, Value) {
-    let folder = root().join("tests/data/deadzone");
+    let folder = bundled("tests/data/deadzone");
     let truth: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("truth.json")).unwrap()).unwrap();
     (Log::load(&folder.join(format!("{name}_log.csv.gz")), robot).unwrap(), truth[name].clone())
 }
@@ -44,7 +45,7 @@ fn program(text: String, robot: &Robot) -> Program {
 }
 
 fn sample(motion: &str, robot: &Robot) -> Program {
-    Program::load(&root().join(format!("samples/instrument/{motion}.csv")), robot).unwrap()
+    Program::load(&bundled(&format!("samples/instrument/{motion}.csv")), robot).unwrap()
 }
 
 /// E1 alone, degrees over time, a point every 0.2 s.
@@ -310,7 +311,7 @@ fn a_motion_that_is_no_sweep_is_refused_with_what_it_is() {
     let small = of(600, &|t| (std::f64::consts::TAU * t / 20.0).sin());
     assert!(small.contains("the strokes are smaller than the gap") && small.contains("2.0000 deg"), "{small}");
     let kuka = crate::bench::kuka();
-    let circle = Log::load(&root().join("samples/circle/circle_uncompensated_table3.csv.gz"), &kuka).unwrap();
+    let circle = Log::load(&bundled("samples/circle/circle_uncompensated_table3.csv.gz"), &kuka).unwrap();
     let together = message(identify(&kuka, &[circle], &Options::default()));
     assert!(
         together.contains("a motion of A1, A2, A3 together") && together.contains("one joint at a time"),

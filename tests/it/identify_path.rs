@@ -1,6 +1,7 @@
 //! `identify path`: against the independent simulator's logs, and on a bench with known faults.
 
 use crate::path_bench::{Fault, file, kuka, run, table3, waves};
+use crate::support::{self, WorkFolder};
 use lostmotion::effects::{Decay, GapCurve, curve::Pchip};
 use lostmotion::gaps::{Gaps, JointGap};
 use lostmotion::identify::path::{Known, Options, PathFound, identify};
@@ -260,11 +261,10 @@ fn traces_show_the_error_and_its_reversals() {
 
 #[test]
 fn the_command_writes_a_document_that_is_read_back() {
-    let out = tempfile::tempdir().unwrap();
-    let target = out.path().join("gaps.yaml");
+    let out = WorkFolder::new();
+    let target = out.join("gaps.yaml");
     let run = |threads: &str| {
-        assert_cmd::Command::cargo_bin("lostmotion")
-            .unwrap()
+        support::command()
             .env("RAYON_NUM_THREADS", threads)
             .args(["identify", "path", "--json", "--robot"])
             .arg(file("configs/kuka-kr120-r2500-pro.yaml"))
@@ -310,14 +310,14 @@ fn a_log_or_a_gaps_file_given_twice_is_refused() {
     let found = identify(&robot, std::slice::from_ref(&log), &Options::default()).unwrap();
     let message = identify(&robot, &[log.clone(), log], &Options::default()).unwrap_err().to_string();
     assert!(message.contains("same SHA-256") && message.contains("its reversals would count twice"), "{message}");
-    let dir = tempfile::tempdir().unwrap();
+    let dir = WorkFolder::new();
     let text = lostmotion::gaps::file::to_yaml(&lostmotion::gaps::file::document(&found.gaps, &robot)).unwrap();
     let fit = |names: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.args(["fit", "--json", "--robot"]).arg(file("configs/kuka-kr120-r2500-pro.yaml"));
         for name in names {
-            std::fs::write(dir.path().join(name), &text).unwrap();
-            command.arg("--gaps").arg(dir.path().join(name));
+            std::fs::write(dir.join(name), &text).unwrap();
+            command.arg("--gaps").arg(dir.join(name));
         }
         command.output().unwrap()
     };

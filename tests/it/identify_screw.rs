@@ -1,8 +1,7 @@
 //! `identify screw` against two plays in series that `tests/oracle/screw.py` steps in time (its truth: `screw.json`), and the whole
 //! chain through the command line.
 
-use crate::bench::root;
-use assert_cmd::Command;
+use crate::support::{WorkFolder, bundled, root, run_from_root};
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::screw::flanks::{Flanks, Known};
@@ -26,11 +25,11 @@ const NUT_MM: f64 = 0.1825;
 const Z: usize = 2;
 
 fn gantry() -> Robot {
-    Robot::load(&root().join(ROBOT)).unwrap()
+    Robot::load(&bundled(ROBOT)).unwrap()
 }
 
 fn file(name: &str) -> PathBuf {
-    root().join(format!("tests/data/screw/{name}.csv.gz"))
+    bundled(&format!("tests/data/screw/{name}.csv.gz"))
 }
 
 fn log(name: &str) -> Log {
@@ -76,24 +75,13 @@ fn within(flanks: &Flanks, mm: f64, share: f64, what: &str) {
     assert!((is / mm - 1.0).abs() <= share, "{what}: {is} for {mm}");
 }
 
-fn cli(line: &str, work: &Path) -> std::process::Output {
-    let args = line.split_whitespace().map(|a| a.replace("{}", work.to_str().unwrap()));
-    Command::cargo_bin("lostmotion").unwrap().args(args).current_dir(root()).output().unwrap()
-}
-
-fn done(line: &str, work: &Path) -> Vec<u8> {
-    let out = cli(line, work);
-    assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
-    out.stdout
-}
-
 #[test]
 fn val_the_figures_of_seed_003_are_found_within_two_percent_through_the_command_line() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let line = format!(
         "identify screw --robot {ROBOT} --log {SAMPLE} --joint z --json --output {{}}/g.yaml --report {{}}/g.html"
     );
-    let doc: Value = serde_json::from_slice(&done(&line, work.path())).unwrap();
+    let doc: Value = run_from_root(work.path(), &line).success().json();
     let z = &doc["series"][0];
     let near = |v: &Value, want: f64| {
         let is = v.as_f64().unwrap();
@@ -109,10 +97,10 @@ fn val_the_figures_of_seed_003_are_found_within_two_percent_through_the_command_
     // figure 4: after the start of the test first
     assert_eq!(z["preload"]["side"], -1);
     assert_eq!(z["preload"]["how"], "move");
-    let page = std::fs::read_to_string(work.path().join("g.html")).unwrap();
+    let page = std::fs::read_to_string(work.join("g.html")).unwrap();
     assert!(page.contains("Screw against motor") && page.contains("Carriage against screw"));
     // the file holds what was printed
-    let text = std::fs::read_to_string(work.path().join("g.yaml")).unwrap();
+    let text = std::fs::read_to_string(work.join("g.yaml")).unwrap();
     let file: Value = serde_yaml::from_str(&text).unwrap();
     assert_eq!(file["series"][0]["nut"]["total_gap_mm"], z["nut"]["total_gap_mm"]);
 }
@@ -217,10 +205,11 @@ fn one_coordinate_along_the_joint_is_enough_and_other_commands_still_want_three(
     let z = one(&found);
     holds(z.both.as_ref().unwrap().total, COUPLING_MM + NUT_MM, 1e3, "sum");
     assert!(notes(&found).contains("the tracker has no zero"));
-    let work = tempfile::tempdir().unwrap();
-    let out = cli(&format!("identify static --robot {ROBOT} --log tests/data/screw/lone_z.csv.gz"), work.path());
-    assert_eq!(out.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&out.stderr).contains("x, y and z of every reflector"));
+    let work = WorkFolder::new();
+    let out =
+        run_from_root(work.path(), &format!("identify static --robot {ROBOT} --log tests/data/screw/lone_z.csv.gz"));
+    assert_eq!(out.code, Some(2));
+    assert!(out.stderr.contains("x, y and z of every reflector"));
 }
 
 #[test]
@@ -266,14 +255,14 @@ fn a_log_that_starts_on_a_flank_says_which() {
 
 #[test]
 fn strokes_that_never_cross_the_gap_give_its_least_size_and_no_figure() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let line = format!("identify screw --robot {ROBOT} --log tests/data/screw/short.csv.gz --json");
-    let out = cli(&line, work.path());
-    assert!(out.status.success());
+    let out = run_from_root(work.path(), &line);
+    assert!(out.succeeded());
     let doc: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert!((doc["series"][0]["at_least_mm"].as_f64().unwrap() - 0.15).abs() < 1e-9);
     assert!(doc["series"][0]["both"].is_null() && doc["joints"].as_array().unwrap().is_empty());
-    let said = String::from_utf8_lossy(&out.stderr).into_owned();
+    let said = out.stderr;
     assert!(said.contains("no stroke crossed the gap"), "{said}");
     // the coupling alone was crossed
     let found = found("short");
@@ -355,7 +344,7 @@ fn units_and_scales_that_cannot_be_right_are_refused() {
     let said = refused(&changed("clean", "screw_Z_deg", |v| 2.0 * v), &robot);
     assert!(said.contains("`screw_Z` moves by 2.0"), "{said}");
     // a lead of 5 mm in the robot file
-    let yaml = std::fs::read_to_string(root().join(ROBOT)).unwrap();
+    let yaml = std::fs::read_to_string(bundled(ROBOT)).unwrap();
     let other = Robot::parse("r.yaml", &yaml.replace("lead_mm_per_rev: 10", "lead_mm_per_rev: 5")).unwrap();
     let said = refused(&text_of("clean"), &other);
     assert!(said.contains("`enc_Z` moves by 0.5") && said.contains("lead_mm_per_rev"), "{said}");
@@ -427,11 +416,12 @@ fn columns(text: &str) -> std::collections::BTreeMap<String, Vec<f64>> {
 
 #[test]
 fn val_simulate_puts_the_screw_between_the_two_gaps_as_the_stepped_plays_do() {
-    let work = tempfile::tempdir().unwrap();
-    let input = work.path().join("clean.csv");
+    let work = WorkFolder::new();
+    let input = work.join("clean.csv");
     std::fs::write(&input, text_of("clean")).unwrap();
-    done(&format!("simulate --model {TWO_GAPS} --input {{}}/clean.csv --output {{}}/out.csv"), work.path());
-    let predicted = columns(&std::fs::read_to_string(work.path().join("out.csv")).unwrap());
+    run_from_root(work.path(), &format!("simulate --model {TWO_GAPS} --input {{}}/clean.csv --output {{}}/out.csv"))
+        .success();
+    let predicted = columns(&std::fs::read_to_string(work.join("out.csv")).unwrap());
     let truth = columns(&text_of("clean"));
     for (name, most) in [("enc_Z_deg", 3e-3), ("screw_Z_deg", 3e-3), ("meas_Z_mm", 1.5e-4)] {
         let off = predicted[name].iter().zip(&truth[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -466,40 +456,41 @@ fn left_over(log: &Path, program: &[[f64; 3]]) -> f64 {
 
 #[test]
 fn val_from_strokes_to_a_compensated_gantry_program_five_percent_of_the_gap_are_left() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let at = work.path();
     // the machine without its vibration, to see what the compensation leaves
     let model = std::fs::read_to_string(root().join(TWO_GAPS)).unwrap();
     let still: String = model
         .lines()
         .filter(|l| !l.contains("vibration,"))
-        .map(|l| l.replace("../../configs", root().join("configs").to_str().unwrap()) + "\n")
+        .map(|l| l.replace("../../configs", bundled("configs").to_str().unwrap()) + "\n")
         .collect();
     std::fs::write(at.join("still.yaml"), still).unwrap();
     let program = "samples/screw/gantry_program.csv";
-    done(
-        &format!(
+    run_from_root(at, &format!(
             "simulate --model {TWO_GAPS} --input samples/screw/strokes_program.csv --encoders --screws --noise-um 30 --rate-hz 50 \
              --output {{}}/strokes.csv"
-        ),
+        )).success();
+    let doc: Value = run_from_root(
         at,
-    );
-    let json =
-        done(&format!("identify screw --robot {ROBOT} --log {{}}/strokes.csv --output {{}}/gaps.yaml --json"), at);
-    let doc: Value = serde_json::from_slice(&json).unwrap();
+        &format!("identify screw --robot {ROBOT} --log {{}}/strokes.csv --output {{}}/gaps.yaml --json"),
+    )
+    .success()
+    .json();
     for s in doc["series"].as_array().unwrap() {
         for (gap, mm) in [("coupling", COUPLING_MM), ("nut", NUT_MM)] {
             let is = s[gap]["total_gap_mm"].as_f64().unwrap();
             assert!((is / mm - 1.0).abs() < 0.05, "{}: {gap} {is}", s["joint"]);
         }
     }
-    done(&format!("fit --robot {ROBOT} --gaps {{}}/gaps.yaml --output {{}}/comp.yaml"), at);
-    done(&format!("rewrite --robot {ROBOT} --compensator {{}}/comp.yaml {program} --output {{}}/out.csv"), at);
+    run_from_root(at, &format!("fit --robot {ROBOT} --gaps {{}}/gaps.yaml --output {{}}/comp.yaml")).success();
+    run_from_root(at, &format!("rewrite --robot {ROBOT} --compensator {{}}/comp.yaml {program} --output {{}}/out.csv"))
+        .success();
     for (input, log) in [(program, "before.csv"), ("{}/out.csv", "after.csv")] {
         let line = format!(
             "simulate --model {{}}/still.yaml --input {input} --speed-mm-s 10 --rate-hz 50 --output {{}}/{log}"
         );
-        done(&line, at);
+        run_from_root(at, &line).success();
     }
     let nominal = columns(&std::fs::read_to_string(root().join(program)).unwrap());
     let points: Vec<[f64; 3]> =
@@ -557,9 +548,10 @@ fn a_negative_gap_of_swapped_columns_is_not_significant() {
 
 #[test]
 fn the_page_gives_a_gap_as_an_angle_of_the_screw() {
-    let work = tempfile::tempdir().unwrap();
-    done(&format!("identify screw --robot {ROBOT} --log {SAMPLE} --report {{}}/g.html"), work.path());
-    let page = std::fs::read_to_string(work.path().join("g.html")).unwrap();
+    let work = WorkFolder::new();
+    run_from_root(work.path(), &format!("identify screw --robot {ROBOT} --log {SAMPLE} --report {{}}/g.html"))
+        .success();
+    let page = std::fs::read_to_string(work.join("g.html")).unwrap();
     // 1.803 deg of the coupling at a lead of 10 mm
     assert!(page.contains("as an angle, deg") && page.contains("1.80"), "no angle");
 }

@@ -1,6 +1,7 @@
 //! `identify static` on the simulator's logs: truth and statistics worked out by `tests/oracle/static_test.py`.
 
-use crate::bench::{kuka, parse, root};
+use crate::bench::{kuka, parse};
+use crate::support::{self, WorkFolder, bundled, root};
 use assert_cmd::Command;
 use lostmotion::effects::GapCurve;
 use lostmotion::gaps::Gaps;
@@ -15,7 +16,7 @@ use std::path::PathBuf;
 const JOINTS: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
 
 fn sample(joint: &str) -> PathBuf {
-    root().join(format!("samples/static/single_axis_{joint}.csv.gz"))
+    bundled(&format!("samples/static/single_axis_{joint}.csv.gz"))
 }
 
 pub fn logs(robot: &Robot) -> Vec<Log> {
@@ -195,15 +196,15 @@ fn val_one_log_that_tests_all_joints_one_after_another_gives_the_same_gaps() {
 // --- the document and the command ---
 
 fn command() -> Command {
-    let mut c = Command::cargo_bin("lostmotion").unwrap();
+    let mut c = support::command();
     c.current_dir(root()).args(["identify", "static", "--robot", "configs/kuka-kr120-r2500-pro.yaml"]);
     c
 }
 
 #[test]
 fn the_command_prints_json_writes_yaml_and_is_the_same_on_one_thread() {
-    let folder = tempfile::tempdir().unwrap();
-    let yaml = folder.path().join("gaps.yaml");
+    let folder = WorkFolder::new();
+    let yaml = folder.join("gaps.yaml");
     let args =
         ["--log", "samples/static/single_axis_A2.csv.gz", "--log", "samples/static/single_axis_A6.csv.gz", "--json"];
     let out = command().args(args).arg("--output").arg(&yaml).assert().success();

@@ -1,6 +1,6 @@
 //! `identify` over logs of several kinds, against an independent simulator (origin: `samples/README.md`).
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use serde_json::Value;
 
 const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/samples");
@@ -8,9 +8,9 @@ const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/kuka-kr120-r25
 
 /// Document and messages of `identify` over samples.
 fn identify(logs: &[&str]) -> (Value, String) {
-    let desk = tempfile::tempdir().unwrap();
-    let out = desk.path().join("machine.yaml");
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let desk = WorkFolder::new();
+    let out = desk.join("machine.yaml");
+    let mut command = support::command();
     command.args(["identify", "--robot", ROBOT, "--output"]).arg(&out);
     for log in logs {
         command.arg("--log").arg(format!("{SAMPLES}/{log}"));

@@ -3,7 +3,7 @@
 //! The readings are made of what a tracker measured on machines of an independent simulator (`tests/data/machines`): distances from a
 //! point in its frame, and components along a direction. So they hold all of the tracker's noise, which a ballbar has not.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled};
 use lostmotion::compensator::Compensator;
 use lostmotion::gaps::Gaps;
 use lostmotion::log::Log;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// A machine, and a folder for what is made of it.
 struct Bench {
-    desk: tempfile::TempDir,
+    desk: WorkFolder,
     source: PathBuf,
     robot: Robot,
 }
@@ -24,13 +24,13 @@ type Reading<'a> = (&'a str, f64, &'a dyn Fn(&Vector3<f64>) -> f64);
 
 impl Bench {
     fn new(machine: &str) -> Self {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/machines").join(machine);
+        let source = bundled("tests/data/machines").join(machine);
         let robot = Robot::load(&source.join("robot.yaml")).unwrap();
-        Self { desk: tempfile::tempdir().unwrap(), source, robot }
+        Self { desk: WorkFolder::new(), source, robot }
     }
 
     fn at(&self, name: &str) -> String {
-        self.desk.path().join(name).display().to_string()
+        self.desk.join(name).display().to_string()
     }
 
     fn of(&self, name: &str) -> String {
@@ -62,14 +62,14 @@ impl Bench {
                 None => writeln!(text, ","),
             };
         }
-        std::fs::write(self.desk.path().join(name), text).unwrap();
+        std::fs::write(self.desk.join(name), text).unwrap();
         self.at(name)
     }
 
     /// The document and what was said.
     fn identify(&self, logs: &[String], options: &[&str]) -> (Gaps, String) {
         let (robot, output) = (self.of("robot.yaml"), self.at("machine.yaml"));
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.args(["identify", "--robot", &robot, "--output", &output]).args(options);
         logs.iter().for_each(|l| {
             command.args(["--log", l]);
@@ -82,7 +82,7 @@ impl Bench {
 
     fn fit(&self) -> Compensator {
         let (robot, gaps, output) = (self.of("robot.yaml"), self.at("machine.yaml"), self.at("c.yaml"));
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.args(["fit", "--robot", &robot, "--gaps", &gaps, "--output", &output]).assert().success();
         Compensator::load(Path::new(&output), &self.robot).unwrap()
     }
@@ -170,7 +170,7 @@ fn a_dial_tells_nothing_of_a_joint_that_moves_across_it() {
     agrees("X", lost(&whole, 0), lost(&found, 0), true);
     // without its direction a dial says nothing
     let (robot, output) = (bench.of("robot.yaml"), bench.at("none.yaml"));
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let run = command.args(["identify", "--robot", &robot, "--log", &dial, "--output", &output]).output().unwrap();
     let said = String::from_utf8_lossy(&run.stderr).into_owned();
     assert!(!run.status.success() && said.contains("`dial_um` without its direction"), "{said}");

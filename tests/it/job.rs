@@ -1,31 +1,14 @@
 //! The whole job through the binary: logs of the bundled machine -> gaps -> compensator -> program -> simulated run -> circle.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, run_from_root};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use tempfile::TempDir;
 
 const ROBOT: &str = "configs/kuka-kr120-r2500-pro.yaml";
 const PROGRAM: &str = "samples/circle/circle_program.csv";
 const LOG: &str = "samples/circle/circle_uncompensated_table3.csv.gz";
 const MODEL: &str = "samples/models/kuka-table3.model.yaml";
-
-/// Runs a command line in the root of the repository, `{}` being `work`.
-fn run(work: &Path, line: &str) -> std::process::Output {
-    let args = line.split_whitespace().map(|a| a.replace("{}", work.to_str().unwrap()));
-    Command::cargo_bin("lostmotion").unwrap().args(args).output().unwrap()
-}
-
-fn done(work: &Path, line: &str) -> Vec<u8> {
-    let out = run(work, line);
-    assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
-    out.stdout
-}
-
-fn says(out: &std::process::Output) -> String {
-    String::from_utf8_lossy(&out.stderr).into_owned()
-}
 
 /// The steps of the job, in order, each with what it writes.
 fn steps() -> Vec<(String, &'static str)> {
@@ -50,10 +33,10 @@ fn steps() -> Vec<(String, &'static str)> {
 }
 
 /// The job, done once for all tests.
-static JOB: LazyLock<TempDir> = LazyLock::new(|| {
-    let work = tempfile::tempdir().unwrap();
+static JOB: LazyLock<WorkFolder> = LazyLock::new(|| {
+    let work = WorkFolder::new();
     for (line, _) in steps() {
-        done(work.path(), &line);
+        run_from_root(work.path(), &line).success();
     }
     work
 });
@@ -88,7 +71,7 @@ fn what_is_left_of_the_circle_is_below_16_um_and_15_percent_at_every_reversal() 
     let line = format!(
         "assess circle --robot {ROBOT} --nominal {PROGRAM} --before {{}}/before.csv --after {{}}/after.csv --json"
     );
-    let found: Value = serde_json::from_slice(&done(JOB.path(), &line)).unwrap();
+    let found: Value = run_from_root(JOB.path(), &line).success().json();
     let (before, after) = (&found["before"]["reversals"], &found["after"]["reversals"]);
     let names: Vec<_> = after.as_array().unwrap().iter().map(|r| r["joint"].as_str().unwrap()).collect();
     assert_eq!(names, ["A1", "A1", "A2", "A2", "A3", "A3"]);
@@ -102,14 +85,16 @@ fn what_is_left_of_the_circle_is_below_16_um_and_15_percent_at_every_reversal() 
 
 #[test]
 fn a_model_in_place_of_a_compensator_leaves_less_still() {
-    let work = tempfile::tempdir().unwrap();
-    done(
+    let work = WorkFolder::new();
+    run_from_root(
         work.path(),
         &format!("rewrite --model {MODEL} {PROGRAM} --speed-mm-s 1.5 --refine cartesian --output {{}}/out.csv"),
-    );
-    done(work.path(), &format!("simulate --model {MODEL} --input {{}}/out.csv --output {{}}/after.csv"));
+    )
+    .success();
+    run_from_root(work.path(), &format!("simulate --model {MODEL} --input {{}}/out.csv --output {{}}/after.csv"))
+        .success();
     let line = format!("assess circle --robot {ROBOT} --nominal {PROGRAM} --before {{}}/after.csv --json");
-    let found: Value = serde_json::from_slice(&done(work.path(), &line)).unwrap();
+    let found: Value = run_from_root(work.path(), &line).success().json();
     for r in found["before"]["reversals"].as_array().unwrap() {
         assert!(r["total_um"].as_f64().unwrap() <= 8.0, "{r}");
     }
@@ -117,12 +102,12 @@ fn a_model_in_place_of_a_compensator_leaves_less_still() {
 
 #[test]
 fn two_runs_and_one_thread_give_the_same_bytes_at_every_step() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     for (line, file) in steps() {
         let args = line.split_whitespace().map(|a| a.replace("{}", work.path().to_str().unwrap()));
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.env("RAYON_NUM_THREADS", "1").args(args).assert().success();
-        assert!(std::fs::read(work.path().join(file)).unwrap() == bytes(file), "{file} differs");
+        assert!(std::fs::read(work.join(file)).unwrap() == bytes(file), "{file} differs");
     }
     for line in [
         format!(
@@ -132,8 +117,8 @@ fn two_runs_and_one_thread_give_the_same_bytes_at_every_step() {
         format!("identify path --robot {ROBOT} --log {LOG} --json"),
     ] {
         let args = line.split_whitespace().map(|a| a.replace("{}", JOB.path().to_str().unwrap()));
-        let one = Command::cargo_bin("lostmotion").unwrap().env("RAYON_NUM_THREADS", "1").args(args).output().unwrap();
-        assert!(one.status.success() && one.stdout == done(JOB.path(), &line), "{line}");
+        let one = support::outcome(support::command().env("RAYON_NUM_THREADS", "1").args(args));
+        assert!(one.succeeded() && one.stdout == run_from_root(JOB.path(), &line).success().stdout, "{line}");
     }
 }
 
@@ -141,9 +126,7 @@ fn two_runs_and_one_thread_give_the_same_bytes_at_every_step() {
 fn standard_input_to_standard_output_gives_the_bytes_of_file_to_file() {
     let piped = |line: &str, input: &[u8]| {
         let args = line.split_whitespace().map(|a| a.replace("{}", JOB.path().to_str().unwrap()));
-        let out = Command::cargo_bin("lostmotion").unwrap().args(args).write_stdin(input).output().unwrap();
-        assert!(out.status.success(), "{line}: {}", says(&out));
-        out.stdout
+        support::outcome(support::command().args(args).write_stdin(input)).success().stdout
     };
     let program = std::fs::read(PROGRAM).unwrap();
     let log = std::fs::read(LOG).unwrap();
@@ -151,7 +134,8 @@ fn standard_input_to_standard_output_gives_the_bytes_of_file_to_file() {
     assert!(piped(&line, &program) == bytes("out.csv"));
     let comp =
         String::from_utf8(piped(&format!("fit --robot {ROBOT} --gaps - --output -"), &bytes("path.yaml"))).unwrap();
-    let from_file = done(JOB.path(), &format!("fit --robot {ROBOT} --gaps {{}}/path.yaml --output -"));
+    let from_file =
+        run_from_root(JOB.path(), &format!("fit --robot {ROBOT} --gaps {{}}/path.yaml --output -")).success().stdout;
     assert_eq!(comp.into_bytes(), from_file);
     // a log says in its first line which program it ran, and gaps which log they come from
     let without_names = |bytes: Vec<u8>| {
@@ -165,13 +149,13 @@ fn standard_input_to_standard_output_gives_the_bytes_of_file_to_file() {
     assert_eq!(gaps.replace("standard input", ""), without_names(bytes("path.yaml")).replace("samples/circle/", ""));
     let nominal = format!("assess circle --robot {ROBOT} --nominal - --before {{}}/before.csv --json");
     let from_file = nominal.replace("--nominal -", &format!("--nominal {PROGRAM}"));
-    assert!(piped(&nominal, &program) == done(JOB.path(), &from_file));
+    assert!(piped(&nominal, &program) == run_from_root(JOB.path(), &from_file).success().stdout);
 }
 
 #[test]
 fn a_folder_with_a_good_a_bad_and_a_limit_breaking_program_writes_the_good_one() {
-    let work = tempfile::tempdir().unwrap();
-    let at = |name: &str| work.path().join(name);
+    let work = WorkFolder::new();
+    let at = |name: &str| work.join(name);
     std::fs::create_dir(at("in")).unwrap();
     let good = std::fs::read_to_string(PROGRAM).unwrap();
     std::fs::write(at("in/good.csv"), &good).unwrap();
@@ -186,9 +170,9 @@ fn a_folder_with_a_good_a_bad_and_a_limit_breaking_program_writes_the_good_one()
         "rewrite --robot {ROBOT} --compensator {} {{}}/in --output-dir {{}}/out --refine cartesian --summary {{}}/sum.jsonl",
         made("comp.yaml").display()
     );
-    let out = run(work.path(), &line);
-    let text = says(&out);
-    assert!(out.status.code() == Some(1) && out.stdout.is_empty(), "{text}");
+    let out = run_from_root(work.path(), &line);
+    let text = out.stderr;
+    assert!(out.code == Some(1) && out.stdout.is_empty(), "{text}");
     assert!(text.contains("3 programs: 1 written, 0 unchanged, 1 refused, 1 failed"), "{text}");
     assert!(text.contains("bad.csv:2:1: found `left`") && text.contains("limit.csv: a limit would be"), "{text}");
     let summary = std::fs::read_to_string(at("sum.jsonl")).unwrap();
@@ -207,8 +191,8 @@ fn a_folder_with_a_good_a_bad_and_a_limit_breaking_program_writes_the_good_one()
 
 #[test]
 fn a_compensator_of_zeros_returns_an_odd_program_byte_for_byte() {
-    let work = tempfile::tempdir().unwrap();
-    let at = |name: &str| work.path().join(name);
+    let work = WorkFolder::new();
+    let at = |name: &str| work.join(name);
     let robot = lostmotion::robot::Robot::load(Path::new(ROBOT)).unwrap();
     let head = format!("schema: lostmotion/compensator/1\nrobot: {{name: k, sha256: {}}}\n", robot.fingerprint());
     std::fs::write(at("none.yaml"), format!("{head}joints: {{}}\n")).unwrap();
@@ -223,7 +207,7 @@ fn a_compensator_of_zeros_returns_an_odd_program_byte_for_byte() {
             let line = format!(
                 "rewrite --robot {ROBOT} --compensator {{}}/{comp}.yaml {{}}/odd.csv --output {{}}/out.csv --refine {refine}"
             );
-            done(work.path(), &line);
+            run_from_root(work.path(), &line).success();
             assert_eq!(std::fs::read_to_string(at("out.csv")).unwrap(), odd, "{comp} {refine}");
         }
     }
@@ -232,44 +216,40 @@ fn a_compensator_of_zeros_returns_an_odd_program_byte_for_byte() {
 
 #[test]
 fn a_rewritten_program_is_refused_by_its_note_whatever_the_compensator_and_by_its_reversals_without() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let robot = lostmotion::robot::Robot::load(Path::new(ROBOT)).unwrap();
     let other = format!(
         "schema: lostmotion/compensator/1\nrobot: {{name: k, sha256: {}}}\njoints: {{A5: {{backlash: {{half_gap_deg: 0.002}}}}}}\n",
         robot.fingerprint()
     );
-    std::fs::write(work.path().join("other.yaml"), other).unwrap();
-    std::fs::copy(made("out.csv"), work.path().join("bare.csv")).unwrap();
+    std::fs::write(work.join("other.yaml"), other).unwrap();
+    std::fs::copy(made("out.csv"), work.join("bare.csv")).unwrap();
     let (out, comp) = (made("out.csv"), made("comp.yaml"));
     for (input, comp, why) in [
         (out.to_str().unwrap(), "{}/other.yaml", "its note is in the same folder"),
         ("{}/bare.csv", comp.to_str().unwrap(), "its reversals carry the steps of this compensator"),
     ] {
         let line = format!("rewrite --robot {ROBOT} --compensator {comp} {input} --output {{}}/again.csv");
-        let refused = run(work.path(), &line);
-        let text = says(&refused);
-        assert!(refused.status.code() == Some(2) && text.contains("rewritten already") && text.contains(why), "{text}");
-        assert!(!work.path().join("again.csv").exists() && text.lines().count() == 1, "{text}");
+        let refused = run_from_root(work.path(), &line);
+        let text = refused.stderr;
+        assert!(refused.code == Some(2) && text.contains("rewritten already") && text.contains(why), "{text}");
+        assert!(!work.join("again.csv").exists() && text.lines().count() == 1, "{text}");
     }
 }
 
 #[test]
 fn a_compensator_of_another_robot_is_refused() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let text = std::fs::read_to_string(ROBOT).unwrap();
     let longer = text.replacen("a_mm: 350", "a_mm: 350.001", 1);
     assert_ne!(text, longer);
-    std::fs::write(work.path().join("robot.yaml"), longer).unwrap();
+    std::fs::write(work.join("robot.yaml"), longer).unwrap();
     let comp = made("comp.yaml");
     let line =
         format!("rewrite --robot {{}}/robot.yaml --compensator {} {PROGRAM} --output {{}}/o.csv", comp.display());
-    let out = run(work.path(), &line);
-    assert!(
-        out.status.code() == Some(2) && says(&out).contains("comp.yaml:4: found a compensator for"),
-        "{}",
-        says(&out)
-    );
-    assert!(!work.path().join("o.csv").exists());
+    let out = run_from_root(work.path(), &line);
+    assert!(out.code == Some(2) && out.stderr.contains("comp.yaml:4: found a compensator for"), "{}", out.stderr);
+    assert!(!work.join("o.csv").exists());
 }
 
 /// A model file of the bundled machine with a gap on A1 and these lines beside.
@@ -292,7 +272,7 @@ fn column(file: &Path, name: &str) -> Vec<String> {
 
 #[test]
 fn of_a_model_lost_motion_can_be_compensated_alone() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let work = folder.path();
     let ripple = |joint: &str| {
         format!(
@@ -305,15 +285,15 @@ fn of_a_model_lost_motion_can_be_compensated_alone() {
         format!("rewrite --model {{}}/{model}.yaml {PROGRAM} --speed-mm-s 1.5 --output {{}}/{out}.csv {more}")
     };
     let rewritten = |out: &str| std::fs::read(work.join(format!("{out}.csv"))).unwrap();
-    done(work, &line("gap", "", "gap"));
-    done(work, &line("both", "", "all"));
-    let lost = run(work, &line("both", "--lost-motion-only", "lost"));
-    assert!(lost.status.success(), "{}", says(&lost));
-    assert!(says(&lost).contains("transmission_error of A2: --lost-motion-only"), "{}", says(&lost));
+    run_from_root(work, &line("gap", "", "gap")).success();
+    run_from_root(work, &line("both", "", "all")).success();
+    let lost = run_from_root(work, &line("both", "--lost-motion-only", "lost"));
+    assert!(lost.succeeded(), "{}", lost.stderr);
+    assert!(lost.stderr.contains("transmission_error of A2: --lost-motion-only"), "{}", lost.stderr);
     assert_eq!(rewritten("lost"), rewritten("gap"));
     assert_ne!(rewritten("all"), rewritten("gap"));
     // a joint that is left out keeps its numbers, whatever the model says of it
-    done(work, &line("both", "--leave-out A2", "a1"));
+    run_from_root(work, &line("both", "--leave-out A2", "a1")).success();
     let program = column(Path::new(PROGRAM), "a2_deg");
     let of_program = |file: &str| column(&work.join(file), "a2_deg").iter().filter(|v| !program.contains(v)).count();
     assert!(of_program("all.csv") > program.len() / 2, "{}", of_program("all.csv"));
@@ -322,7 +302,9 @@ fn of_a_model_lost_motion_can_be_compensated_alone() {
     let kept = column(&work.join("a1.csv"), "a2_deg");
     assert!(program.iter().all(|v| kept.contains(v)), "A2 was changed");
     // without a model there is nothing to leave
-    let refused =
-        run(work, &format!("rewrite --lost-motion-only {PROGRAM} --dry-run --robot {ROBOT} --compensator none.yaml"));
-    assert_eq!(refused.status.code(), Some(2), "{}", says(&refused));
+    let refused = run_from_root(
+        work,
+        &format!("rewrite --lost-motion-only {PROGRAM} --dry-run --robot {ROBOT} --compensator none.yaml"),
+    );
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
 }

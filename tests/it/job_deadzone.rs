@@ -1,40 +1,27 @@
 //! The job of Cursi (2022) through the binary: log of the growing sine -> deadzones -> compensator -> three motions -> what is left.
 
-use assert_cmd::Command;
+use crate::support::{WorkFolder, bundled, run_from_root};
 use serde_json::Value;
 use std::path::Path;
 use std::sync::LazyLock;
-use tempfile::TempDir;
 
 const ROBOT: &str = "configs/micro-iges-4dof.yaml";
 const MODEL: &str = "samples/instrument/instrument.model.yaml";
 const LOG: &str = "samples/instrument/growing_sine_log.csv.gz";
 const MOTIONS: [&str; 3] = ["growing_sine", "exponential", "random"];
 
-/// Runs a command line in the root of the repository, `{}` being `work`.
-fn run(work: &Path, line: &str) -> std::process::Output {
-    let args = line.split_whitespace().map(|a| a.replace("{}", work.to_str().unwrap()));
-    Command::cargo_bin("lostmotion").unwrap().args(args).output().unwrap()
-}
-
-fn done(work: &Path, line: &str) -> String {
-    let out = run(work, line);
-    assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
-    String::from_utf8(out.stdout).unwrap()
-}
-
-fn json(work: &Path, line: &str) -> Value {
-    serde_json::from_str(&done(work, line)).unwrap()
-}
-
 /// Gaps and compensator from the bundled log, and the runs of the three motions without compensation.
-static JOB: LazyLock<TempDir> = LazyLock::new(|| {
-    let work = tempfile::tempdir().unwrap();
+static JOB: LazyLock<WorkFolder> = LazyLock::new(|| {
+    let work = WorkFolder::new();
     let w = work.path();
-    done(w, &format!("identify deadzone --robot {ROBOT} --log {LOG} --output {{}}/gaps.yaml --report {{}}/gaps.html"));
-    done(w, &format!("fit --robot {ROBOT} --gaps {{}}/gaps.yaml --output {{}}/comp.yaml"));
+    run_from_root(
+        w,
+        &format!("identify deadzone --robot {ROBOT} --log {LOG} --output {{}}/gaps.yaml --report {{}}/gaps.html"),
+    )
+    .success();
+    run_from_root(w, &format!("fit --robot {ROBOT} --gaps {{}}/gaps.yaml --output {{}}/comp.yaml")).success();
     // written once: tests that run at the same time read it
-    let robot = std::fs::canonicalize(Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT)).unwrap();
+    let robot = std::fs::canonicalize(bundled(ROBOT)).unwrap();
     let text = format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", robot.display());
     std::fs::write(w.join("ideal.yaml"), text).unwrap();
     for m in MOTIONS {
@@ -44,31 +31,32 @@ static JOB: LazyLock<TempDir> = LazyLock::new(|| {
 });
 
 fn simulate(w: &Path, model: &str, input: &str, output: &str, noise_um: u32) {
-    done(
+    run_from_root(
         w,
         &format!(
             "simulate --model {model} --input {input} --rate-hz 5 --noise-um {noise_um} --seed 7 --output {output}"
         ),
-    );
+    )
+    .success();
 }
 
 /// Mean deadzones without and with a law, and the reduction, joint by joint.
 fn reductions(law: &str, motion: &str) -> Vec<f64> {
     let w = JOB.path();
     let program = format!("samples/instrument/{motion}.csv");
-    done(
+    run_from_root(
         w,
         &format!(
             "rewrite --robot {ROBOT} --compensator {{}}/comp.yaml --law {law} {program} --output {{}}/{law}_{motion}.csv"
         ),
-    );
+    ).success();
     simulate(w, MODEL, &format!("{{}}/{law}_{motion}.csv"), &format!("{{}}/{law}_{motion}_log.csv"), 50);
-    let doc = json(
+    let doc: Value = run_from_root(
         w,
         &format!(
             "assess deadzone --robot {ROBOT} --nominal {program} --before {{}}/before_{motion}.csv --after {{}}/{law}_{motion}_log.csv --json"
         ),
-    );
+    ).success().json();
     assert_eq!(doc["schema"], "lostmotion/deadzone/1");
     doc["joints"].as_array().unwrap().iter().map(|j| j["reduction"].as_f64().unwrap()).collect()
 }
@@ -78,7 +66,10 @@ fn reductions(law: &str, motion: &str) -> Vec<f64> {
 fn tip_rms_mm(program: &str, wanted: &str) -> f64 {
     let w = JOB.path();
     let exact = |model: &str, input: &str| -> Vec<[f64; 3]> {
-        let text = done(w, &format!("simulate --model {model} --input {input} --rate-hz 5 --base-frame --output -"));
+        let text =
+            run_from_root(w, &format!("simulate --model {model} --input {input} --rate-hz 5 --base-frame --output -"))
+                .success()
+                .text();
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
         reader.records().map(|r| r.unwrap()).map(|r| [5, 6, 7].map(|k| r[k].parse().unwrap())).collect()
     };
@@ -91,7 +82,8 @@ fn tip_rms_mm(program: &str, wanted: &str) -> f64 {
 #[test]
 fn gaps_of_the_published_sizes_are_found_in_the_bundled_log() {
     let w = JOB.path();
-    let doc = json(w, &format!("identify deadzone --robot {ROBOT} --log {LOG} --json"));
+    let doc: Value =
+        run_from_root(w, &format!("identify deadzone --robot {ROBOT} --log {LOG} --json")).success().json();
     // Table I, growing sine, without compensation; 0.5 deg of a joint for 1 rad of its motor
     for (j, rad) in doc["joints"].as_array().unwrap().iter().zip([7.28, 12.83, 7.28, 8.95]) {
         let mean = j["mean_deadzone_deg"].as_f64().unwrap();
@@ -144,18 +136,23 @@ fn a_friction_that_the_map_does_not_know_leaves_part_of_the_deadzones() {
     let w = JOB.path();
     let model = "samples/instrument/friction.model.yaml";
     simulate(w, model, "samples/instrument/growing_sine.csv", "{}/f_sweep.csv", 50);
-    done(w, &format!("identify deadzone --robot {ROBOT} --log {{}}/f_sweep.csv --output {{}}/f_gaps.yaml"));
-    done(w, &format!("fit --robot {ROBOT} --gaps {{}}/f_gaps.yaml --output {{}}/f_comp.yaml"));
+    run_from_root(w, &format!("identify deadzone --robot {ROBOT} --log {{}}/f_sweep.csv --output {{}}/f_gaps.yaml"))
+        .success();
+    run_from_root(w, &format!("fit --robot {ROBOT} --gaps {{}}/f_gaps.yaml --output {{}}/f_comp.yaml")).success();
     let program = "samples/instrument/random.csv";
-    done(w, &format!("rewrite --robot {ROBOT} --compensator {{}}/f_comp.yaml {program} --output {{}}/f_out.csv"));
+    run_from_root(
+        w,
+        &format!("rewrite --robot {ROBOT} --compensator {{}}/f_comp.yaml {program} --output {{}}/f_out.csv"),
+    )
+    .success();
     simulate(w, model, program, "{}/f_before.csv", 50);
     simulate(w, model, "{}/f_out.csv", "{}/f_after.csv", 50);
-    let doc = json(
+    let doc: Value = run_from_root(
         w,
         &format!(
             "assess deadzone --robot {ROBOT} --nominal {program} --before {{}}/f_before.csv --after {{}}/f_after.csv --json"
         ),
-    );
+    ).success().json();
     for j in doc["joints"].as_array().unwrap() {
         let r = j["reduction"].as_f64().unwrap();
         assert!((0.6..0.9).contains(&r), "{}: {r}", j["joint"]);
@@ -166,9 +163,9 @@ fn a_friction_that_the_map_does_not_know_leaves_part_of_the_deadzones() {
 fn the_command_refuses_what_it_cannot_use() {
     let w = JOB.path();
     let says = |line: &str| {
-        let out = run(w, line);
-        assert_eq!(out.status.code(), Some(2), "{line}");
-        String::from_utf8_lossy(&out.stderr).into_owned()
+        let out = run_from_root(w, line);
+        assert_eq!(out.code, Some(2), "{line}");
+        out.stderr
     };
     let circle = "--robot configs/kuka-kr120-r2500-pro.yaml --log samples/circle/circle_uncompensated_table3.csv.gz";
     assert!(says(&format!("identify deadzone {circle}")).contains("together"));
@@ -195,7 +192,7 @@ fn one_joint_can_be_asked_for_and_the_printed_algorithm_stands_beside() {
     let line = format!(
         "identify deadzone --robot {ROBOT} --log {LOG} --joint PITCH --eps-motor-deg-s 0.05 --eps-tip-mm-s 0.6 --json"
     );
-    let doc = json(w, &line);
+    let doc: Value = run_from_root(w, &line).success().json();
     let joints = doc["joints"].as_array().unwrap();
     assert_eq!(joints.len(), 1);
     assert_eq!(joints[0]["joint"], "PITCH");

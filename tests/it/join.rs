@@ -1,5 +1,6 @@
 //! `join` on recordings of an independent simulator (tests/oracle/join.py), whose clocks are known.
 
+use crate::support::{WorkFolder, bundled};
 use lostmotion::io::bag::TopicChoice;
 use lostmotion::join::{Options, Rows, join};
 use lostmotion::log::Log;
@@ -8,12 +9,8 @@ use lostmotion::robot::Robot;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn robot() -> Robot {
-    Robot::load(&root().join("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
+    Robot::load(&bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
 }
 
 /// Controller's time minus the tracker's, ms, at a time of the tracker; parts per million.
@@ -35,7 +32,7 @@ fn joined(folder: &Path, seed: u32, options: &Options) -> lostmotion::join::Join
 }
 
 fn samples() -> PathBuf {
-    root().join("samples/join")
+    bundled("samples/join")
 }
 
 #[test]
@@ -211,7 +208,7 @@ fn val_join_intervals_cover_as_often_as_they_say() {
     // offset and drift, late samples and jittering stamps apart
     let (mut held, mut all) = ([[0u32; 2]; 2], [0u32; 2]);
     for first in (1..=seeds).step_by(BATCH as usize) {
-        let work = tempfile::tempdir().unwrap();
+        let work = WorkFolder::new();
         let swapped = (first / BATCH) % 2 == 1;
         let rates: [&str; 4] = if swapped {
             ["--tracker-hz", "50", "--controller-hz", "250"]
@@ -219,7 +216,7 @@ fn val_join_intervals_cover_as_often_as_they_say() {
             ["--tracker-hz", "250", "--controller-hz", "50"]
         };
         let made = std::process::Command::new(&python)
-            .arg(root().join("tests/oracle/join.py"))
+            .arg(bundled("tests/oracle/join.py"))
             .arg(work.path())
             .args(["--first", &first.to_string(), "--count", &BATCH.to_string()])
             .args(rates)

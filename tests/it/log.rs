@@ -1,19 +1,19 @@
 //! Logs that are right in an unusual way, column maps, and plausibility checks that must stay quiet.
 
+use crate::support::{WorkFolder, bundled};
 use lostmotion::io::input::Input;
 use lostmotion::log::{ColumnMap, Log, plausibility};
 use lostmotion::robot::{JointKind, Robot};
 use nalgebra::{Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use std::io::Write;
-use std::path::Path;
 
 fn robot() -> Robot {
-    Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
+    Robot::load(&bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
 }
 
 fn gantry() -> Robot {
-    Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/gantry-xyz-ballscrew.yaml")).unwrap()
+    Robot::load(&bundled("configs/gantry-xyz-ballscrew.yaml")).unwrap()
 }
 
 fn input(bytes: impl Into<Vec<u8>>) -> Input {
@@ -85,8 +85,8 @@ fn metres_and_programs_are_named_where_a_log_is_expected() {
 fn gzip_is_read_as_it_is() {
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     packed.write_all(PLAIN.as_bytes()).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("log of today.csv.gz");
+    let folder = WorkFolder::new();
+    let path = folder.join("log of today.csv.gz");
     std::fs::write(&path, packed.finish().unwrap()).unwrap();
     let log = Log::load(&path, &gantry()).unwrap();
     same(&log, &parse(PLAIN, &gantry()));

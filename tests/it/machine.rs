@@ -4,7 +4,7 @@
 //! thinned; `truth.json` beside them is what was drawn. The heavy suite draws new machines where that simulator is there:
 //! `LOSTMOTION_MACHINES` names its folder (default `../shared/reference/machines`), `LOSTMOTION_PYTHON` the interpreter.
 
-use assert_cmd::Command;
+use crate::support::{WorkFolder, bundled, root, run_args};
 use lostmotion::compensator::{Compensator, FrictionShape};
 use lostmotion::gaps::Gaps;
 use lostmotion::gaps::estimate::JointEstimate;
@@ -12,21 +12,13 @@ use lostmotion::robot::Robot;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn data(machine: &str) -> PathBuf {
-    root().join("tests/data/machines").join(machine)
-}
-
-fn lostmotion(arguments: &[&str]) -> assert_cmd::assert::Assert {
-    Command::cargo_bin("lostmotion").unwrap().args(arguments).assert()
+    bundled("tests/data/machines").join(machine)
 }
 
 /// A machine, its truth and what the program makes of it.
 struct Bench {
-    folder: tempfile::TempDir,
+    folder: WorkFolder,
     source: PathBuf,
     robot: Robot,
     truth: Value,
@@ -37,11 +29,11 @@ impl Bench {
         let source = data(machine);
         let robot = Robot::load(&source.join("robot.yaml")).unwrap();
         let truth = serde_json::from_str(&std::fs::read_to_string(source.join("truth.json")).unwrap()).unwrap();
-        Self { folder: tempfile::tempdir().unwrap(), source, robot, truth }
+        Self { folder: WorkFolder::new(), source, robot, truth }
     }
 
     fn out(&self, name: &str) -> String {
-        self.folder.path().join(name).display().to_string()
+        self.folder.join(name).display().to_string()
     }
 
     fn of(&self, name: &str) -> String {
@@ -59,13 +51,13 @@ impl Bench {
         let logs: Vec<String> = names.iter().map(|n| self.of(n)).collect();
         let mut arguments = vec!["identify", "--robot", &robot, "--output", &output];
         arguments.extend(logs.iter().flat_map(|l| ["--log", l.as_str()]));
-        lostmotion(&arguments).success();
+        run_args(root(), &arguments).success();
         Gaps::load(Path::new(&output), &self.robot).unwrap()
     }
 
     fn fit(&self) -> Compensator {
         let (robot, gaps, output) = (self.of("robot.yaml"), self.out("machine.yaml"), self.out("c.yaml"));
-        lostmotion(&["fit", "--robot", &robot, "--gaps", &gaps, "--output", &output]).success();
+        run_args(root(), &["fit", "--robot", &robot, "--gaps", &gaps, "--output", &output]).success();
         Compensator::load(Path::new(&output), &self.robot).unwrap()
     }
 
@@ -156,21 +148,13 @@ fn the_same_logs_give_the_same_bytes_and_the_rewritten_command_never_turns_back(
     let (robot, c, program, out) =
         (bench.of("robot.yaml"), bench.out("c.yaml"), bench.of("program_circle.csv"), bench.out("done.csv"));
     let speed = bench.truth["speed_mm_s"].to_string();
-    let told = lostmotion(&[
-        "rewrite",
-        "--robot",
-        &robot,
-        "--compensator",
-        &c,
-        &program,
-        "--output",
-        &out,
-        "--speed-mm-s",
-        &speed,
-    ])
+    let told = run_args(
+        root(),
+        &["rewrite", "--robot", &robot, "--compensator", &c, &program, "--output", &out, "--speed-mm-s", &speed],
+    )
     .success();
     // a measured response is a machine that the verdict runs on
-    let words = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+    let words = told.stderr;
     assert!(words.contains("verdict on a machine with the compensator's gaps and friction: better"), "{words}");
     let turns = |path: &str| -> Vec<usize> {
         let text = std::fs::read_to_string(path).unwrap();
@@ -211,7 +195,7 @@ fn a_document_of_a_joint_estimate_is_read_as_it_was_written() {
 #[ignore = "needs the simulator of machines and minutes"]
 fn val_new_machines_are_compensated() {
     let folder = std::env::var("LOSTMOTION_MACHINES")
-        .map_or_else(|_| root().join("../shared/reference/machines"), PathBuf::from)
+        .map_or_else(|_| bundled("../shared/reference/machines"), PathBuf::from)
         .join("machines.py");
     assert!(folder.exists(), "no {}: set LOSTMOTION_MACHINES", folder.display());
     let python = std::env::var("LOSTMOTION_PYTHON").unwrap_or_else(|_| "python3".into());
@@ -222,8 +206,8 @@ fn val_new_machines_are_compensated() {
     };
     let mut reductions: Vec<(f64, f64)> = Vec::new();
     for (k, name) in ["kr120", "irb4600", "ur10e", "m20ia", "gantry"].into_iter().cycle().take(10).enumerate() {
-        let desk = tempfile::tempdir().unwrap();
-        let at = |n: &str| desk.path().join(n).display().to_string();
+        let desk = WorkFolder::new();
+        let at = |n: &str| desk.join(n).display().to_string();
         let seed = (7000 + k).to_string();
         simulator(&["make", &at("m"), "--seed", &seed, "--robot", name]);
         let robot = Robot::load(Path::new(&at("m/robot.yaml"))).unwrap();
@@ -232,23 +216,15 @@ fn val_new_machines_are_compensated() {
         let (r, g, c) = (at("m/robot.yaml"), at("g.yaml"), at("c.yaml"));
         let mut arguments = vec!["identify", "--robot", &r, "--output", &g];
         arguments.extend(logs.iter().flat_map(|l| ["--log", l.as_str()]));
-        lostmotion(&arguments).success();
-        lostmotion(&["fit", "--robot", &r, "--gaps", &g, "--output", &c]).success();
+        run_args(root(), &arguments).success();
+        run_args(root(), &["fit", "--robot", &r, "--gaps", &g, "--output", &c]).success();
         let job: Value = serde_json::from_str(&std::fs::read_to_string(at("m/job.json")).unwrap()).unwrap();
         let speed = job["programs"]["program_circle.csv"]["speed_mm_s"].to_string();
         let (program, done) = (at("m/program_circle.csv"), at("m/program_circle.done.csv"));
-        lostmotion(&[
-            "rewrite",
-            "--robot",
-            &r,
-            "--compensator",
-            &c,
-            &program,
-            "--output",
-            &done,
-            "--speed-mm-s",
-            &speed,
-        ])
+        run_args(
+            root(),
+            &["rewrite", "--robot", &r, "--compensator", &c, &program, "--output", &done, "--speed-mm-s", &speed],
+        )
         .success();
         let perfect = ["--perfect-tracker", "--no-wander"];
         simulator(&[&["run", &at("m"), &program, "-o", &at("before.csv")][..], &perfect].concat());

@@ -77,6 +77,7 @@ mod robots;
 mod schemas;
 mod simulate;
 mod stretched;
+mod support;
 mod val_bidirectional;
 mod val_job;
 mod vendor_approach;

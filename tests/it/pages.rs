@@ -1,20 +1,12 @@
 //! Pages of commands through the binary: a verdict, a figure, and nothing that is not there.
 
-use std::path::{Path, PathBuf};
-use std::process::Output;
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn run(args: &[&str]) -> Output {
-    std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion")).current_dir(root()).args(args).output().unwrap()
-}
+use crate::support::{WorkFolder, bundled, root, run_args};
+use std::path::Path;
 
 /// The page of a command that succeeds.
 fn page(args: &[&str], at: &Path) -> String {
-    let out = run(args);
-    assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+    let out = run_args(root(), args);
+    assert!(out.succeeded(), "{args:?}: {}", out.stderr);
     let text = std::fs::read_to_string(at).unwrap();
     assert!(text.contains("class=\"verdict") && text.contains("<svg"), "{args:?}");
     text
@@ -26,10 +18,10 @@ const PROGRAM: &str = "samples/circle/circle_program.csv";
 
 #[test]
 fn a_folder_has_a_page_with_its_programs_and_why_some_are_refused() {
-    let work = tempfile::tempdir().unwrap();
-    let path = |name: &str| work.path().join(name);
+    let work = WorkFolder::new();
+    let path = |name: &str| work.join(name);
     std::fs::create_dir_all(path("in")).unwrap();
-    std::fs::copy(root().join(PROGRAM), path("in/circle.csv")).unwrap();
+    std::fs::copy(bundled(PROGRAM), path("in/circle.csv")).unwrap();
     std::fs::write(path("in/broken.csv"), "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n1,2,x,4,5,6\n").unwrap();
     let (input, output, report) = (path("in"), path("done"), path("page.html"));
     let [input, output, name] = [&input, &output, &report].map(|p| p.to_str().unwrap().to_string());
@@ -53,20 +45,23 @@ fn a_folder_has_a_page_with_its_programs_and_why_some_are_refused() {
     // a page does not go over a program
     let over = path("done/circle.csv");
     let args = ["rewrite", "--model", MODEL, &input, "--speed-mm-s", "1.5", "--output-dir", &output, "--report"];
-    let out = run(&[&args[..], &[over.to_str().unwrap()]].concat());
-    assert_eq!(out.status.code(), Some(2), "{}", String::from_utf8_lossy(&out.stderr));
+    let out = run_args(root(), &[&args[..], &[over.to_str().unwrap()]].concat());
+    assert_eq!(out.code, Some(2), "{}", out.stderr);
 }
 
 #[test]
 fn a_simulation_shows_its_path_and_a_fit_its_offsets() {
-    let work = tempfile::tempdir().unwrap();
-    let path = |name: &str| work.path().join(name).to_str().unwrap().to_string();
+    let work = WorkFolder::new();
+    let path = |name: &str| work.join(name).to_str().unwrap().to_string();
     let (log, gaps, compensator, report) = (path("log.csv"), path("gaps.yaml"), path("comp.yaml"), path("page.html"));
     let args =
         ["simulate", "--model", MODEL, "--input", PROGRAM, "--speed-mm-s", "50", "--output", &log, "--report", &report];
     let text = page(&args, Path::new(&report));
     assert!(text.contains("Path of the TCP") && text.contains("off the commanded path"));
-    run(&["identify", "static", "--robot", KUKA, "--log", "samples/static/single_axis_A1.csv.gz", "--output", &gaps]);
+    run_args(
+        root(),
+        &["identify", "static", "--robot", KUKA, "--log", "samples/static/single_axis_A1.csv.gz", "--output", &gaps],
+    );
     let args = ["fit", "--robot", KUKA, "--gaps", &gaps, "--output", &compensator, "--report", &report];
     assert!(page(&args, Path::new(&report)).contains("Largest offset of each joint"));
     let args = ["show", &gaps, "--robot", KUKA, "--output", &report];
@@ -75,8 +70,8 @@ fn a_simulation_shows_its_path_and_a_fit_its_offsets() {
 
 #[test]
 fn a_page_without_errors_has_no_scale_for_them() {
-    let work = tempfile::tempdir().unwrap();
-    let report = work.path().join("page.html");
+    let work = WorkFolder::new();
+    let report = work.join("page.html");
     let name = report.to_str().unwrap();
     let robot = page(&["show", KUKA, "--output", name], &report);
     assert!(!robot.contains("Errors drawn") && !robot.contains("error 5") && !robot.contains("0 effects"), "{robot}");
@@ -89,9 +84,9 @@ fn a_page_without_errors_has_no_scale_for_them() {
 
 #[test]
 fn a_table_is_not_written_under_the_name_of_a_vendor_s_program() {
-    let work = tempfile::tempdir().unwrap();
-    let file = work.path().join("plan.mod");
-    let out = run(&["plan-experiment", "path", "--robot", KUKA, "--output", file.to_str().unwrap()]);
-    assert!(out.status.code() == Some(2) && !file.exists(), "{}", String::from_utf8_lossy(&out.stderr));
-    assert!(String::from_utf8_lossy(&out.stderr).contains("a table (.csv)"));
+    let work = WorkFolder::new();
+    let file = work.join("plan.mod");
+    let out = run_args(root(), &["plan-experiment", "path", "--robot", KUKA, "--output", file.to_str().unwrap()]);
+    assert!(out.code == Some(2) && !file.exists(), "{}", out.stderr);
+    assert!(out.stderr.contains("a table (.csv)"));
 }

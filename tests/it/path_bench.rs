@@ -1,16 +1,17 @@
 //! A machine on the bench for path tests: programs run at a TCP speed, lost motion from the effect catalogue, noise from a seed.
 
+use crate::support::root;
 use lostmotion::effects::{BacklashPosition, Decay, Effect, GapCurve, Stiction, Track, joint_output};
 use lostmotion::log::Log;
 use lostmotion::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A file of the repository.
 pub fn file(relative: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+    root().join(relative)
 }
 
 pub fn kuka() -> Robot {

@@ -1,6 +1,6 @@
 //! `plan-experiment`: programs that a robot can run, promises that noisy logs keep, and a plain no where nothing separates.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use lostmotion::diagnose::noise::Noise;
 use lostmotion::diagnose::problem::synthetic::{self, Channels};
 use lostmotion::diagnose::search::fit;
@@ -17,23 +17,22 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
 
 const KUKA: &str = "configs/kuka-kr120-r2500-pro.yaml";
 const GANTRY: &str = "configs/gantry-xyz-ballscrew.yaml";
 const ARM: &str = "tests/data/catalogue/arm.yaml";
 
 struct Desk {
-    folder: TempDir,
+    folder: WorkFolder,
 }
 
 impl Desk {
     fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap() }
+        Self { folder: WorkFolder::new() }
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.folder.join(name)
     }
 
     /// A model file of a robot of this repository.
@@ -45,10 +44,8 @@ impl Desk {
     }
 
     fn run(&self, args: &[&str]) -> (i32, String, String) {
-        let out =
-            Command::cargo_bin("lostmotion").unwrap().current_dir(self.folder.path()).args(args).output().unwrap();
-        let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
-        (out.status.code().unwrap(), text(&out.stdout), text(&out.stderr))
+        let out = support::run_args(self.folder.path(), args);
+        (out.code.unwrap(), out.text(), out.stderr)
     }
 
     fn plan(&self, args: &[&str]) -> Value {

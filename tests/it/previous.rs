@@ -1,6 +1,6 @@
 //! `fit --previous`: a compensator corrected by runs of its own programs, on a simulated gantry whose gaps are known.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled};
 use lostmotion::compensator::Compensator;
 use lostmotion::robot::Robot;
 use std::path::PathBuf;
@@ -10,15 +10,15 @@ const TRUE_MM: [f64; 3] = [0.020, 0.030, 0.040];
 const JOINTS: [&str; 3] = ["X", "Y", "Z"];
 
 struct Desk {
-    folder: tempfile::TempDir,
+    folder: WorkFolder,
     robot: Robot,
 }
 
 impl Desk {
     /// Robot, machine, and a program of three turns of a circle that goes up and down twice a turn.
     fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let source = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/machines/gantry/robot.yaml");
+        let folder = WorkFolder::new();
+        let source = bundled("tests/data/machines/gantry/robot.yaml");
         let text = std::fs::read_to_string(&source).unwrap();
         let robot = Robot::load(&source).unwrap();
         let gaps: String = JOINTS
@@ -41,13 +41,11 @@ impl Desk {
     }
 
     fn at(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.folder.join(name)
     }
 
     fn run(&self, line: &str) -> String {
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
-        let done = command.current_dir(self.folder.path()).args(line.split_whitespace()).assert().success();
-        String::from_utf8(done.get_output().stderr.clone()).unwrap()
+        self.folder.run(line).success().stderr
     }
 
     /// A compensator with these half gaps (mm) and more evidence.
@@ -82,7 +80,7 @@ impl Desk {
         ));
         let line =
             format!("assess program --model machine.yaml --before program.csv --after {done} --speed-mm-s 4 --json");
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         let told = command.current_dir(self.folder.path()).args(line.split_whitespace()).assert();
         let doc: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
         doc["rms_um"]["after"].as_f64().unwrap()
@@ -147,7 +145,7 @@ fn a_correction_whose_run_is_worse_is_taken_back() {
     assert!(x["replaced"].is_null() && x["run"]["reversals"].is_u64(), "{x}");
     // a run counts once
     let line = "fit --robot robot.yaml --previous back.yaml --log run2.csv --output twice.yaml";
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let done = command.current_dir(desk.folder.path()).args(line.split_whitespace()).assert().code(2);
     let words = String::from_utf8(done.get_output().stderr.clone()).unwrap();
     assert!(words.contains("a log from which the compensator was made"), "{words}");
@@ -159,7 +157,7 @@ fn offsets_that_may_come_back_are_checked_like_those_in_use() {
     let evidence = "  joints:\n    X: {replaced: {run: {left_um2: 1, left_um2_se: 1, reversals: 5}, offsets: {backlash: {half_gap_mm: -0.02}}}}\n";
     desk.compensator("c.yaml", TRUE_MM, evidence);
     let line = "rewrite --robot robot.yaml --compensator c.yaml program.csv --output out.csv --speed-mm-s 4";
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let done = command.current_dir(desk.folder.path()).args(line.split_whitespace()).assert().code(2);
     let words = String::from_utf8(done.get_output().stderr.clone()).unwrap();
     assert!(words.contains("half_gap_mm") && words.contains("-0.02"), "{words}");

@@ -1,14 +1,14 @@
 //! Where the public measured logs lie, if they are there: `LOSTMOTION_REAL_DATA`, or `../shared/data/real` beside the checkout.
 //! They are never copied into the project (five of the sets state no licence).
 
+use crate::support::bundled;
 use lostmotion::log::{ColumnMap, Log};
 use lostmotion::robot::Robot;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A file of the data. A test on it is ignored where the data are absent, and fails where it is asked for all the same.
 pub fn data(file: &str) -> PathBuf {
-    let folder = std::env::var_os("LOSTMOTION_REAL_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/real"), PathBuf::from);
+    let folder = std::env::var_os("LOSTMOTION_REAL_DATA").map_or_else(|| bundled("../shared/data/real"), PathBuf::from);
     let path = folder.join(file);
     assert!(path.is_file(), "no {} (set LOSTMOTION_REAL_DATA to the folder of the measured sets)", path.display());
     path
@@ -16,7 +16,7 @@ pub fn data(file: &str) -> PathBuf {
 
 /// Robot file, model or map of a set (`tests/real`).
 pub fn ours(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/real").join(file)
+    bundled("tests/real").join(file)
 }
 
 /// Robot and log of a set through one of its maps.

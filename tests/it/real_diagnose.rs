@@ -1,12 +1,12 @@
 //! What `diagnose` must say of public measured logs. Figures: the READMEs of the sets, and `tests/oracle/real/*.py`.
 
 use crate::real_data::{data, ours};
-use assert_cmd::Command;
+use crate::support;
 use serde_json::Value;
 
 /// The diagnosis of logs of a set.
 fn diagnose(set: &str, map: &str, files: &[&str]) -> Value {
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.arg("diagnose").arg("--json");
     command.arg("--model").arg(ours(&format!("{set}/model.yaml")));
     command.arg("--columns").arg(ours(&format!("{set}/{map}")));

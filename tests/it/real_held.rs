@@ -2,7 +2,7 @@
 //! arm whose motor and link encoders were read at 21 poses. Figures: the READMEs of the sets.
 
 use crate::real_data::{data, ours};
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -18,10 +18,10 @@ fn columns(file: &str, names: &[&str]) -> Vec<Vec<f64>> {
 
 /// The diagnosis of a log of a set.
 fn diagnose(set: &str, csv: &str) -> Value {
-    let folder = tempfile::tempdir().unwrap();
-    let log = folder.path().join("log.csv");
+    let folder = WorkFolder::new();
+    let log = folder.join("log.csv");
     std::fs::write(&log, csv).unwrap();
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.args(["diagnose", "--json", "--model"]).arg(ours(&format!("{set}/model.yaml"))).arg("--log").arg(&log);
     serde_json::from_slice(&command.assert().success().get_output().stdout).unwrap()
 }

@@ -2,7 +2,7 @@
 
 use super::cartesian_circle::{FRAMES, MODEL, circle, written};
 use super::vendor_circle::robot;
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use lostmotion::robot::Robot;
 use std::path::Path;
 
@@ -13,17 +13,16 @@ const STICTION: &str = "  - {effect: stiction, joint: A1, spike_deg: 0.0034, dec
 /// Exit code and messages of a rewrite of `program` by `model`.
 fn rewrite(folder: &Path, model: &str, program: &str, out: &str, more: &[&str]) -> (i32, String) {
     let line = ["rewrite", "--model", model, "--frames", "frames.yaml", program, "--output", out];
-    let done = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line).args(more).output().unwrap();
-    (done.status.code().unwrap(), String::from_utf8_lossy(&done.stderr).into_owned())
+    let done = support::run_args(folder, line.iter().chain(more));
+    (done.code.unwrap(), done.stderr)
 }
 
-fn bench(model: &str) -> (tempfile::TempDir, Robot) {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("robot.yaml"), robot()).unwrap();
-    std::fs::write(folder.path().join("model.yaml"), model).unwrap();
-    std::fs::write(folder.path().join("other.yaml"), model.replace("0.0028", "0.0008").replace("0.0037", "0.0011"))
-        .unwrap();
-    std::fs::write(folder.path().join("frames.yaml"), FRAMES).unwrap();
+fn bench(model: &str) -> (WorkFolder, Robot) {
+    let folder = WorkFolder::new();
+    std::fs::write(folder.join("robot.yaml"), robot()).unwrap();
+    std::fs::write(folder.join("model.yaml"), model).unwrap();
+    std::fs::write(folder.join("other.yaml"), model.replace("0.0028", "0.0008").replace("0.0037", "0.0011")).unwrap();
+    std::fs::write(folder.join("frames.yaml"), FRAMES).unwrap();
     (folder, Robot::parse("robot.yaml", &robot()).unwrap())
 }
 
@@ -44,7 +43,7 @@ fn circles_in_every_language_are_known_without_their_notes() {
         let points = circle(&arm);
         for language in LANGUAGES {
             let (name, text) = written(language, &arm, &points);
-            std::fs::write(folder.path().join(&name), text).unwrap();
+            std::fs::write(folder.join(&name), text).unwrap();
             assert!(is_known(folder.path(), &name, &[]), "{language}{friction}");
         }
     }
@@ -57,7 +56,7 @@ fn targets_that_shared_their_numbers_are_known_by_them() {
     let points: Vec<[f64; 6]> = circle(&arm).into_iter().step_by(9).collect();
     for language in LANGUAGES {
         let (name, text) = written(language, &arm, &points);
-        std::fs::write(folder.path().join(&name), text).unwrap();
+        std::fs::write(folder.join(&name), text).unwrap();
         assert!(is_known(folder.path(), &name, &["--max-added", "0"]), "{language}");
     }
 }
@@ -67,10 +66,10 @@ fn targets_that_shared_their_numbers_are_known_by_them() {
 fn the_result_of_another_compensator_is_not_taken_for_ones_own() {
     let (folder, arm) = bench(MODEL);
     let (name, text) = written("krl", &arm, &circle(&arm));
-    std::fs::write(folder.path().join(&name), text).unwrap();
+    std::fs::write(folder.join(&name), text).unwrap();
     let (code, said) = rewrite(folder.path(), "other.yaml", &name, "small.src", &[]);
     assert_eq!(code, 0, "{said}");
-    std::fs::remove_file(folder.path().join("small.src.lostmotion.json")).unwrap();
+    std::fs::remove_file(folder.join("small.src.lostmotion.json")).unwrap();
     let (code, said) = rewrite(folder.path(), "model.yaml", "small.src", "twice.src", &[]);
     assert_eq!(code, 0, "{said}");
 }

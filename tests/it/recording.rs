@@ -1,6 +1,6 @@
 //! `plan-experiment static|path|excitation`: programs that a robot can run, and gaps found within the precision that was told.
 
-use crate::bench::root;
+use crate::support::bundled;
 use lostmotion::effects::{Backlash, EffectInstance, Target};
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::{path, scalar, static_test};
@@ -36,7 +36,7 @@ fn options() -> Options {
 }
 
 fn robot(name: &str) -> Robot {
-    Robot::load(&root().join("configs").join(name)).unwrap()
+    Robot::load(&bundled("configs").join(name)).unwrap()
 }
 
 /// A machine with a gap of each joint: 0.003 deg or 10 um, a little more from joint to joint.
@@ -177,9 +177,9 @@ fn a_tracker_on_one_side_keeps_the_reflector_within_its_acceptance() {
 
 #[test]
 fn val_a_ballbar_circle_gives_the_gaps_of_the_joints_that_it_excites_within_5_percent() {
-    let model = Model::load(&root().join("samples/models/kuka-figure5.model.yaml")).unwrap();
+    let model = Model::load(&bundled("samples/models/kuka-figure5.model.yaml")).unwrap();
     let robot = model.robot.clone();
-    let program = Program::load(&root().join("samples/circle/circle_program.csv"), &robot).unwrap();
+    let program = Program::load(&bundled("samples/circle/circle_program.csv"), &robot).unwrap();
     let mut q = vec![0.0; robot.dof()];
     let points: Vec<Vector3<f64>> = (0..program.len())
         .map(|i| {

@@ -1,11 +1,11 @@
 //! Limits of sizes, memory and times. Kills, failing system calls and simultaneous runs: `faults`.
 
+use crate::support::{self, bundled};
 use crate::vendor_rewrite::Desk;
 use lostmotion::rewrite::manifest::shard_of;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
 
 fn said(done: &std::process::Output) -> String {
     String::from_utf8_lossy(&done.stderr).into_owned()
@@ -13,7 +13,7 @@ fn said(done: &std::process::Output) -> String {
 
 /// The command, after others such as `strace ...`.
 fn after(desk: &Desk, before: &[&str], line: &str) -> std::process::Output {
-    let lostmotion = assert_cmd::cargo::cargo_bin("lostmotion");
+    let lostmotion = support::binary();
     let (program, more) = before.split_first().unwrap();
     let mut command = std::process::Command::new(program);
     command.args(more).arg(lostmotion).args(line.split(' ')).current_dir(desk.folder.path()).env("RUST_BACKTRACE", "0");
@@ -23,7 +23,7 @@ fn after(desk: &Desk, before: &[&str], line: &str) -> std::process::Output {
 /// A desk with the circle program and a KRL program.
 fn desk() -> Desk {
     let desk = Desk::new(0.003);
-    let circle = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/circle/circle_program.csv");
+    let circle = bundled("samples/circle/circle_program.csv");
     std::fs::copy(circle, desk.path("p.csv")).unwrap();
     desk
 }

@@ -1,16 +1,16 @@
 //! The rewriting engine against analytic cases and against the effect catalogue as the machine.
 
+use crate::support::bundled;
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
 use lostmotion::effects::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
 use lostmotion::rewrite::{Engine, LimitKind, Options, Origin, OutputPoints, Points, Refine, RewriteStats};
 use lostmotion::robot::Robot;
 use proptest::prelude::*;
-use std::path::Path;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
 fn kuka() -> Robot {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
+    let path = bundled("configs/kuka-kr120-r2500-pro.yaml");
     Robot::load(&path).expect("the bundled robot loads")
 }
 

@@ -1,25 +1,24 @@
 //! A job that many machines share: manifest, shards, kills, status, merge.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::{Command as Process, Stdio};
+use std::path::PathBuf;
+use std::process::Stdio;
 use std::time::Duration;
-use tempfile::TempDir;
 
 struct Desk {
-    dir: TempDir,
+    dir: WorkFolder,
 }
 
 impl Desk {
     fn new(programs: usize) -> Self {
-        let dir = tempfile::tempdir().unwrap();
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/gantry-xyz-ballscrew.yaml");
+        let dir = WorkFolder::new();
+        let robot = bundled("configs/gantry-xyz-ballscrew.yaml");
         let model = format!(
             "schema: lostmotion/model/1\nrobot: {}\neffects:\n  - {{effect: backlash, joint: X, half_gap_mm: 0.05}}\n",
             robot.display()
         );
-        std::fs::write(dir.path().join("model.yaml"), model).unwrap();
+        std::fs::write(dir.join("model.yaml"), model).unwrap();
         let desk = Self { dir };
         (0..programs).for_each(|k| desk.program(k));
         desk
@@ -40,11 +39,11 @@ impl Desk {
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
+        self.dir.join(name)
     }
 
     fn run(&self, line: &str) -> assert_cmd::assert::Assert {
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.current_dir(self.dir.path()).args(line.split_whitespace()).assert()
     }
 
@@ -80,7 +79,7 @@ fn shards_that_are_killed_and_started_again_give_the_tree_of_an_undisturbed_run(
     desk.run("rewrite --model model.yaml cell --output-dir whole --summary whole.jsonl --fail-on none").success();
     for (n, wait_ms) in [3, 8, 15, 25, 60].into_iter().enumerate() {
         let line = desk.shard(n % 3 + 1, 3, "done", "killed.jsonl");
-        let mut run = Process::new(assert_cmd::cargo::cargo_bin("lostmotion"))
+        let mut run = support::process()
             .current_dir(desk.dir.path())
             .args(line.split_whitespace())
             .stderr(Stdio::null())

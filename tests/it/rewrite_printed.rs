@@ -1,12 +1,12 @@
 //! The equations as printed, against the twin's own version of the published controller.
 
+use crate::support::root;
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
 use lostmotion::effects::GapCurve;
 use lostmotion::rewrite::{Points, printed};
-use std::path::PathBuf;
 
 fn program(name: &str) -> Points {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name);
+    let path = root().join(name);
     let mut reader = csv::Reader::from_path(path).expect("the file is there");
     let mut points = Points { axes: 6, ..Points::default() };
     for record in reader.records() {

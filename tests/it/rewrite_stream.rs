@@ -1,26 +1,26 @@
 //! `lostmotion rewrite` from the outside: guard, check, dry run, folders, exit codes.
 
+use crate::support::{self, WorkFolder, bundled};
 use assert_cmd::Command;
 use predicates::prelude::*;
-use std::path::{Path, PathBuf};
-use tempfile::TempDir;
+use std::path::PathBuf;
 
 /// A folder with a model of the gantry (half gaps of X and Y) and a program.
 struct Bench {
-    dir: TempDir,
+    dir: WorkFolder,
 }
 
 impl Bench {
     fn new() -> Self {
-        let dir = tempfile::tempdir().unwrap();
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/gantry-xyz-ballscrew.yaml");
+        let dir = WorkFolder::new();
+        let robot = bundled("configs/gantry-xyz-ballscrew.yaml");
         for (name, gap) in [("model.yaml", 0.05), ("zero.yaml", 0.0)] {
             let model = format!(
                 "schema: lostmotion/model/1\nrobot: {}\neffects:\n  - {{effect: backlash, joint: X, half_gap_mm: {gap}}}\n  \
                  - {{effect: backlash, joint: Y, half_gap_mm: {gap}}}\n",
                 robot.display()
             );
-            std::fs::write(dir.path().join(name), model).unwrap();
+            std::fs::write(dir.join(name), model).unwrap();
         }
         let bench = Self { dir };
         bench.write("program.csv", &circle(0.0));
@@ -28,7 +28,7 @@ impl Bench {
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
+        self.dir.join(name)
     }
 
     fn write(&self, name: &str, text: &str) {
@@ -42,7 +42,7 @@ impl Bench {
 
     /// `lostmotion rewrite ...` in the folder.
     fn rewrite(&self, args: &[&str]) -> Command {
-        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        let mut command = support::command();
         command.current_dir(self.dir.path()).arg("rewrite").args(args);
         command
     }
@@ -263,8 +263,8 @@ fn an_interrupted_run_leaves_nothing() {
 /// times of their own for their steps.
 #[test]
 fn a_coarse_program_with_times_keeps_its_limits_and_added_rows_do_not_take_over_its_coarse_digits() {
-    let dir = tempfile::tempdir().unwrap();
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
+    let dir = WorkFolder::new();
+    let robot = bundled("configs/kuka-kr120-r2500-pro.yaml");
     let gap =
         |joint: &str, half_gap: f64| format!("  - {{effect: backlash, joint: {joint}, half_gap_deg: {half_gap}}}\n");
     let model = format!(
@@ -274,11 +274,11 @@ fn a_coarse_program_with_times_keeps_its_limits_and_added_rows_do_not_take_over_
         gap("A2", 0.0037),
         gap("A3", 0.0022)
     );
-    std::fs::write(dir.path().join("model.yaml"), model).unwrap();
+    std::fs::write(dir.join("model.yaml"), model).unwrap();
     let program = "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg,t_s\n0,-90,90,0,0,0,0\n20,-80,100,10,20,0,1\n25,-70,95,12,25,5,2\n\
                    22,-75,97,8,20,3,3\n26,-72,93,14,22,6,4\n10,-85,95,0,10,0,5\n0,-90,90,0,0,0,6\n";
-    std::fs::write(dir.path().join("weld.csv"), program).unwrap();
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    std::fs::write(dir.join("weld.csv"), program).unwrap();
+    let mut command = support::command();
     command
         .current_dir(dir.path())
         .args(["rewrite", "--model", "model.yaml", "weld.csv", "-o", "out.csv"])
@@ -288,7 +288,7 @@ fn a_coarse_program_with_times_keeps_its_limits_and_added_rows_do_not_take_over_
         text.lines().skip(1).map(|line| line.split(',').map(|v| v.parse().unwrap()).collect()).collect()
     };
     let given = rows(program);
-    let out = rows(&std::fs::read_to_string(dir.path().join("out.csv")).unwrap());
+    let out = rows(&std::fs::read_to_string(dir.join("out.csv")).unwrap());
     assert!(out.len() > given.len(), "steps need points of their own");
     for row in &out {
         let k = given.iter().rposition(|g| g[6] <= row[6]).unwrap();

@@ -1,5 +1,6 @@
 //! The way of a program through the workers: the same bytes, and the same failure, whatever their number.
 
+use crate::support::bundled;
 use lostmotion::error::{Error, Result};
 use lostmotion::program::csv::{Reader, Style};
 use lostmotion::rewrite::sink::Sink;
@@ -8,7 +9,6 @@ use lostmotion::rewrite::{Origin, OutputPoints, Points, RewriteStats};
 use lostmotion::robot::Robot;
 use std::fmt::Write;
 use std::io::Cursor;
-use std::path::Path;
 
 /// Adds the same to every number of A1, a row late, and a point after every hundredth row.
 struct Shift {
@@ -69,7 +69,7 @@ fn program(rows: u32) -> (String, String) {
 }
 
 fn robot() -> Robot {
-    Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
+    Robot::load(&bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
 }
 
 fn through<S: Sink>(text: &str, threads: bool, sink: S) -> Result<S> {

@@ -1,11 +1,12 @@
 //! Kinematics against independent truth, against themselves, and the robot file there and back.
 
+use crate::support::{WorkFolder, bundled, root};
 use lostmotion::robot::inverse::rotation_vector;
 use lostmotion::robot::{InverseOptions, Robot, Stop, Target};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::LazyLock;
 
 const FILES: [&str; 6] = [
@@ -19,10 +20,6 @@ const FILES: [&str; 6] = [
 
 static ROBOTS: LazyLock<Vec<Robot>> = LazyLock::new(|| FILES.iter().map(|f| load(f)).collect());
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn load(file: &str) -> Robot {
     Robot::load(&root().join(file)).unwrap()
 }
@@ -35,7 +32,7 @@ fn numbers(v: &Value) -> Vec<f64> {
 #[test]
 fn poses_agree_with_the_oracle_within_a_nanometre() {
     let oracle: Value =
-        serde_json::from_slice(&std::fs::read(root().join("tests/oracle/kinematics.json")).unwrap()).unwrap();
+        serde_json::from_slice(&std::fs::read(bundled("tests/oracle/kinematics.json")).unwrap()).unwrap();
     let mut compared = 0;
     for case in oracle.as_array().unwrap() {
         let file = case["robot"].as_str().unwrap();
@@ -206,13 +203,13 @@ fn a_robot_written_and_read_is_the_same_robot() {
 
 #[test]
 fn a_robot_stands_inline_in_a_model() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot = &ROBOTS[4];
     let mut model = String::from("schema: lostmotion/model/1\nrobot:\n");
     for line in robot.to_yaml().unwrap().lines() {
         model.push_str(&format!("  {line}\n"));
     }
-    let path = folder.path().join("model.yaml");
+    let path = folder.join("model.yaml");
     std::fs::write(&path, model).unwrap();
     let read = lostmotion::model::Model::load(Path::new(&path)).unwrap();
     assert_eq!(read.robot.fingerprint(), robot.fingerprint());

@@ -1,24 +1,16 @@
 //! `robot check` and `robot init` through the binary.
 
-use assert_cmd::Command;
+use crate::support::{WorkFolder, root, run_args};
 use serde_json::Value;
 use std::path::Path;
-
-fn run(args: &[&str]) -> std::process::Output {
-    Command::cargo_bin("lostmotion").unwrap().args(args).output().unwrap()
-}
-
-fn words(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 #[test]
 fn every_bundled_robot_passes_the_check() {
     let mut checked = 0;
     for entry in std::fs::read_dir("configs").unwrap() {
         let path = entry.unwrap().path();
-        let out = run(&["robot", "check", path.to_str().unwrap()]);
-        assert!(out.status.success(), "{}: {}", path.display(), words(&out.stderr));
+        let out = run_args(root(), &["robot", "check", path.to_str().unwrap()]);
+        assert!(out.succeeded(), "{}: {}", path.display(), out.stderr);
         checked += 1;
     }
     assert!(checked >= 7, "{checked}");
@@ -28,7 +20,7 @@ fn every_bundled_robot_passes_the_check() {
 #[test]
 fn the_tcp_at_a_pose_is_that_of_forward_kinematics() {
     let robot = "configs/kuka-kr120-r2500-pro.yaml";
-    let out = run(&["robot", "check", robot, "--pose", "0,-90,90,0,0,0", "--json"]);
+    let out = run_args(root(), &["robot", "check", robot, "--pose", "0,-90,90,0,0,0", "--json"]);
     let doc: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert_eq!(doc["schema"], "lostmotion/robot-check/1");
     let loaded = lostmotion::robot::Robot::load(Path::new(robot)).unwrap();
@@ -43,8 +35,8 @@ fn the_tcp_at_a_pose_is_that_of_forward_kinematics() {
 #[test]
 fn metres_and_radians_are_found() {
     let text = std::fs::read_to_string("configs/kuka-kr120-r2500-pro.yaml").unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a robot in metres.yaml");
+    let folder = WorkFolder::new();
+    let path = folder.join("a robot in metres.yaml");
     let mut in_metres = String::new();
     for line in text.lines() {
         let changed = line.replace("d_mm: ", "d_mm: 0.000").replace("a_mm: ", "a_mm: 0.000");
@@ -54,17 +46,18 @@ fn metres_and_radians_are_found() {
         in_metres.push('\n');
     }
     std::fs::write(&path, in_metres).unwrap();
-    let out = run(&["robot", "check", path.to_str().unwrap()]);
-    assert_eq!(out.status.code(), Some(1), "{}", words(&out.stdout));
-    assert!(words(&out.stderr).contains("metres written as millimetres"), "{}", words(&out.stderr));
+    let out = run_args(root(), &["robot", "check", path.to_str().unwrap()]);
+    assert_eq!(out.code, Some(1), "{}", out.text());
+    assert!(out.stderr.contains("metres written as millimetres"), "{}", out.stderr);
 }
 
 #[test]
 fn a_urdf_becomes_a_robot_file_that_is_read_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let made = folder.path().join("robot.yaml");
-    let out = run(&["robot", "init", "--urdf", "samples/robots/scara.urdf", "--output", made.to_str().unwrap()]);
-    assert!(out.status.success(), "{}", words(&out.stderr));
+    let folder = WorkFolder::new();
+    let made = folder.join("robot.yaml");
+    let out =
+        run_args(root(), &["robot", "init", "--urdf", "samples/robots/scara.urdf", "--output", made.to_str().unwrap()]);
+    assert!(out.succeeded(), "{}", out.stderr);
     let robot = lostmotion::robot::Robot::load(&made).unwrap();
     assert_eq!(robot.axis_names(), ["shoulder", "elbow", "quill"]);
     // by hand: arms of 325 and 225 mm in line, quill 60 mm down from 400 mm, flange 20 mm below it
@@ -77,15 +70,15 @@ fn a_urdf_becomes_a_robot_file_that_is_read_again() {
 
 #[test]
 fn what_is_no_urdf_is_refused_with_line_and_column() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("x.urdf");
+    let folder = WorkFolder::new();
+    let path = folder.join("x.urdf");
     for (text, needle) in
         [("", "XML"), ("<robot name='r'>", "x.urdf:1:"), ("<mujoco/>", "<robot>"), ("<robot name='r'/>", "no chain")]
     {
         std::fs::write(&path, text).unwrap();
-        let out = run(&["robot", "init", "--urdf", path.to_str().unwrap()]);
-        assert_eq!(out.status.code(), Some(2), "{text}");
-        assert!(words(&out.stderr).contains(needle), "{text}: {}", words(&out.stderr));
+        let out = run_args(root(), &["robot", "init", "--urdf", path.to_str().unwrap()]);
+        assert_eq!(out.code, Some(2), "{text}");
+        assert!(out.stderr.contains(needle), "{text}: {}", out.stderr);
         assert!(out.stdout.is_empty());
     }
 }
@@ -93,14 +86,14 @@ fn what_is_no_urdf_is_refused_with_line_and_column() {
 #[test]
 fn single_numbers_in_another_unit_and_poses_beyond_limits_are_noted() {
     let text = std::fs::read_to_string("configs/universal-robots-ur10e.yaml").unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("robot.yaml");
+    let folder = WorkFolder::new();
+    let path = folder.join("robot.yaml");
     let check = |text: &str, pose: Option<&str>| {
         std::fs::write(&path, text).unwrap();
         let mut args = vec!["robot", "check", path.to_str().unwrap()];
         args.extend(pose.iter().flat_map(|p| ["--pose", p]));
-        let out = run(&args);
-        (out.status.code(), words(&out.stdout) + &words(&out.stderr))
+        let out = run_args(root(), &args);
+        (out.code, out.text() + &out.stderr)
     };
     let (code, clean) = check(&text, None);
     assert!(code == Some(0) && !clean.contains("is this"), "{clean}");
@@ -121,24 +114,24 @@ fn single_numbers_in_another_unit_and_poses_beyond_limits_are_noted() {
 
 #[test]
 fn a_robot_file_is_replaced_only_when_forced_and_holds_no_rounding() {
-    let folder = tempfile::tempdir().unwrap();
-    let made = folder.path().join("robot.yaml");
+    let folder = WorkFolder::new();
+    let made = folder.join("robot.yaml");
     let urdf = std::fs::read_to_string("samples/robots/scara.urdf").unwrap();
     let init = |urdf: &str, more: &[&str]| {
-        let path = folder.path().join("arm.urdf");
+        let path = folder.join("arm.urdf");
         std::fs::write(&path, urdf).unwrap();
         let made = made.to_str().unwrap();
-        run(&[&["robot", "init", "--urdf", path.to_str().unwrap(), "--output", made], more].concat())
+        run_args(root(), &[&["robot", "init", "--urdf", path.to_str().unwrap(), "--output", made], more].concat())
     };
-    assert!(init(&urdf, &[]).status.success());
+    assert!(init(&urdf, &[]).succeeded());
     let first = std::fs::read_to_string(&made).unwrap();
     assert!(!first.contains("99999") && !first.contains("00000") && !first.contains("$schema"), "{first}");
     let edited = first + "# by hand\n";
     std::fs::write(&made, &edited).unwrap();
     let out = init(&urdf, &[]);
-    assert!(out.status.code() == Some(2) && words(&out.stderr).contains("--force"), "{}", words(&out.stderr));
+    assert!(out.code == Some(2) && out.stderr.contains("--force"), "{}", out.stderr);
     assert_eq!(std::fs::read_to_string(&made).unwrap(), edited);
-    assert!(init(&urdf, &["--force"]).status.success());
+    assert!(init(&urdf, &["--force"]).succeeded());
     // millimetres in place of metres
     let numbers = regex::Regex::new(r#"xyz="([^"]*)""#).unwrap();
     let thousandfold = numbers.replace_all(&urdf, |c: &regex::Captures| {
@@ -155,5 +148,5 @@ fn a_robot_file_is_replaced_only_when_forced_and_holds_no_rounding() {
         axes[k - 1].clone()
     });
     let out = init(&in_mm, &["--force"]);
-    assert!(out.status.code() == Some(2) && words(&out.stderr).contains("metres"), "{}", words(&out.stderr));
+    assert!(out.code == Some(2) && out.stderr.contains("metres"), "{}", out.stderr);
 }

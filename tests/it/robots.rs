@@ -1,15 +1,12 @@
 //! The bundled arms against poses of the public URDF files that they come from (tests/oracle/robots.py).
 
+use crate::support::bundled;
 use lostmotion::robot::{Robot, plausible};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
+use std::path::Path;
 
 fn oracle() -> serde_json::Map<String, Value> {
-    let text = std::fs::read_to_string(root().join("tests/oracle/robots.json")).unwrap();
+    let text = std::fs::read_to_string(bundled("tests/oracle/robots.json")).unwrap();
     serde_json::from_str(&text).unwrap()
 }
 
@@ -18,7 +15,7 @@ fn numbers(v: &Value) -> Vec<f64> {
 }
 
 fn load(name: &str) -> (Robot, String) {
-    let path = root().join(format!("configs/{name}.yaml"));
+    let path = bundled(&format!("configs/{name}.yaml"));
     (Robot::load(&path).unwrap(), std::fs::read_to_string(&path).unwrap())
 }
 
@@ -64,7 +61,7 @@ fn at_zero(name: &str) -> Option<(Vec<f64>, [f64; 3], [f64; 3])> {
 #[test]
 fn flange_and_world_of_every_arm_are_its_makers() {
     let mut seen = 0;
-    for entry in std::fs::read_dir(root().join("configs")).unwrap() {
+    for entry in std::fs::read_dir(bundled("configs")).unwrap() {
         let name = entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_string();
         let Some((deg, x, z)) = at_zero(&name) else { continue };
         let (robot, _) = load(&name);
@@ -111,8 +108,8 @@ fn every_arm_reaches_as_far_as_its_data_sheet_says_and_names_its_origin() {
 
 #[test]
 fn no_robot_of_the_library_is_left_out_of_the_page() {
-    let page = std::fs::read_to_string(root().join("docs/robot.md")).unwrap();
-    for entry in std::fs::read_dir(root().join("configs")).unwrap() {
+    let page = std::fs::read_to_string(bundled("docs/robot.md")).unwrap();
+    for entry in std::fs::read_dir(bundled("configs")).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().and_then(|n| n.to_str()).unwrap().to_string();
         assert!(page.contains(&format!("`{name}`")), "{name} is not in docs/robot.md");

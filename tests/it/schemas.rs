@@ -1,12 +1,9 @@
 //! Samples, robots and outputs against the JSON Schemas of `lostmotion schema`.
 
+use crate::support::{self, WorkFolder, bundled, root};
 use lostmotion::schemas;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
 
 /// Faults of a value against a schema, for the keywords that the schemas use; any other keyword is a fault of the test.
 fn faults(value: &Value, schema: &Value, whole: &Value, at: &str, out: &mut Vec<String>) {
@@ -165,7 +162,7 @@ fn every_file_of_the_repository_fits_its_schema() {
 
 #[test]
 fn what_the_program_refuses_the_schema_refuses_too() {
-    let text = std::fs::read_to_string(root().join("configs/kuka-kr16-2.yaml")).unwrap();
+    let text = std::fs::read_to_string(bundled("configs/kuka-kr16-2.yaml")).unwrap();
     for (from, to) in [
         ("alpha_deg", "alpha"),
         ("kind: revolute", "kind: rotary"),
@@ -183,17 +180,13 @@ fn what_the_program_refuses_the_schema_refuses_too() {
 
 #[test]
 fn what_the_commands_write_fits_its_schema() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let run = |args: &[&str]| {
-        let out = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"))
-            .current_dir(root())
-            .args(args)
-            .output()
-            .unwrap();
+        let out = support::process().current_dir(root()).args(args).output().unwrap();
         assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
         out.stdout
     };
-    let path = |name: &str| work.path().join(name).to_str().unwrap().to_string();
+    let path = |name: &str| work.join(name).to_str().unwrap().to_string();
     let robot = "configs/kuka-kr120-r2500-pro.yaml";
     let (gaps, compensator, log) = (path("gaps.yaml"), path("compensator.yaml"), path("log.csv"));
     let stdout = run(&[
@@ -237,15 +230,11 @@ fn what_the_commands_write_fits_its_schema() {
 
 #[test]
 fn documents_of_results_fit_their_schemas() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     // an answer that is no (exit code 1) has a document, too
     let run = |line: &str| {
         let line = line.replace("{}", work.path().to_str().unwrap());
-        let out = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"))
-            .current_dir(root())
-            .args(line.split_whitespace())
-            .output()
-            .unwrap();
+        let out = support::process().current_dir(root()).args(line.split_whitespace()).output().unwrap();
         assert!(out.status.code().is_some_and(|c| c < 2), "{line}: {}", String::from_utf8_lossy(&out.stderr));
         out.stdout
     };
@@ -254,7 +243,7 @@ fn documents_of_results_fit_their_schemas() {
         assert_eq!(value["schema"], schemas::of(name).unwrap()["title"], "{name}");
         assert_eq!(of(name, &value), Vec::<String>::new());
     };
-    let file = |name: &str| std::fs::read(work.path().join(name)).unwrap();
+    let file = |name: &str| std::fs::read(work.join(name)).unwrap();
     let (kuka, model) = ("configs/kuka-kr120-r2500-pro.yaml", "samples/models/kuka-figure5.model.yaml");
     let (program, circle) = ("samples/circle/circle_program.csv", "samples/circle/circle_uncompensated_figure5.csv.gz");
     let (arm, excitation) = ("configs/micro-iges-4dof.yaml", "samples/instrument/excitation_compensated.log.csv.gz");
@@ -299,7 +288,7 @@ fn documents_of_results_fit_their_schemas() {
 
 #[test]
 fn show_draws_every_kind_of_file() {
-    let work = tempfile::tempdir().unwrap();
+    let work = WorkFolder::new();
     let robot = "configs/kuka-kr120-r2500-pro.yaml";
     for (k, (file, needs, holds)) in [
         (robot, false, "The arm at zero"),
@@ -310,22 +299,18 @@ fn show_draws_every_kind_of_file() {
     .into_iter()
     .enumerate()
     {
-        let out = work.path().join(format!("{k}.html"));
+        let out = work.join(format!("{k}.html"));
         let mut args = vec!["show", file, "--output", out.to_str().unwrap()];
         if needs {
             args.extend(["--robot", robot]);
         }
-        let done = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"))
-            .current_dir(root())
-            .args(&args)
-            .output()
-            .unwrap();
+        let done = support::process().current_dir(root()).args(&args).output().unwrap();
         assert!(done.status.success(), "{file}: {}", String::from_utf8_lossy(&done.stderr));
         let page = std::fs::read_to_string(&out).unwrap();
         assert!(page.contains(holds) && page.contains("<svg"), "{file}");
         assert!(!page.contains(work.path().to_str().unwrap()) && !page.contains("NaN"), "{file}");
     }
-    let done = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"))
+    let done = support::process()
         .current_dir(root())
         .args(["show", "samples/circle/circle_program.csv", "--output", "-"])
         .output()
@@ -337,10 +322,10 @@ fn show_draws_every_kind_of_file() {
 #[test]
 fn show_reads_documents_from_standard_input() {
     let robot = "configs/kuka-kr120-r2500-pro.yaml";
-    let work = tempfile::tempdir().unwrap();
-    let gaps = work.path().join("gaps.yaml");
+    let work = WorkFolder::new();
+    let gaps = work.join("gaps.yaml");
     let run = |args: &[&str], input: Option<&Path>| {
-        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"));
+        let mut command = support::process();
         if let Some(file) = input {
             command.stdin(std::fs::File::open(file).unwrap());
         }
@@ -351,7 +336,7 @@ fn show_reads_documents_from_standard_input() {
     let log = "samples/static/single_axis_A1.csv.gz";
     run(&["identify", "static", "--robot", robot, "--log", log, "-o", gaps.to_str().unwrap()], None);
     // the model names its robot inline, as standard input lies in no folder
-    let model = work.path().join("model.yaml");
+    let model = work.join("model.yaml");
     let path = root().join(robot);
     std::fs::write(&model, format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", path.display())).unwrap();
     for (file, needs) in [(root().join(robot), false), (model, false), (gaps, true)] {

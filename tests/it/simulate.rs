@@ -1,14 +1,10 @@
 //! `simulate` against the twin, against analytic cases, and its refusals.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 const CIRCLE: &str = "samples/circle/circle_program.csv";
-
-fn lostmotion() -> Command {
-    Command::cargo_bin("lostmotion").unwrap()
-}
 
 /// Columns of a CSV (gzip too) by name; empty cells are NaN.
 fn columns(path: &Path) -> HashMap<String, Vec<f64>> {
@@ -26,7 +22,7 @@ fn columns(path: &Path) -> HashMap<String, Vec<f64>> {
 
 fn simulate(folder: &Path, args: &[&str]) -> PathBuf {
     let out = folder.join("log.csv");
-    lostmotion().arg("simulate").args(args).arg("--output").arg(&out).assert().success();
+    support::command().arg("simulate").args(args).arg("--output").arg(&out).assert().success();
     out
 }
 
@@ -37,7 +33,7 @@ fn difference(all: &[f64], decimated: &[f64], every: usize) -> f64 {
 }
 
 fn agrees_with_the_twin(model: &str, program: &str, truth: &str, encoders: bool) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let model = format!("samples/models/{model}");
     let mut args = vec!["--model", &model, "--input", program];
     if encoders {
@@ -85,7 +81,7 @@ fn static_model(folder: &Path) -> PathBuf {
 
 #[test]
 fn a_program_with_times_follows_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let model = static_model(folder.path());
     let program = "tests/data/twin/static_A2_program.csv";
     let out = simulate(folder.path(), &["--model", model.to_str().unwrap(), "--input", program, "--rate-hz", "2"]);
@@ -98,7 +94,7 @@ fn a_program_with_times_follows_them() {
 
 #[test]
 fn dwells_of_a_log_are_predicted_where_the_twin_measures_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let model = static_model(folder.path());
     let log = "tests/data/twin/static_A2.csv.gz";
     let ours = columns(&simulate(folder.path(), &["--model", model.to_str().unwrap(), "--input", log]));
@@ -113,8 +109,8 @@ fn dwells_of_a_log_are_predicted_where_the_twin_measures_them() {
 
 #[test]
 fn a_log_keeps_its_columns_as_text() {
-    let folder = tempfile::tempdir().unwrap();
-    let log = folder.path().join("in.csv");
+    let folder = WorkFolder::new();
+    let log = folder.join("in.csv");
     let text = "# a comment\nt_s,note,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg,x_mm,y_mm,z_mm,cycle\n\
                 0.000,\"a, b\",60,-90.00,1e1,0,0,0,1,2,3,0\n0.500,,60.5,-90.00,1e1,0,0,0,,,,1\n";
     std::fs::write(&log, text).unwrap();
@@ -139,15 +135,15 @@ const OWN: &str = "t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,meas_X_mm,x_mm,y_mm,z_mm\n0,10
 
 #[test]
 fn a_log_with_other_names_and_units_keeps_them() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let file = |name: &str, text: &str| {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         std::fs::write(&path, text).unwrap();
         path.to_str().unwrap().to_string()
     };
     let (own, foreign, map) = (file("own.csv", OWN), file("foreign.csv", FOREIGN), file("map.yaml", MAP));
     let model = "samples/models/gantry-2015.model.yaml";
-    let other = tempfile::tempdir().unwrap();
+    let other = WorkFolder::new();
     let want = columns(&simulate(other.path(), &["--model", model, "--input", &own]));
     let out = simulate(folder.path(), &["--model", model, "--input", &foreign, "--columns", &map]);
     let text = std::fs::read_to_string(&out).unwrap();
@@ -166,7 +162,7 @@ fn a_log_with_other_names_and_units_keeps_them() {
         }
     }
     // the same map reads it again
-    let again = folder.path().join("again.csv");
+    let again = folder.join("again.csv");
     std::fs::copy(&out, &again).unwrap();
     let args = ["--model", model, "--input", again.to_str().unwrap(), "--columns", &map];
     let twice = std::fs::read_to_string(simulate(folder.path(), &args)).unwrap();
@@ -175,10 +171,10 @@ fn a_log_with_other_names_and_units_keeps_them() {
 
 #[test]
 fn with_columns_the_input_is_a_log() {
-    let folder = tempfile::tempdir().unwrap();
-    let map = folder.path().join("map.yaml");
+    let folder = WorkFolder::new();
+    let map = folder.join("map.yaml");
     std::fs::write(&map, "schema: lostmotion/columns/1\ncolumns: {a1_deg: cmd_A1_deg}\n").unwrap();
-    let run = |args: &[&str]| lostmotion().arg("simulate").args(args).args(["--input", CIRCLE]).assert().code(2);
+    let run = |args: &[&str]| support::command().arg("simulate").args(args).args(["--input", CIRCLE]).assert().code(2);
     let model = "samples/models/kuka-table3.model.yaml";
     let refused = run(&["--model", model, "--columns", map.to_str().unwrap()]);
     let error = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
@@ -189,7 +185,7 @@ fn with_columns_the_input_is_a_log() {
 
 #[test]
 fn of_a_robot_alone_the_tcp_is_where_the_robot_file_says() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot_file = "configs/kuka-kr120-r2500-pro.yaml";
     let out = columns(&simulate(folder.path(), &["--robot", robot_file, "--input", CIRCLE]));
     let robot = lostmotion::robot::Robot::load(Path::new(robot_file)).unwrap();
@@ -207,8 +203,8 @@ fn of_a_robot_alone_the_tcp_is_where_the_robot_file_says() {
 
 #[test]
 fn a_prismatic_axis_lags_by_its_half_gap() {
-    let folder = tempfile::tempdir().unwrap();
-    let program = folder.path().join("p.csv");
+    let folder = WorkFolder::new();
+    let program = folder.join("p.csv");
     std::fs::write(&program, "x_mm,y_mm,z_mm\n100,50,20\n300,50,20\n150,50,20\n").unwrap();
     let model = "samples/models/gantry-2015.model.yaml";
     let args = ["--model", model, "--input", program.to_str().unwrap(), "--speed-mm-s", "10", "--rate-hz", "10"];
@@ -225,8 +221,8 @@ fn a_prismatic_axis_lags_by_its_half_gap() {
 
 #[test]
 fn a_coarse_log_of_a_smooth_motion_is_predicted_as_if_its_turning_points_were_rows() {
-    let folder = tempfile::tempdir().unwrap();
-    let program = folder.path().join("p.csv");
+    let folder = WorkFolder::new();
+    let program = folder.join("p.csv");
     let mut text = String::from("t_s,x_mm,y_mm,z_mm\n");
     for i in 0..=40_000 {
         let t = f64::from(i) / 1000.0;
@@ -236,7 +232,7 @@ fn a_coarse_log_of_a_smooth_motion_is_predicted_as_if_its_turning_points_were_ro
     std::fs::write(&program, text).unwrap();
     let model = "samples/models/gantry-2015.model.yaml";
     let truth = simulate(folder.path(), &["--model", model, "--input", program.to_str().unwrap(), "--rate-hz", "5"]);
-    let log = folder.path().join("coarse.csv");
+    let log = folder.join("coarse.csv");
     std::fs::rename(truth, &log).unwrap();
     let (truth, ours) = (columns(&log), simulate(folder.path(), &["--model", model, "--input", log.to_str().unwrap()]));
     // rows alone would miss up to 55 um of a turning point and with it of the half gap of 116 um
@@ -246,8 +242,8 @@ fn a_coarse_log_of_a_smooth_motion_is_predicted_as_if_its_turning_points_were_ro
 
 #[test]
 fn settled_poses_carry_no_decaying_stiction() {
-    let folder = tempfile::tempdir().unwrap();
-    let log = folder.path().join("poses.csv");
+    let folder = WorkFolder::new();
+    let log = folder.join("poses.csv");
     let mut text = String::from("cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg\n");
     for a1 in [0.0, 5.0, 10.0, 5.0, 0.0, 5.0] {
         text.push_str(&format!("{a1},-60,60,0,0,0\n"));
@@ -255,7 +251,7 @@ fn settled_poses_carry_no_decaying_stiction() {
     std::fs::write(&log, text).unwrap();
     let robot = std::fs::canonicalize("configs/kuka-kr120-r2500-pro.yaml").unwrap();
     let model = |effects: &str| {
-        let path = folder.path().join("m.yaml");
+        let path = folder.join("m.yaml");
         let robot = robot.display();
         std::fs::write(&path, format!("schema: lostmotion/model/1\nrobot: {robot}\neffects: [{effects}]\n")).unwrap();
         columns(&simulate(folder.path(), &["--model", path.to_str().unwrap(), "--input", log.to_str().unwrap()]))
@@ -270,7 +266,7 @@ fn settled_poses_carry_no_decaying_stiction() {
 
 #[test]
 fn a_finer_rate_gives_the_same_rows_at_the_same_times() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let run = |rate: &str| {
         let model = "samples/models/kuka-figure5.model.yaml";
         columns(&simulate(folder.path(), &["--model", model, "--input", CIRCLE, "--rate-hz", rate, "--encoders"]))
@@ -286,7 +282,7 @@ fn a_finer_rate_gives_the_same_rows_at_the_same_times() {
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let run = |threads: &str, seed: &str| {
         let model = "samples/models/kuka-table3.model.yaml";
-        lostmotion()
+        support::command()
             .env("RAYON_NUM_THREADS", threads)
             .args(["simulate", "--model", model, "--input", CIRCLE, "--noise-um", "11", "--seed", seed])
             .output()
@@ -301,7 +297,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 
 #[test]
 fn the_base_frame_is_the_tracker_frame_turned_back() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let model = "samples/models/kuka-table3.model.yaml";
     let args = ["--model", model, "--input", CIRCLE, "--rate-hz", "0.1", "--base-frame"];
     let base = columns(&simulate(folder.path(), &args));
@@ -336,9 +332,9 @@ fn a_move_that_turns_the_tool_about_the_tcp_takes_what_its_joint_needs() {
 
 #[test]
 fn refuses_bad_input_with_its_place_and_writes_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let bad = folder.path().join("bad.csv");
-    let out = folder.path().join("log.csv");
+    let folder = WorkFolder::new();
+    let bad = folder.join("bad.csv");
+    let out = folder.join("log.csv");
     let model = "samples/models/gantry-2015.model.yaml";
     for (text, says) in [
         ("x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n", "bad.csv:3:2: found `nan` in column `y_mm`"),
@@ -349,7 +345,7 @@ fn refuses_bad_input_with_its_place_and_writes_nothing() {
         ("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm\n1,0,0,0\n1,0,0,1\n", "times that strictly increase"),
     ] {
         std::fs::write(&bad, text).unwrap();
-        let assert = lostmotion()
+        let assert = support::command()
             .args(["simulate", "--model", model, "--input", bad.to_str().unwrap(), "--output", out.to_str().unwrap()])
             .assert()
             .code(2);
@@ -360,33 +356,37 @@ fn refuses_bad_input_with_its_place_and_writes_nothing() {
     std::fs::write(&bad, "x_mm,y_mm,z_mm\n0,0,0\n1000,0,0\n").unwrap();
     for (option, value) in [("--rate-hz", "0"), ("--rate-hz", "1e9"), ("--speed-mm-s", "nan"), ("--noise-um", "-1")] {
         let args = ["simulate", "--model", model, "--input", bad.to_str().unwrap(), option, value];
-        lostmotion().args(args).assert().code(2);
+        support::command().args(args).assert().code(2);
     }
     let slow = ["--rate-hz", "100000", "--speed-mm-s", "0.001"];
-    lostmotion().args(["simulate", "--model", model, "--input", bad.to_str().unwrap()]).args(slow).assert().code(2);
+    support::command()
+        .args(["simulate", "--model", model, "--input", bad.to_str().unwrap()])
+        .args(slow)
+        .assert()
+        .code(2);
 }
 
 #[test]
 fn the_document_says_what_was_run_and_leaves_the_log_alone() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let args = ["--model", "samples/models/kuka-table3.model.yaml", "--input", CIRCLE, "--noise-um", "11"];
     let plain = std::fs::read(simulate(folder.path(), &args)).unwrap();
-    let out = folder.path().join("with.csv");
-    let run = lostmotion().arg("simulate").args(args).arg("--json").arg("--output").arg(&out).output().unwrap();
+    let out = folder.join("with.csv");
+    let run = support::command().arg("simulate").args(args).arg("--json").arg("--output").arg(&out).output().unwrap();
     let told: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(std::fs::read(&out).unwrap(), plain);
     assert_eq!(told["rows"].as_u64().unwrap() as usize, columns(&out)["x_mm"].len());
     assert_eq!((told["noise_um"].as_f64(), told["seed"].as_u64()), (Some(11.0), Some(1)));
     assert!(told["effects"].as_array().unwrap().iter().any(|e| e["effect"] == "backlash" && e["joint"] == "A1"));
     // both on standard output would be neither
-    lostmotion().arg("simulate").args(args).arg("--json").assert().code(2);
+    support::command().arg("simulate").args(args).arg("--json").assert().code(2);
 }
 
 #[test]
 fn a_time_offset_shows_sensors_of_joints_as_they_are_later() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let robot = std::fs::canonicalize("configs/gantry-xyz-ballscrew.yaml").unwrap();
-    let model = folder.path().join("model.yaml");
+    let model = folder.join("model.yaml");
     let effects = "effects:\n  - {effect: time_offset, offset_s: 0.05}\n";
     std::fs::write(&model, format!("schema: lostmotion/model/1\nrobot: {}\n{effects}", robot.display())).unwrap();
     let at = |t: f64| 200.0 + 50.0 * (0.8 * t).sin();
@@ -395,7 +395,7 @@ fn a_time_offset_shows_sensors_of_joints_as_they_are_later() {
     for t in &times {
         log += &format!("{t:.3},{:.9},100,100,0,0\n", at(*t));
     }
-    let input = folder.path().join("in.csv");
+    let input = folder.join("in.csv");
     std::fs::write(&input, log).unwrap();
     let out = simulate(folder.path(), &["--model", model.to_str().unwrap(), "--input", input.to_str().unwrap()]);
     let columns = columns(&out);

@@ -1,46 +1,38 @@
 //! A machine whose kinematics differs from its robot file (tendons, links, homing): its gaps are found, compensated, and gone; faults
 //! of units are still seen.
 
-use assert_cmd::Command;
+use crate::support::{self, Outcome, WorkFolder, bundled, root};
 use lostmotion::compensator::Compensator;
 use lostmotion::effects::{GapCurve, TransmissionError};
 use lostmotion::model::Model;
 use lostmotion::robot::Robot;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::path::Path;
 use std::sync::LazyLock;
-use tempfile::TempDir;
 
 const ROBOT: &str = "configs/micro-iges-4dof.yaml";
 const MODEL: &str = "samples/instrument/stretched.model.yaml";
 const SHIPPED: &str = "samples/instrument/compensator.yaml";
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 /// Runs a command line in `work`, the names of bundled files made absolute.
-fn run(work: &Path, line: &str) -> Output {
+fn run(work: &Path, line: &str) -> Outcome {
     let whole = |a: &str| {
         let bundled = a.starts_with("configs/") || a.starts_with("samples/");
         if bundled { root().join(a).to_str().unwrap().to_string() } else { a.to_string() }
     };
     let args = line.split_whitespace().map(whole);
-    Command::cargo_bin("lostmotion").unwrap().args(args).current_dir(work).output().unwrap()
+    support::run_args(work, args)
 }
 
 /// Standard output and standard error.
 fn done(work: &Path, line: &str) -> (String, String) {
-    let out = run(work, line);
-    let says = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert!(out.status.success(), "{line}: {says}");
-    (String::from_utf8(out.stdout).unwrap(), says)
+    let out = run(work, line).success();
+    (out.text(), out.stderr)
 }
 
 /// The chain of the sample's head: the growing sine on the instrument, its gaps, their compensator.
-static CHAIN: LazyLock<(TempDir, String)> = LazyLock::new(|| {
-    let work = tempfile::tempdir().unwrap();
+static CHAIN: LazyLock<(WorkFolder, String)> = LazyLock::new(|| {
+    let work = WorkFolder::new();
     let w = work.path();
     let simulate = "--rate-hz 5 --noise-um 100 --seed 1";
     done(
@@ -53,7 +45,7 @@ static CHAIN: LazyLock<(TempDir, String)> = LazyLock::new(|| {
 });
 
 fn robot() -> Robot {
-    Robot::load(&root().join(ROBOT)).unwrap()
+    Robot::load(&bundled(ROBOT)).unwrap()
 }
 
 /// Half gap of command at places of each joint, deg.
@@ -67,7 +59,7 @@ fn curve(file: &Path) -> Vec<Vec<f64>> {
 #[test]
 fn the_shipped_compensator_is_what_the_chain_gives() {
     let (work, _) = &*CHAIN;
-    let (ours, shipped) = (curve(&work.path().join("compensator.yaml")), curve(&root().join(SHIPPED)));
+    let (ours, shipped) = (curve(&work.join("compensator.yaml")), curve(&bundled(SHIPPED)));
     for (a, b) in ours.iter().flatten().zip(shipped.iter().flatten()) {
         // the last digits may differ from machine to machine
         assert!((a - b).abs() < 1e-4, "{ours:?} {shipped:?}: run the chain of samples/instrument/README.md again");
@@ -78,8 +70,8 @@ fn the_shipped_compensator_is_what_the_chain_gives() {
 fn gaps_behind_a_stretch_are_found_at_the_scale_of_the_commands() {
     let (work, says) = &*CHAIN;
     assert!(says.contains("does not match the path computed with the robot file"), "the difference is noted: {says}");
-    let model = Model::load(&root().join(MODEL)).unwrap();
-    let found = curve(&work.path().join("compensator.yaml"));
+    let model = Model::load(&bundled(MODEL)).unwrap();
+    let found = curve(&work.join("compensator.yaml"));
     for (axis, found) in found.iter().enumerate() {
         // the play stands behind a stretch of 0.75 and a ripple: a gap of b is one of b / (0.75 + ripple') of command
         let (mut gap, mut ripple) = (None, 0.0);
@@ -134,11 +126,8 @@ fn the_deadzones_of_another_motion_are_gone_with_it() {
     // a log of another motion, and the same motion on another clock
     for other in ["samples/instrument/growing_sine.csv", "samples/instrument/exponential.csv"] {
         let out = run(w, &format!("assess deadzone --robot {ROBOT} --nominal {other} --before before.csv"));
-        let says = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(
-            out.status.code() == Some(2) && says.contains("before.csv: found commands that are"),
-            "{other}: {says}"
-        );
+        let says = out.stderr;
+        assert!(out.code == Some(2) && says.contains("before.csv: found commands that are"), "{other}: {says}");
     }
 }
 
@@ -178,8 +167,8 @@ fn units_are_refused_and_signs_are_noted_where_the_kinematics_is_not_known() {
         let log = changed(name, change);
         for command in ["identify deadzone", "learn --hidden 2 --output k.yaml"] {
             let out = run(w, &format!("{command} --robot {ROBOT} --log {log}"));
-            let said = String::from_utf8_lossy(&out.stderr).into_owned();
-            assert!(out.status.code() == Some(2) && said.contains(says), "{command} {name}: {said}");
+            let said = out.stderr;
+            assert!(out.code == Some(2) && said.contains(says), "{command} {name}: {said}");
         }
     }
     let mirrored = changed("mirrored.csv", |c| c[5] = -c[5]);

@@ -1,6 +1,7 @@
 //! External truth for the whole job: logs of the independent simulator -> gaps -> compensator -> rewritten program -> run on
 //! that simulator -> its own score. Needs Python with numpy, scipy and pandas; `LOSTMOTION_PYTHON` names the interpreter.
 
+use crate::support::{WorkFolder, bundled, root, run_args};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,22 +13,11 @@ struct Score {
     out_of_plane: f64,
 }
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn python(arguments: &[&str]) -> Vec<u8> {
     let python = std::env::var("LOSTMOTION_PYTHON").unwrap_or_else(|_| "python3".into());
-    let out =
-        Command::new(python).arg(root().join("tests/oracle/twin.py")).args(arguments).output().expect("python runs");
+    let out = Command::new(python).arg(bundled("tests/oracle/twin.py")).args(arguments).output().expect("python runs");
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     out.stdout
-}
-
-fn lostmotion(arguments: &[&str]) {
-    let out =
-        Command::new(env!("CARGO_BIN_EXE_lostmotion")).current_dir(root()).args(arguments).output().expect("it runs");
-    assert!(out.status.success(), "{arguments:?}\n{}", String::from_utf8_lossy(&out.stderr));
 }
 
 fn text(path: &Path) -> &str {
@@ -40,7 +30,7 @@ const PROGRAM: &str = "samples/circle/circle_program.csv";
 fn score(program: &Path, machine: &str, seed: &str, noise: &str) -> Score {
     let log = program.with_extension("log.csv");
     python(&["run", text(program), "--machine", machine, "--seed", seed, "--noise-um", noise, "-o", text(&log)]);
-    let nominal = root().join(PROGRAM);
+    let nominal = bundled(PROGRAM);
     let out = python(&["score", text(&log), "--nominal", text(&nominal), "--json"]);
     let v: serde_json::Value = serde_json::from_slice(&out).expect("score is JSON");
     let list = |key: &str| -> Vec<f64> {
@@ -67,25 +57,30 @@ fn rewritten(work: &Path, machine: &str, refine: &str) -> PathBuf {
             arguments.extend(["--log", l]);
         }
         arguments.extend(["--output", text(&gaps)]);
-        lostmotion(&arguments);
-        lostmotion(&[
-            "identify",
-            "path",
-            "--robot",
-            ROBOT,
-            "--log",
-            &log,
-            "--known",
-            text(&gaps),
-            "--output",
-            text(&path_gaps),
-        ]);
+        run_args(root(), &arguments).success();
+        run_args(
+            root(),
+            &[
+                "identify",
+                "path",
+                "--robot",
+                ROBOT,
+                "--log",
+                &log,
+                "--known",
+                text(&gaps),
+                "--output",
+                text(&path_gaps),
+            ],
+        )
+        .success();
         fit.extend(["--gaps", text(&gaps)]);
     } else {
-        lostmotion(&["identify", "path", "--robot", ROBOT, "--log", &log, "--output", text(&path_gaps)]);
+        run_args(root(), &["identify", "path", "--robot", ROBOT, "--log", &log, "--output", text(&path_gaps)])
+            .success();
     }
     fit.extend(["--gaps", text(&path_gaps), "--output", text(&compensator)]);
-    lostmotion(&fit);
+    run_args(root(), &fit).success();
     let out = work.join(format!("{machine}_{refine}.csv"));
     let command = [
         "rewrite",
@@ -99,7 +94,7 @@ fn rewritten(work: &Path, machine: &str, refine: &str) -> PathBuf {
         "--refine",
         refine,
     ];
-    lostmotion(&command);
+    run_args(root(), &command).success();
     out
 }
 
@@ -113,7 +108,7 @@ const BEFORE_FIGURE5: [f64; 6] = [130.0, 130.0, 69.0, 67.0, 68.0, 67.0];
 /// `slack_um` (total, chords removed) is allowed beyond that: what the noise of the given log, and of the one run after
 /// `best`, costs (README, figures; these are misses).
 fn no_worse_than_best(machine: &str, best: &[(f64, f64); 6], slack_um: [f64; 2]) {
-    let work = tempfile::tempdir().expect("a folder");
+    let work = WorkFolder::new();
     let program = rewritten(work.path(), machine, "none");
     let runs: Vec<Score> = ["1", "2", "3", "4", "5"].iter().map(|s| score(&program, machine, s, "11")).collect();
     let median = |f: &dyn Fn(&Score) -> f64| {
@@ -136,7 +131,7 @@ fn no_worse_than_best(machine: &str, best: &[(f64, f64); 6], slack_um: [f64; 2])
 
 /// Dense path: at most 16 um at every reversal of every run, and the mean reduction of the paper beaten.
 fn dense_path_beats_the_paper(machine: &str, before: &[f64; 6]) {
-    let work = tempfile::tempdir().expect("a folder");
+    let work = WorkFolder::new();
     let program = rewritten(work.path(), machine, "cartesian");
     for seed in ["1", "2", "3"] {
         let s = score(&program, machine, seed, "11");
@@ -175,10 +170,10 @@ fn figure5_machine_with_a_dense_path_beats_the_paper() {
 #[ignore = "runs the independent simulator"]
 fn every_vendor_format_leaves_on_the_independent_machine_what_the_csv_program_leaves() {
     use crate::vendor_circle::{circle, robot, written};
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = WorkFolder::new();
     let work = folder.path();
     std::fs::write(work.join("robot.yaml"), robot()).expect("written");
-    let model = std::fs::read_to_string(root().join("samples/models/kuka-table3.model.yaml")).expect("a model");
+    let model = std::fs::read_to_string(bundled("samples/models/kuka-table3.model.yaml")).expect("a model");
     let model: Vec<&str> = model.lines().filter(|l| !l.starts_with("robot:")).collect();
     std::fs::write(work.join("model.yaml"), format!("{}\nrobot: robot.yaml\n", model.join("\n"))).expect("written");
     let points = circle();
@@ -188,7 +183,11 @@ fn every_vendor_format_leaves_on_the_independent_machine_what_the_csv_program_le
         let (file, out) = (work.join(&name), work.join(format!("out-{name}")));
         std::fs::write(&file, text_of).expect("written");
         let model = work.join("model.yaml");
-        lostmotion(&["rewrite", "--model", text(&model), text(&file), "--output", text(&out), "--speed-mm-s", "1.5"]);
+        run_args(
+            root(),
+            &["rewrite", "--model", text(&model), text(&file), "--output", text(&out), "--speed-mm-s", "1.5"],
+        )
+        .success();
         // the joints as the program gives them, for a machine that reads CSV
         let robot = lostmotion::robot::Robot::load(&work.join("robot.yaml")).expect("a robot");
         let program = lostmotion::program::Program::load(&out, &robot).expect("a program");

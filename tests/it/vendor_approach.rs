@@ -4,6 +4,7 @@
 //! leads it by the half gap. At every target that the program names the joint must stand where the program says, and it must have
 //! come from the wanted side.
 
+use crate::support::bundled;
 use crate::vendor_rewrite::Desk;
 use lostmotion::program::formats::{self, Recognised};
 use lostmotion::program::script::{Goal, Text};
@@ -119,8 +120,7 @@ fn every_target_is_reached_from_its_side_in_every_format() {
 fn one(format: &str, sign: f64) {
     let desk = Desk::new(0.0);
     let (name, text, config) = written(format);
-    let text_of_robot =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(config)).unwrap();
+    let text_of_robot = std::fs::read_to_string(bundled("configs").join(config)).unwrap();
     let robot = Robot::parse("robot.yaml", &text_of_robot).unwrap();
     desk.write("robot.yaml", &text_of_robot);
     desk.write(name, &text);

@@ -3,8 +3,7 @@
 //! The only gap is that of the first axis, which turns the arm about the vertical through the origin: so the offset of every written
 //! point is known without any kinematics. Turned back by half the gap, each point must lie on the circle of the program.
 
-use assert_cmd::Command;
-use std::path::Path;
+use crate::support::{self, WorkFolder, bundled};
 
 const HALF_GAP_DEG: f64 = 0.004;
 /// Most of an arc that a step may take: with 4.6 deg the largest error of the circle of `benches/cartesian_circle.py` grows.
@@ -60,9 +59,9 @@ fn turned_back(p: [f64; 3], half_gaps: f64) -> [f64; 3] {
 type Piece = (Option<[f64; 3]>, [f64; 3]);
 
 fn rewritten(robot: &str, joint: &str, name: &str, program: &str, options: &str) -> (String, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |n: &str| folder.path().join(n);
-    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(robot), path("robot.yaml")).unwrap();
+    let folder = WorkFolder::new();
+    let path = |n: &str| folder.join(n);
+    std::fs::copy(bundled("configs").join(robot), path("robot.yaml")).unwrap();
     let effect = format!("{{effect: backlash, joint: {joint}, half_gap_deg: {HALF_GAP_DEG}}}");
     std::fs::write(
         path("model.yaml"),
@@ -71,8 +70,7 @@ fn rewritten(robot: &str, joint: &str, name: &str, program: &str, options: &str)
     .unwrap();
     std::fs::write(path(name), program).unwrap();
     let line = format!("rewrite --model model.yaml {name} --output out_{name} {options}");
-    let run =
-        Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split_whitespace()).output();
+    let run = support::command().current_dir(folder.path()).args(line.split_whitespace()).output();
     let run = run.unwrap();
     let said = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
     assert!(run.status.success(), "{said}");

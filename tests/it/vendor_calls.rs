@@ -1,6 +1,7 @@
 //! Calls and blocks between two moves: where nothing in them moves, the program is compensated as if they were not there; else what
 //! follows them starts anew. Relative motions lead on from where the robot stands.
 
+use crate::support::bundled;
 use crate::vendor_rewrite::Desk;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
@@ -10,7 +11,7 @@ const J1: [f64; 4] = [0.0, 10.0, 5.0, 8.0];
 
 fn desk(config: &str, joint: &str) -> Desk {
     let desk = Desk::new(0.003);
-    let robot = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(config);
+    let robot = bundled("configs").join(config);
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     let effect = format!("{{effect: backlash, joint: {joint}, half_gap_deg: 0.01}}");
     desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n"));

@@ -3,10 +3,9 @@
 //! The circle is the bundled one (independent inverse kinematics, joints A1 to A3). The machine has half gaps alone: a gap
 //! that fades in seconds would compare the formats' speeds, not their numbers.
 
-use assert_cmd::Command;
+use crate::support::{WorkFolder, bundled, run};
 use serde_json::Value;
 use std::fmt::Write;
-use std::path::Path;
 
 const MODEL: &str = "schema: lostmotion/model/1
 robot: robot.yaml
@@ -16,19 +15,9 @@ effects:
   - {effect: backlash, joint: A3, half_gap_deg: 0.0022}
 ";
 
-fn lostmotion(folder: &Path, line: &str) -> Vec<u8> {
-    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
-    assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
-    out.stdout
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 /// Joints of the bundled circle, deg.
 pub fn circle() -> Vec<[f64; 6]> {
-    let text = std::fs::read_to_string(root().join("samples/circle/circle_program.csv")).unwrap();
+    let text = std::fs::read_to_string(bundled("samples/circle/circle_program.csv")).unwrap();
     let rows = text.lines().filter(|l| !l.starts_with('#')).skip(1);
     let row = |l: &str| {
         let v: Vec<f64> = l.split(',').map(|c| c.parse().unwrap()).collect();
@@ -126,7 +115,7 @@ const PULSES: [f64; 6] = [1341.4, 1341.4, 1341.4, 1000.0, 1000.0, 622.0];
 
 /// The KUKA with pulses, so that one robot serves every format.
 pub fn robot() -> String {
-    let text = std::fs::read_to_string(root().join("configs/kuka-kr120-r2500-pro.yaml")).unwrap();
+    let text = std::fs::read_to_string(bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap();
     let mut n = 0;
     let lines = text.lines().map(|l| {
         if !l.trim_start().starts_with("- {name: A") {
@@ -141,7 +130,7 @@ pub fn robot() -> String {
 
 /// Largest error beyond the circle at each reversal, um, without and with compensation.
 fn errors(format: &str) -> (Vec<[f64; 2]>, f64) {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     let at = folder.path();
     let points = circle();
     let (name, text, digit) = written(format, &points);
@@ -150,13 +139,13 @@ fn errors(format: &str) -> (Vec<[f64; 2]>, f64) {
     std::fs::write(at.join(&name), &text).unwrap();
     std::fs::write(at.join("nominal.csv"), written("csv", &points).1).unwrap();
     let out = format!("out-{name}");
-    lostmotion(at, &format!("rewrite --model model.yaml {name} --output {out}"));
-    lostmotion(at, &format!("simulate --model model.yaml --input {name} --output before.csv --speed-mm-s 1.5"));
-    lostmotion(at, &format!("simulate --model model.yaml --input {out} --output after.csv --speed-mm-s 1.5"));
-    let json = lostmotion(
-        at,
-        "assess circle --robot robot.yaml --nominal nominal.csv --before before.csv --after after.csv --json",
-    );
+    run(at, &format!("rewrite --model model.yaml {name} --output {out}")).success();
+    run(at, &format!("simulate --model model.yaml --input {name} --output before.csv --speed-mm-s 1.5")).success();
+    run(at, &format!("simulate --model model.yaml --input {out} --output after.csv --speed-mm-s 1.5")).success();
+    let json =
+        run(at, "assess circle --robot robot.yaml --nominal nominal.csv --before before.csv --after after.csv --json")
+            .success()
+            .stdout;
     let found: Value = serde_json::from_slice(&json).unwrap();
     let totals = |which: &str| -> Vec<f64> {
         let list = found[which]["reversals"].as_array().unwrap();

@@ -2,16 +2,16 @@
 //! would put a point where the robot never was, or double the error at the first one.
 
 use super::vendor_rewrite::Desk;
+use crate::support::bundled;
 use lostmotion::robot::Robot;
 use nalgebra::{Rotation3, UnitQuaternion};
-use std::path::Path;
 
 const AXES: &str = "[9E9,9E9,9E9,9E9,9E9,9E9]";
 
 /// A desk with another robot, a gap on its first joint.
 fn desk(robot: &str, joint: &str) -> Desk {
     let desk = Desk::new(0.02);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(robot);
+    let file = bundled("configs").join(robot);
     std::fs::copy(file, desk.path("robot.yaml")).unwrap();
     let effect = format!("  - {{effect: backlash, joint: {joint}, half_gap_deg: 0.02}}\n");
     desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effect}"));

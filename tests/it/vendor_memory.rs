@@ -1,8 +1,8 @@
 //! The memory that a large vendor program takes, against what `docs/rewrite.md` promises and what is asked for before it is read.
 
+use crate::support::bundled;
 use crate::vendor_rewrite::Desk;
 use std::fmt::Write;
-use std::path::Path;
 
 /// What the documentation promises: so many times the size of a program, and what the process takes for itself.
 const TIMES: f64 = 25.0;
@@ -101,7 +101,7 @@ fn gcode() -> String {
 /// Most memory, bytes, of a rewrite of a program, as the command itself says with `--verbose`; and the size of the program.
 fn most_memory(name: &str, text: &str, robot: &str, joint: &str) -> (f64, f64) {
     let desk = Desk::new(0.005);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/{robot}.yaml"));
+    let robot = bundled(&format!("configs/{robot}.yaml"));
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     let model = String::from_utf8(desk.read("model.yaml")).unwrap();
     let gap = if joint == "X" { "half_gap_mm: 0.01" } else { "half_gap_deg: 0.005" };

@@ -1,16 +1,16 @@
 //! Vendor programs through the command line: what options mean for them, and what the tool reports.
 
+use crate::support::{self, bundled};
 use crate::vendor_rewrite::{Desk, PROGRAM};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
-use std::path::Path;
 
 const RUN: &str = "rewrite --model model.yaml part.src --output out.src";
 
 /// A desk with the robot of `config` instead of the KUKA, and its `joint` in the model.
 fn desk_of(config: &str, joint: &str, half_gap_deg: f64) -> Desk {
     let desk = Desk::new(half_gap_deg);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(config);
+    let robot = bundled("configs").join(config);
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     let model = String::from_utf8(desk.read("model.yaml")).unwrap().replace("joint: A1", &format!("joint: {joint}"));
     desk.write("model.yaml", &model);
@@ -205,7 +205,7 @@ fn a_comment_for_the_tool_that_it_does_not_understand_is_said() {
 fn a_program_comes_through_a_pipe_as_it_does_from_a_file() {
     let desk = Desk::new(0.003);
     desk.run(RUN).success();
-    let mut command = assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     let line = "rewrite --model model.yaml - --output -";
     let run = command.current_dir(desk.folder.path()).args(line.split(' ')).write_stdin(PROGRAM).assert().success();
     assert_eq!(run.get_output().stdout, desk.read("out.src"));

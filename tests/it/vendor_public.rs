@@ -1,15 +1,15 @@
 //! Vendor programs through the command line: what public programs brought to light.
 
+use crate::support::bundled;
 use crate::vendor_rewrite::Desk;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use serde_json::Value;
-use std::path::Path;
 
 /// A desk with the robot of `config` and half gaps of its joints, in deg or mm.
 fn desk_of(config: &str, gaps: &[(&str, &str)]) -> Desk {
     let desk = Desk::new(0.003);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(config);
+    let robot = bundled("configs").join(config);
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     model(&desk, gaps);
     desk

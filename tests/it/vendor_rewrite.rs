@@ -1,14 +1,13 @@
 //! Vendor programs through the command line: coverage, refusals, undo, checks, folders.
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
-use std::path::{Path, PathBuf};
-use tempfile::TempDir;
+use std::path::PathBuf;
 
 /// A folder with a robot, a model and a program.
 pub struct Desk {
-    pub folder: TempDir,
+    pub folder: WorkFolder,
 }
 
 pub const PROGRAM: &str = "&ACCESS RVP\r\nDEF part( )\r\n; a comment\r\nPTP {A1 0.0000,A2 -90.0000,A3 90.0000,A4 0.0,A5 10.0,A6 0.0}\r\n\
@@ -17,9 +16,9 @@ PTP {A1 5.0000,A2 -85.0000,A3 90.0000,A4 0.0,A5 10.0,A6 0.0}\r\nEND\r\n";
 
 impl Desk {
     pub fn new(half_gap_deg: f64) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
-        std::fs::copy(robot, folder.path().join("robot.yaml")).unwrap();
+        let folder = WorkFolder::new();
+        let robot = bundled("configs/kuka-kr120-r2500-pro.yaml");
+        std::fs::copy(robot, folder.join("robot.yaml")).unwrap();
         let desk = Self { folder };
         desk.write(
             "model.yaml",
@@ -32,7 +31,7 @@ impl Desk {
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.folder.join(name)
     }
 
     pub fn write(&self, name: &str, text: &str) {
@@ -47,7 +46,7 @@ impl Desk {
     }
 
     pub fn run(&self, line: &str) -> assert_cmd::assert::Assert {
-        Command::cargo_bin("lostmotion").unwrap().current_dir(self.folder.path()).args(line.split(' ')).assert()
+        support::command().current_dir(self.folder.path()).args(line.split(' ')).assert()
     }
 }
 
@@ -140,11 +139,11 @@ fn moves_between_off_and_on_stay_as_they_are() {
 #[test]
 fn a_gap_below_the_last_digit_of_the_format_is_refused() {
     let desk = Desk::new(0.0004);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/fanuc-m10ia.yaml");
+    let robot = bundled("configs/fanuc-m10ia.yaml");
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     let model = String::from_utf8(desk.read("model.yaml")).unwrap().replace("joint: A1", "joint: J1");
     desk.write("model.yaml", &model);
-    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/programs/fanuc/reversal.ls");
+    let sample = bundled("samples/programs/fanuc/reversal.ls");
     std::fs::copy(sample, desk.path("part.ls")).unwrap();
     let run = desk.run("rewrite --model model.yaml part.ls --output out.ls");
     run.code(1).stderr(contains("0.001000 deg").and(contains("0.000400 deg")).and(contains("--leave-out J1")));
@@ -202,7 +201,7 @@ fn a_folder_goes_on_where_it_was_killed_and_ends_with_the_same_bytes() {
 #[test]
 fn straight_cartesian_moves_become_joint_moves_where_that_is_asked() {
     let desk = Desk::new(0.003);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/universal-robots-ur10.yaml");
+    let robot = bundled("configs/universal-robots-ur10.yaml");
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     let model = String::from_utf8(desk.read("model.yaml")).unwrap().replace("joint: A1", "joint: base");
     desk.write("model.yaml", &model);
@@ -259,7 +258,7 @@ fn no_number_is_made_up_for_an_axis_whose_place_is_not_known() {
 #[test]
 fn points_added_on_a_straight_tcp_move_stand_on_its_line() {
     let desk = Desk::new(0.003);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/universal-robots-ur10.yaml");
+    let robot = bundled("configs/universal-robots-ur10.yaml");
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     // gaps next to nothing on every joint: what is written must be the path itself
     let joints = lostmotion::robot::Robot::load(&desk.path("robot.yaml")).unwrap();
@@ -288,7 +287,7 @@ fn points_added_on_a_straight_tcp_move_stand_on_its_line() {
 /// A UR10 with gaps next to nothing on every joint: what is written must be the path itself.
 fn desk_of_ur10() -> (Desk, lostmotion::robot::Robot) {
     let desk = Desk::new(0.003);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/universal-robots-ur10.yaml");
+    let robot = bundled("configs/universal-robots-ur10.yaml");
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     let robot = lostmotion::robot::Robot::load(&desk.path("robot.yaml")).unwrap();
     let mut model = String::from("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n");
@@ -340,7 +339,7 @@ fn a_straight_way_to_joint_values_of_a_tool_that_nobody_gives_stays_and_its_tool
 #[test]
 fn an_arc_to_joint_values_stays_as_its_joints_may_turn_on_it() {
     let desk = Desk::new(0.003);
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/motoman-ma2010.yaml");
+    let robot = bundled("configs/motoman-ma2010.yaml");
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
     desk.write(
         "model.yaml",

@@ -1,16 +1,16 @@
 //! Logs as a spreadsheet saves them: the same log as its CSV (`tests/oracle/workbook.py` wrote both).
 
-use assert_cmd::Command;
+use crate::support::{self, WorkFolder, bundled};
 use lostmotion::log::{ColumnMap, Log};
 use lostmotion::robot::Robot;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 fn data(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/workbook").join(file)
+    bundled("tests/data/workbook").join(file)
 }
 
 fn gantry() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/gantry-xyz-ballscrew.yaml")
+    bundled("configs/gantry-xyz-ballscrew.yaml")
 }
 
 fn load(file: &str, map: Option<&str>) -> Result<Log, String> {
@@ -49,8 +49,8 @@ fn a_cell_that_is_no_number_is_named_by_its_row_and_column() {
 #[test]
 fn a_damaged_workbook_is_refused_in_words() {
     let whole = std::fs::read(data("log.xlsx")).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("cut.xlsx");
+    let folder = WorkFolder::new();
+    let path = folder.join("cut.xlsx");
     let mut cases: Vec<Vec<u8>> = [10, 100, whole.len() / 2, whole.len() - 30].map(|n| whole[..n].to_vec()).into();
     // every kind of damage that a flipped byte is, spread over the file
     cases.extend((0..60).map(|k| {
@@ -67,7 +67,7 @@ fn a_damaged_workbook_is_refused_in_words() {
         }
     }
     std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
-    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let mut command = support::command();
     command.args(["identify", "static", "--robot"]).arg(gantry()).arg("--log").arg(&path);
     let out = command.assert().code(2);
     let words = String::from_utf8_lossy(&out.get_output().stderr).to_string();
@@ -76,9 +76,9 @@ fn a_damaged_workbook_is_refused_in_words() {
 
 #[test]
 fn simulate_and_show_take_a_sheet_as_its_csv() {
-    let folder = tempfile::tempdir().unwrap();
-    let page = folder.path().join("log.html");
-    let mut show = Command::cargo_bin("lostmotion").unwrap();
+    let folder = WorkFolder::new();
+    let page = folder.join("log.html");
+    let mut show = support::command();
     show.arg("show").arg(data("log.xlsx")).arg("--robot").arg(gantry()).arg("--output").arg(&page).assert().success();
     assert!(std::fs::read_to_string(&page).unwrap().contains("log.xlsx"));
 }
@@ -120,20 +120,19 @@ fn a_small_workbook_of_a_huge_table_is_refused_before_room_is_made_for_it() {
         format!("{}{row}{}", &xml[..at], &xml[at..])
     };
     let sheet = "xl/worksheets/sheet2.xml";
-    let folder = tempfile::tempdir().unwrap();
+    let folder = WorkFolder::new();
     for (name, bytes) in
         [("far.xlsx", repacked("log.xlsx", sheet, far)), ("many.ods", repacked("log.ods", "content.xml", many))]
     {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         std::fs::write(&path, bytes).unwrap();
-        let out = Command::cargo_bin("lostmotion")
-            .unwrap()
+        let out = support::command()
             .args(["identify", "path", "--robot"])
             .arg(gantry())
             .arg("--log")
             .arg(&path)
             .arg("--output")
-            .arg(folder.path().join("gaps.yaml"))
+            .arg(folder.join("gaps.yaml"))
             .output()
             .unwrap();
         let told = String::from_utf8_lossy(&out.stderr);

@@ -4,8 +4,8 @@
 //! In the order of the work: [`readings`] (with [`columns`], [`direction`], [`state`]) reads errors at positions, from both directions, repeated,
 //! in one state (speed, payload) or several. [`poses`] gives each pose its repeatabilities and its backlash. [`degree`] finds
 //! the polynomial of the backlash over position by tests for lack of fit; [`terms`] tests with Student whether a state adds an
-//! offset, a slope, ...; [`model`] fits the whole to the rows of [`data`]; [`equation`] prints it as the paper does. [`gap`] turns the curve into the half gap
-//! of a joint. [`document`] is the JSON.
+//! offset, a slope, ...; [`model`] fits the whole to the rows of [`data`]; [`equation`] prints it as the paper does. [`gap`] turns the
+//! curve into the half gap of a joint. [`document`] is the JSON.
 //!
 //! Sign: an error is measured minus commanded, forward is towards rising positions. A play then reads low going forward
 //! and high going backward: its backlash `y` is negative, its half gap `-y/2`.
@@ -20,6 +20,7 @@ pub(crate) mod digits;
 pub(crate) mod direction;
 pub(crate) mod document;
 pub mod equation;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod gap;
 pub mod model;
 pub(crate) mod poses;

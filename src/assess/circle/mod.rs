@@ -19,6 +19,7 @@
 
 pub(crate) mod document;
 pub(crate) mod fit;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod joints;
 pub(crate) mod measured;
 pub(crate) mod nominal;

@@ -5,8 +5,8 @@
 //! left after a reversal belongs to the way. Both runs have a row at each target.
 //!
 //! Points that a rewrite added are no targets: a target of the program before is looked for in the program after in order, within
-//! three times the largest half gap. One that is not found is left out. Goals that stand closer to each other than twice that are points of a path, which
-//! the error along the way covers.
+//! three times the largest half gap. One that is not found is left out. Goals that stand closer to each other than twice that are points
+//! of a path, which the error along the way covers.
 
 use super::runs::Measured;
 use super::{Source, half_gap};

@@ -1,10 +1,10 @@
 //! `lostmotion assess circle`.
 
+use super::runs::{Runs, RunsArgs};
 use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
 use crate::cli::{logs, page, paths};
 use crate::io::output;
-use crate::program::Program;
 use crate::robot::Robot;
 use anyhow::Result;
 use std::fmt::Write;
@@ -23,22 +23,11 @@ use std::path::PathBuf;
 ///       --before before.csv.gz --after after.csv --json
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
+#[command(mut_arg("nominal", |a| a.help("Program of the circle before compensation (joint-space CSV)")))]
+#[command(mut_arg("after", |a| a.help("Log of the run with compensation; it contains the compensated commands")))]
 pub struct Args {
-    /// Robot file (YAML)
-    #[arg(long, value_name = "ROBOT.yaml")]
-    pub robot: PathBuf,
-    /// Program of the circle before compensation (joint-space CSV)
-    #[arg(long, value_name = "PROGRAM.csv")]
-    pub nominal: PathBuf,
-    /// Log of the run without compensation
-    #[arg(long, value_name = "LOG.csv")]
-    pub before: PathBuf,
-    /// Log of the run with compensation; it contains the compensated commands
-    #[arg(long, value_name = "LOG.csv")]
-    pub after: Option<PathBuf>,
-    /// Column map (YAML): translates other column names, units and separators of a log
-    #[arg(long, value_name = "FILE")]
-    pub columns: Option<PathBuf>,
+    #[command(flatten)]
+    pub runs: RunsArgs,
     /// Print the result as one JSON document (lostmotion/circle/1) instead of the tables
     #[arg(long)]
     pub json: bool,
@@ -49,21 +38,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let inputs = [
-        ("--robot", Some(args.robot.as_path())),
-        ("--nominal", Some(args.nominal.as_path())),
-        ("--before", Some(args.before.as_path())),
-        ("--after", args.after.as_deref()),
-        ("--columns", args.columns.as_deref()),
-    ];
-    paths::refuse_shared(&inputs, &[("--report", args.report.as_deref())])?;
+    paths::refuse_shared(&args.runs.inputs(), &[("--report", args.report.as_deref())])?;
     let mut report = output::create(args.report.as_deref())?;
-    let robot = Robot::load(&args.robot)?;
-    let nominal = Program::load(&args.nominal, &robot)?;
-    let paths: Vec<PathBuf> = std::iter::once(&args.before).chain(&args.after).cloned().collect();
-    let logs = logs::load(&paths, args.columns.as_deref(), &robot)?;
-    let Some(before) = logs.first() else { return Ok(()) };
-    let result = assess(&robot, &nominal, before, logs.get(1))?;
+    let Runs { robot, nominal, before, after } = args.runs.load(logs::load)?;
+    let result = assess(&robot, &nominal, &before, after.as_ref())?;
     for note in &result.notes {
         eprintln!("note: {note}");
     }

@@ -1,12 +1,11 @@
 //! `lostmotion assess deadzone`.
 
+use super::runs::{Runs, RunsArgs};
 use super::{print, print_json, table};
 use crate::assess::deadzone::{Assessment, Left, assess};
 use crate::cli::{logs, paths};
-use crate::program::Program;
 use crate::robot::Robot;
 use anyhow::Result;
-use std::path::PathBuf;
 
 /// Report the deadzones of a motion without and with compensation (Cursi (2022), Table I).
 ///
@@ -20,22 +19,10 @@ use std::path::PathBuf;
 ///       --before before.csv --after after.csv --json
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
+#[command(mut_arg("nominal", |a| a.help("Program before compensation (joint-space CSV with t_s)")))]
 pub struct Args {
-    /// Robot file (YAML)
-    #[arg(long, value_name = "ROBOT.yaml")]
-    pub robot: PathBuf,
-    /// Program before compensation (joint-space CSV with t_s)
-    #[arg(long, value_name = "PROGRAM.csv")]
-    pub nominal: PathBuf,
-    /// Log of the run without compensation
-    #[arg(long, value_name = "LOG.csv")]
-    pub before: PathBuf,
-    /// Log of the run with compensation
-    #[arg(long, value_name = "LOG.csv")]
-    pub after: Option<PathBuf>,
-    /// Column map (YAML): translates other column names, units and separators of a log
-    #[arg(long, value_name = "FILE")]
-    pub columns: Option<PathBuf>,
+    #[command(flatten)]
+    pub runs: RunsArgs,
     /// Print the result as one JSON document (lostmotion/deadzone/1) instead of the table
     #[arg(long)]
     pub json: bool,
@@ -43,20 +30,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let inputs = [
-        ("--robot", Some(args.robot.as_path())),
-        ("--nominal", Some(args.nominal.as_path())),
-        ("--before", Some(args.before.as_path())),
-        ("--after", args.after.as_deref()),
-        ("--columns", args.columns.as_deref()),
-    ];
-    paths::refuse_shared(&inputs, &[])?;
-    let robot = Robot::load(&args.robot)?;
-    let nominal = Program::load(&args.nominal, &robot)?;
-    let paths: Vec<PathBuf> = std::iter::once(&args.before).chain(&args.after).cloned().collect();
-    let logs = logs::load_free(&paths, args.columns.as_deref(), &robot)?;
-    let Some(before) = logs.first() else { return Ok(()) };
-    let result = assess(&robot, &nominal, before, logs.get(1))?;
+    paths::refuse_shared(&args.runs.inputs(), &[])?;
+    let Runs { robot, nominal, before, after } = args.runs.load(logs::load_free)?;
+    let result = assess(&robot, &nominal, &before, after.as_ref())?;
     for note in &result.notes {
         eprintln!("note: {note}");
     }

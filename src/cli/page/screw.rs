@@ -1,7 +1,7 @@
 //! Page of `identify screw`: the gaps of coupling and nut, and their loops over the joint's position (Gantry (2015) Figures 6 and 9).
 
 use super::{milli, milli2};
-use crate::identify::screw::flanks::{Flanks, Known};
+use crate::identify::screw::flanks::Known;
 use crate::identify::screw::loops::Loop;
 use crate::identify::screw::{Found, Series};
 use crate::report::{JointTraces, Page, Role, Run, TableView, Tile, Tone, TracePanel, TraceRun, TracesView, method};
@@ -16,10 +16,10 @@ pub fn of_screw(robot: &Robot, found: &Found) -> Page {
     }
     page.verdict(Tone::Plain, verdict(robot, found));
     for s in &found.series {
-        for (name, flanks) in named(s) {
+        for (gap, flanks) in s.found() {
             let unit = if robot.axis(s.axis).kind == JointKind::Revolute { "mdeg" } else { "µm" };
             let [lo, hi] = milli2(robot, s.axis, flanks.total.ci95);
-            let label = format!("gap of {}, {name}", robot.axis(s.axis).name);
+            let label = format!("gap of {}, {}", robot.axis(s.axis).name, gap.name());
             let tile = Tile::number(label, milli(robot, s.axis, flanks.total.value), 2, unit);
             page.tile(tile.with_detail(format!("95 %: {lo:.2} to {hi:.2}")));
         }
@@ -41,11 +41,6 @@ pub fn of_screw(robot: &Robot, found: &Found) -> Page {
     }
     page.section("", "", vec![method::TWO_FLANKS, method::PLAY]);
     page
-}
-
-fn named(s: &Series) -> impl Iterator<Item = (&'static str, &Flanks)> {
-    let all = [("coupling", &s.coupling), ("nut", &s.nut), ("both", &s.both)];
-    all.into_iter().filter_map(|(name, f)| f.as_ref().map(|f| (name, f)))
 }
 
 fn verdict(robot: &Robot, found: &Found) -> String {
@@ -77,14 +72,14 @@ fn table(robot: &Robot, found: &Found) -> TableView {
     ];
     let mut rows = Vec::new();
     for s in &found.series {
-        for (name, f) in named(s) {
+        for (gap, f) in s.found() {
             let value = |v: f64| format!("{:.2}", milli(robot, s.axis, v) + 0.0);
             let angle = angle(robot.axis(s.axis), f.total.value);
-            let zero = s.shares_zero(f, name != "coupling");
+            let zero = s.shares_zero(gap, f);
             let side = |k: Known| if zero { value(k.value) } else { "–".into() };
             rows.push(vec![
                 robot.axis(s.axis).name.clone(),
-                name.into(),
+                gap.name().into(),
                 value(f.total.value),
                 format!("{} to {}", value(f.total.ci95[0]), value(f.total.ci95[1])),
                 angle.map_or("–".into(), |a| format!("{:.4}", a.to_degrees())),

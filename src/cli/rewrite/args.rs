@@ -140,7 +140,7 @@ pub struct Args {
 
     /// Law of the offsets: equation 16 of Zhang (2023), or, for comparison, equation 2 of Cursi (2022), which adds no points
     /// and no friction term
-    #[arg(long, value_enum, default_value_t = LawArg::Equation16, conflicts_with_all = ["step_fraction", "ramp_deg", "ramp_mm"])]
+    #[arg(long, value_enum, default_value_t = LawArg::SymmetricHalfGap, conflicts_with_all = ["step_fraction", "ramp_deg", "ramp_mm"])]
     pub law: LawArg,
 
     /// Position of the added point that carries the step, as a share of the segment after the reversal; with 1 the next
@@ -219,7 +219,7 @@ pub struct Args {
 pub enum LawArg {
     /// Half a gap in the direction of movement
     #[value(name = "equation-16")]
-    Equation16,
+    SymmetricHalfGap,
     /// The whole deadzone at the sample where the direction changes, as printed
     #[value(name = "equation-2")]
     Equation2,
@@ -231,7 +231,7 @@ pub enum LawArg {
 impl From<LawArg> for Law {
     fn from(l: LawArg) -> Self {
         match l {
-            LawArg::Equation16 => Self::Equation16,
+            LawArg::SymmetricHalfGap => Self::SymmetricHalfGap,
             LawArg::Equation2 => Self::Equation2,
             LawArg::Equation2Held => Self::Equation2Held,
         }

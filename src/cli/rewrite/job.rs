@@ -192,7 +192,7 @@ fn number(flag: &str, value: Option<f64>, ok: impl Fn(f64) -> bool, expected: &s
 /// `--law` and `--refine`.
 fn law(args: &Args, options: &mut Options, said: &mut Vec<String>) -> Result<()> {
     options.law = args.law.into();
-    if options.law != Law::Equation16 {
+    if options.law != Law::SymmetricHalfGap {
         if args.refine.is_some() {
             return Err(usage("--refine with --law equation-2", "equation 2 adds no points: leave --refine out"));
         }

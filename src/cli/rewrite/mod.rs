@@ -161,7 +161,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
 /// `--force` in any case, so there it asks for nothing.
 fn minds_path(args: &Args) -> bool {
     let in_place = args.output.as_deref().is_some_and(|o| paths::same(o, &args.input));
-    (!args.force || in_place) && matches!(args.law, args::LawArg::Equation16)
+    (!args.force || in_place) && matches!(args.law, args::LawArg::SymmetricHalfGap)
 }
 
 /// Of a check: one line where both are alike; else the difference, and the line after it.

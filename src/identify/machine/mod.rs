@@ -22,11 +22,14 @@
 
 pub(crate) mod bins;
 pub(crate) mod clock;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod crossed;
 pub(crate) mod estimate;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod evidence;
 pub(crate) mod frame;
 pub(crate) mod law;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod measured;
 pub(crate) mod noise;
 pub(crate) mod nuisance;
@@ -38,6 +41,7 @@ pub(crate) mod ripple;
 pub(crate) mod solve;
 pub(crate) mod spline;
 pub(crate) mod unseen;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod update;
 pub(crate) mod views;
 

@@ -1,7 +1,7 @@
 //! The result as a table for people.
 
 use super::flanks::{Flanks, Known};
-use super::{Found, Series};
+use super::{Found, Series, TrainGap};
 use crate::robot::{Joint, Robot};
 use comfy_table::{CellAlignment, Table, presets};
 
@@ -12,10 +12,8 @@ pub fn table(found: &Found, robot: &Robot) -> String {
     table.set_header(["joint", "gap", "total", "95 % interval", "c_l", "c_r", "slope m", "strokes", "fluctuation"]);
     for s in &found.series {
         let joint = robot.axis(s.axis);
-        for (name, flanks) in [("coupling", &s.coupling), ("nut", &s.nut), ("both", &s.both)] {
-            if let Some(f) = flanks {
-                table.add_row(row(s, joint, name, f));
-            }
+        for (gap, flanks) in s.found() {
+            table.add_row(row(s, joint, gap, flanks));
         }
         if let Some(least) = s.at_least {
             table.add_row(vec![joint.name.clone(), "both".into(), format!("> {}", super::words::shown(least, joint))]);
@@ -32,11 +30,11 @@ pub fn table(found: &Found, robot: &Robot) -> String {
     format!("{}\n", table.trim_fmt())
 }
 
-fn row(s: &Series, joint: &Joint, name: &str, f: &Flanks) -> Vec<String> {
+fn row(s: &Series, joint: &Joint, gap: TrainGap, f: &Flanks) -> Vec<String> {
     let edge = |v: f64| format!("{:.4}", joint.kind.to_user_unit(v) + 0.0);
-    let zero = |k: Known| if s.shares_zero(f, name != "coupling") { edge(k.value) } else { "-".into() };
+    let zero = |k: Known| if s.shares_zero(gap, f) { edge(k.value) } else { "-".into() };
     let angle = match joint.lead_m_per_rev {
-        Some(lead) if name == "coupling" => format!(" ({:.3} deg)", f.total.value / lead * 360.0),
+        Some(lead) if gap == TrainGap::Coupling => format!(" ({:.3} deg)", f.total.value / lead * 360.0),
         _ => String::new(),
     };
     let mark = match f.total.ci95 {
@@ -46,7 +44,7 @@ fn row(s: &Series, joint: &Joint, name: &str, f: &Flanks) -> Vec<String> {
     };
     vec![
         joint.name.clone(),
-        name.into(),
+        gap.name().into(),
         format!("{} {}{angle}", edge(f.total.value), joint.kind.unit()),
         format!("{} .. {}{mark}", edge(f.total.ci95[0]), edge(f.total.ci95[1])),
         zero(f.c_l),

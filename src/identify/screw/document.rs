@@ -2,7 +2,7 @@
 
 use super::flanks::{Flanks, Known, Repeats};
 use super::start::Start;
-use super::{Found, Output, Series};
+use super::{Found, Output, Series, TrainGap};
 use crate::gaps::document::{document as plain, keyed};
 use crate::gaps::file::{in_user_unit, number};
 use crate::io::keyed::Keyed;
@@ -113,7 +113,10 @@ fn series<'a>(s: &Series, robot: &'a Robot, found: &'a Found) -> SeriesFields<'a
         Start::Inside(_) => "none: inside the gap",
         Start::Unknown => "none",
     };
-    let of = |flanks: &Option<Flanks>, direct: bool| flanks.as_ref().map(|f| gap(f, joint, s.shares_zero(f, direct)));
+    let of = |which: TrainGap| {
+        let (_, flanks) = s.found().find(|found| found.0 == which)?;
+        Some(gap(flanks, joint, s.shares_zero(which, flanks)))
+    };
     SeriesFields {
         joint: name,
         log: found.gaps.logs.get(s.log).map(|l| l.name.as_str()),
@@ -125,9 +128,9 @@ fn series<'a>(s: &Series, robot: &'a Robot, found: &'a Found) -> SeriesFields<'a
         }),
         lead_mm_per_rev: joint.lead_m_per_rev.map(|lead| number(lead * 1e3)),
         preload: Preload { side: s.start.side(), how },
-        coupling: of(&s.coupling, false),
-        nut: of(&s.nut, true),
-        both: of(&s.both, true),
+        coupling: of(TrainGap::Coupling),
+        nut: of(TrainGap::Nut),
+        both: of(TrainGap::Both),
         at_least: s.at_least.map(|least| keyed("at_least", least, joint.kind)),
     }
 }

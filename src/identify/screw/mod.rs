@@ -61,6 +61,28 @@ pub enum Output {
     Tracker,
 }
 
+/// A gap of the train between motor and carriage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrainGap {
+    /// Between motor and screw.
+    Coupling,
+    /// Between screw and carriage.
+    Nut,
+    /// Between motor and carriage.
+    Both,
+}
+
+impl TrainGap {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Coupling => "coupling",
+            Self::Nut => "nut",
+            Self::Both => "both",
+        }
+    }
+}
+
 /// One joint's gaps; rad or m.
 #[derive(Debug, Clone)]
 pub struct Series {
@@ -87,9 +109,15 @@ pub struct Series {
 }
 
 impl Series {
+    /// The gaps that were found, along the train.
+    pub fn found(&self) -> impl Iterator<Item = (TrainGap, &Flanks)> {
+        let all = [(TrainGap::Coupling, &self.coupling), (TrainGap::Nut, &self.nut), (TrainGap::Both, &self.both)];
+        all.into_iter().filter_map(|(gap, flanks)| Some((gap, flanks.as_ref()?)))
+    }
+
     /// `c_l` and `c_r` mean something: the columns have one zero, as far as can be determined, and it is known to less than the gap.
-    pub fn shares_zero(&self, flanks: &Flanks, of_carriage: bool) -> bool {
-        let tracked = of_carriage && self.output == Some(Output::Tracker);
+    pub fn shares_zero(&self, gap: TrainGap, flanks: &Flanks) -> bool {
+        let tracked = gap != TrainGap::Coupling && self.output == Some(Output::Tracker);
         let unsure = flanks.middle.ci95[1] - flanks.middle.value;
         let about = flanks.middle.value.abs() <= 0.5 * flanks.total.value + unsure;
         !tracked && about && unsure <= flanks.total.value
@@ -277,7 +305,7 @@ fn span(readings: &[Option<f64>]) -> f64 {
 
 /// Offsets of both directions, where they differ by more than is known of them.
 pub fn sides(series: &Series) -> Option<Sides> {
-    let both = series.both.as_ref().filter(|b| series.shares_zero(b, true))?;
+    let both = series.both.as_ref().filter(|b| series.shares_zero(TrainGap::Both, b))?;
     let differ = both.middle.excludes(0.0) && both.c_r.value >= 0.0 && both.c_l.value <= 0.0;
     differ.then(|| Sides {
         positive: both.c_r.value,

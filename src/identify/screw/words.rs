@@ -4,7 +4,7 @@ use super::flanks::{Flanks, Missing, Repeats};
 use super::reach::Short;
 use super::start::Start;
 use super::strokes::Strokes;
-use super::{Output, Series};
+use super::{Output, Series, TrainGap};
 use crate::error::counted;
 use crate::robot::Joint;
 
@@ -122,7 +122,7 @@ pub fn of_series(series: &Series, joint: &Joint, notes: &mut Vec<String>) {
                 (both.slope.value - 1.0) * 1e6
             ));
         }
-        let zero = series.shares_zero(both, true);
+        let zero = series.shares_zero(TrainGap::Both, both);
         if series.output == Some(Output::Tracker) {
             notes.push(format!("{name}: the tracker has no zero, so only the difference of c_l and c_r is known"));
         } else if !zero && both.middle.ci95[1] - both.middle.value > both.total.value {

@@ -5,7 +5,7 @@
 //!   one sine each. `excitation`: all joints by three sines each, faster, with pauses.
 //! - [`precision`]: standard deviation of every half gap from the sensitivities of the readings and the stated noise, with the
 //!   instrument's own unknowns, lags and friction estimated beside it.
-//! - [`document`]: the plan as it is written; [`vendor`]: a static test in the robot's own language.
+//! - [`document`]: the plan as it is written; [`vendor`]: a static test in the robot's own language, of the `legs` from rest to rest.
 //!
 //! The plan reports before the measurement what an instrument cannot show: a joint that it hardly sees gets a reason instead of a figure.
 //! It does not know of obstacles.

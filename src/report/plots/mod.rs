@@ -4,7 +4,8 @@
 //! - [`axes`]: extents, scales, ticks, the frame of a chart in x and y.
 //! - [`mod@line`]: series of points to path data, thinned to what the eye can see.
 //! - [`joints`]: a joint's colour, shape, name and units on the page.
-//! - [`path3d`], [`polar`], [`traces`], [`gap_curve`], [`backlash_line`], [`histogram`], [`bars`], [`ways`]: one figure each; [`heat`]: what is coloured by a quantity.
+//! - [`path3d`], [`polar`], [`traces`], [`gap_curve`], [`backlash_line`], [`histogram`], [`bars`], [`ways`]: one figure each; [`heat`]:
+//!   what is coloured by a quantity.
 
 pub mod axes;
 pub mod backlash_line;

@@ -22,6 +22,7 @@ pub(crate) mod approach;
 mod arcs;
 mod bands;
 pub(crate) mod cause;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod change;
 pub(crate) mod clock;
 mod collected;
@@ -31,6 +32,7 @@ pub(crate) mod coverage;
 mod demands;
 pub(crate) mod edits;
 pub(crate) mod fading;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod notes;
 pub mod path;

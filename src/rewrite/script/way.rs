@@ -1,8 +1,8 @@
 //! Ways between targets: a straight TCP path or an arc followed for its joints, and where joints turn on it.
 //!
-//! Method: the inverse next to the joints before, along poses between start and end (position straight or on the arc through three points, rotation by the
-//! shortest turn): in closed form where the arm has one, else damped. It follows the branch on which the robot stands. Where a pose is not reached within [`REACHED_M`] and
-//! [`REACHED_RAD`], or the joints leap, nothing is claimed.
+//! Method: the inverse next to the joints before, along poses between start and end (position straight or on the arc through three
+//! points, rotation by the shortest turn): in closed form where the arm has one, else damped. It follows the branch on which the robot
+//! stands. Where a pose is not reached within [`REACHED_M`] and [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
 use super::poses::Tooled;
 use crate::program::script::Way;

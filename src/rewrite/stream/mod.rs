@@ -10,7 +10,9 @@
 //! - [`render`]: the text of pending rows, and the engine's points put into it.
 //! - [`golden`]: against a golden file, with the first difference in words.
 
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod golden;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod render;
 pub(crate) mod turn;

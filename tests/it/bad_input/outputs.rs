@@ -1,8 +1,7 @@
 //! Outputs that cannot be written, must not be written, or already stand there.
 
-use super::{good_folder, listing, lostmotion};
-use std::path::Path;
-use std::process::Output;
+use super::{good_folder, listing};
+use crate::support::{self, Outcome, run};
 
 /// Commands up to their output.
 const WRITERS: [&str; 5] = [
@@ -14,17 +13,9 @@ const WRITERS: [&str; 5] = [
 ];
 const REWRITE: &str = "rewrite --robot robot.yaml --compensator comp.yaml";
 
-fn run(folder: &Path, line: &str) -> Output {
-    lostmotion().current_dir(folder).args(line.split_whitespace()).output().unwrap()
-}
-
-fn says(out: &Output) -> String {
-    String::from_utf8_lossy(&out.stderr).into_owned()
-}
-
-fn refused_in_one_line(out: &Output, what: &str) {
-    let text = says(out);
-    assert!(out.status.code() == Some(2) && text.contains(what) && text.lines().count() == 1, "{text}");
+fn refused_in_one_line(out: &Outcome, what: &str) {
+    let text = &out.stderr;
+    assert!(out.code == Some(2) && text.contains(what) && text.lines().count() == 1, "{text}");
     assert!(out.stdout.is_empty());
 }
 
@@ -33,7 +24,7 @@ fn refused_in_one_line(out: &Output, what: &str) {
 fn a_read_only_target_keeps_what_it_holds() {
     use std::os::unix::fs::PermissionsExt;
     let folder = good_folder();
-    let kept = folder.path().join("kept");
+    let kept = folder.join("kept");
     std::fs::write(&kept, "old").unwrap();
     std::fs::set_permissions(&kept, std::fs::Permissions::from_mode(0o444)).unwrap();
     let before = listing(folder.path());
@@ -55,9 +46,9 @@ fn a_full_disk_is_refused_by_every_writer() {
     }
     let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     for line in WRITERS.map(|l| format!("{l} -")).iter().chain(&PRINTERS.map(str::to_string)) {
-        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        let mut command = support::process();
         let out = command.current_dir(folder.path()).args(line.split_whitespace()).stdout(full()).output().unwrap();
-        let text = says(&out);
+        let text = String::from_utf8_lossy(&out.stderr);
         let last = text.lines().last().unwrap_or_default();
         assert!(out.status.code() == Some(2) && last.contains("standard output: cannot write"), "{line}: {text}");
     }
@@ -74,33 +65,33 @@ const PRINTERS: [&str; 4] = [
 #[cfg(unix)]
 #[test]
 fn a_reader_that_goes_away_is_no_failure_of_any_command() {
-    use std::process::{Command, Stdio};
+    use std::process::Stdio;
     let folder = good_folder();
     for line in WRITERS.map(|l| format!("{l} -")).iter().chain(&PRINTERS.map(str::to_string)) {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        let mut command = support::process();
         command.current_dir(folder.path()).args(line.split_whitespace());
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
         let out = child.wait_with_output().unwrap();
-        assert!(out.status.success(), "{line}: {}", says(&out));
-        assert!(!says(&out).contains("pipe") && !says(&out).contains("panicked"), "{line}: {}", says(&out));
+        let text = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.success() && !text.contains("pipe") && !text.contains("panicked"), "{line}: {text}");
     }
 }
 
 #[test]
 fn its_own_output_is_refused_without_force_under_whatever_name() {
     let folder = good_folder();
-    let at = |name: &str| folder.path().join(name);
-    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output out.csv")).status.success());
+    let at = |name: &str| folder.join(name);
+    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output out.csv")).succeeded());
     std::fs::rename(at("out.csv"), at("renamed.csv")).unwrap();
     let before = listing(folder.path());
     let again = run(folder.path(), &format!("{REWRITE} renamed.csv --output again.csv"));
     refused_in_one_line(&again, "renamed.csv: found a program that has been rewritten already");
     assert_eq!(listing(folder.path()), before);
-    assert!(run(folder.path(), &format!("{REWRITE} renamed.csv --output again.csv --force")).status.success());
+    assert!(run(folder.path(), &format!("{REWRITE} renamed.csv --output again.csv --force")).succeeded());
     assert_ne!(std::fs::read(at("again.csv")).unwrap(), std::fs::read(at("renamed.csv")).unwrap());
     // the original may be rewritten any number of times, also over the last output
-    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output again.csv")).status.success());
+    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output again.csv")).succeeded());
     assert_eq!(std::fs::read(at("again.csv")).unwrap(), std::fs::read(at("renamed.csv")).unwrap());
 }
 
@@ -111,44 +102,44 @@ fn a_limit_that_would_be_exceeded_is_listed_and_nothing_is_written() {
     for i in 0..=20 {
         text.push_str(&format!("{i},{:.3},0,5\n", 160.0 + f64::from(10 - (i - 10_i32).abs())));
     }
-    std::fs::write(folder.path().join("limit.csv"), text).unwrap();
+    std::fs::write(folder.join("limit.csv"), text).unwrap();
     let before = listing(folder.path());
     let out = run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv"));
-    let text = says(&out);
-    assert_eq!(out.status.code(), Some(1), "{text}");
+    let text = out.stderr;
+    assert_eq!(out.code, Some(1), "{text}");
     assert!(text.contains("limit.csv: a limit would be exceeded"), "{text}");
     assert!(text.contains("limit.csv:13: J1 position 170.00") && text.contains("limit 170.000000 deg"), "{text}");
     assert!(out.stdout.is_empty() && !text.contains("points added"), "{text}");
     assert_eq!(listing(folder.path()), before);
     let json = run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv --json"));
     let v: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
-    assert_eq!((json.status.code(), v["status"].as_str(), v["output"].as_str()), (Some(1), Some("refused"), None));
+    assert_eq!((json.code, v["status"].as_str(), v["output"].as_str()), (Some(1), Some("refused"), None));
     assert!(v["limits_exceeded"].as_u64().unwrap() > 0);
     assert_eq!(listing(folder.path()), before);
     // a program that is beyond a limit by itself is refused as such
     assert!(!text.contains("the program itself"), "{text}");
-    let beyond = std::fs::read_to_string(folder.path().join("limit.csv")).unwrap().replace("170.000", "170.500");
-    std::fs::write(folder.path().join("limit.csv"), beyond).unwrap();
-    let text = says(&run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv")));
+    let beyond = std::fs::read_to_string(folder.join("limit.csv")).unwrap().replace("170.000", "170.500");
+    std::fs::write(folder.join("limit.csv"), beyond).unwrap();
+    let text = run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv")).stderr;
     assert!(text.contains("limit 170.000000 deg (the program itself exceeds it)"), "{text}");
 }
 
 #[test]
 fn a_check_is_0_where_equal_and_1_with_degrees_and_micrometres_where_not() {
     let folder = good_folder();
-    let at = |name: &str| folder.path().join(name);
-    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output golden.csv")).status.success());
+    let at = |name: &str| folder.join(name);
+    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output golden.csv")).succeeded());
     let before = listing(folder.path());
     let same = run(folder.path(), &format!("{REWRITE} program.csv --check golden.csv"));
-    assert!(same.status.success() && same.stdout.is_empty(), "{}", says(&same));
+    assert!(same.succeeded() && same.stdout.is_empty(), "{}", same.stderr);
     let golden = std::fs::read_to_string(at("golden.csv")).unwrap();
     let line = golden.lines().nth(20).unwrap();
     let mut cells: Vec<String> = line.split(',').map(str::to_string).collect();
     cells[1] = format!("{:.4}", cells[1].parse::<f64>().unwrap() + 0.001);
     std::fs::write(at("golden.csv"), golden.replace(line, &cells.join(","))).unwrap();
     let other = run(folder.path(), &format!("{REWRITE} program.csv --check golden.csv"));
-    let text = says(&other);
-    assert!(other.status.code() == Some(1) && other.stdout.is_empty(), "{text}");
+    let text = other.stderr;
+    assert!(other.code == Some(1) && other.stdout.is_empty(), "{text}");
     // 0.001 deg at the reach of the arm: some 12 um
     let um: f64 = text.rsplit("at the TCP ").next().unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(text.contains("golden.csv:21: the output differs") && (9.0..13.0).contains(&um), "{text}");
@@ -159,7 +150,7 @@ fn a_check_is_0_where_equal_and_1_with_degrees_and_micrometres_where_not() {
 #[test]
 fn a_file_of_another_kind_is_not_replaced_and_one_of_the_same_kind_is_named() {
     let folder = good_folder();
-    let at = |name: &str| folder.path().join(name);
+    let at = |name: &str| folder.join(name);
     std::fs::write(at("weld.src"), "DEF weld( )\nEND\n").unwrap();
     let before = listing(folder.path());
     for (line, there) in [
@@ -181,11 +172,11 @@ fn a_file_of_another_kind_is_not_replaced_and_one_of_the_same_kind_is_named() {
         ("show robot.yaml -o", "empty"),
     ] {
         let first = run(folder.path(), &format!("{line} {name}"));
-        assert!(first.status.success(), "{line}: {}", says(&first));
-        assert_eq!(says(&first).contains("replaced: "), name == "empty", "{line}: {}", says(&first));
+        assert!(first.succeeded(), "{line}: {}", first.stderr);
+        assert_eq!(first.stderr.contains("replaced: "), name == "empty", "{line}: {}", first.stderr);
         let bytes = std::fs::read(at(name)).unwrap();
         let again = run(folder.path(), &format!("{line} {name}"));
-        assert!(again.status.success() && says(&again).contains(&format!("replaced: {name}")), "{}", says(&again));
+        assert!(again.succeeded() && again.stderr.contains(&format!("replaced: {name}")), "{}", again.stderr);
         assert_eq!(std::fs::read(at(name)).unwrap(), bytes, "{line}");
     }
 }

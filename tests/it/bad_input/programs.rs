@@ -1,6 +1,7 @@
 //! Programs that cannot be used, for every command that reads one.
 
-use super::{Case, P, ROBOT, case, good_folder, gzip, listing, lostmotion, utf16};
+use super::{Case, P, ROBOT, case, good_folder, gzip, listing, utf16};
+use crate::support::{self, WorkFolder};
 use lostmotion::program::Program;
 use lostmotion::robot::Robot;
 
@@ -76,17 +77,17 @@ pub fn cases() -> Vec<Case> {
 #[test]
 fn a_packed_program_is_refused_where_its_text_stays_and_read_where_only_numbers_count() {
     let folder = good_folder();
-    std::fs::write(folder.path().join("program.csv.gz"), gzip(good().as_bytes())).unwrap();
+    std::fs::write(folder.join("program.csv.gz"), gzip(good().as_bytes())).unwrap();
     let before = listing(folder.path());
-    let run = |line: &str| lostmotion().current_dir(folder.path()).args(line.split_whitespace()).output().unwrap();
+    let run = |line: &str| support::run(folder.path(), line);
     let out = run("rewrite --robot robot.yaml --compensator comp.yaml program.csv.gz --output out.csv");
-    let says = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert!(out.status.code() == Some(2) && says.contains("program.csv.gz: found a gzip file"), "{says}");
+    let says = out.stderr;
+    assert!(out.code == Some(2) && says.contains("program.csv.gz: found a gzip file"), "{says}");
     assert_eq!((out.stdout.len(), says.lines().count(), listing(folder.path())), (0, 1, before));
     for line in ["simulate --model model.yaml --input", "assess impact --json --model model.yaml --program"] {
         let plain = run(&format!("{line} program.csv"));
         let packed = run(&format!("{line} program.csv.gz"));
-        assert!(plain.status.success() && packed.status.success(), "{}", String::from_utf8_lossy(&packed.stderr));
+        assert!(plain.succeeded() && packed.succeeded(), "{}", packed.stderr);
         let text = String::from_utf8(packed.stdout).unwrap().replace("program.csv.gz", "program.csv");
         assert_eq!(text.into_bytes(), plain.stdout);
     }
@@ -100,12 +101,9 @@ fn a_log_is_no_program_and_says_so() {
         "assess circle --robot robot.yaml --nominal log.csv --before log.csv",
         "assess impact --model model.yaml --program log.csv",
     ] {
-        let out = lostmotion().current_dir(folder.path()).args(line.split_whitespace()).output().unwrap();
-        let says = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(
-            out.status.code() == Some(2) && out.stdout.is_empty() && says.contains("log.csv:1:2"),
-            "{line}: {says}"
-        );
+        let out = support::run(folder.path(), line);
+        let says = out.stderr;
+        assert!(out.code == Some(2) && out.stdout.is_empty() && says.contains("log.csv:1:2"), "{line}: {says}");
         assert!(says.contains("measurement log") && says.lines().count() == 1, "{says}");
     }
 }
@@ -114,8 +112,8 @@ fn a_log_is_no_program_and_says_so() {
 #[test]
 fn line_endings_marks_comments_and_quotes_change_no_number() {
     let robot = Robot::parse("robot.yaml", ROBOT).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("p");
+    let folder = WorkFolder::new();
+    let path = folder.join("p");
     let load = |text: &[u8]| {
         std::fs::write(&path, text).unwrap();
         Program::load(&path, &robot).unwrap()

@@ -1,6 +1,7 @@
 //! Command lines that ask for what cannot be: exit code 2, nothing on standard output, nothing written.
 
-use super::{good_folder, listing, lostmotion};
+use super::{good_folder, listing};
+use crate::support;
 
 /// What is asked, and what the refusal says; ours are one line, those of the argument parser more.
 const LINES: &[(&str, &[&str])] = &[
@@ -128,12 +129,12 @@ fn values_of_the_command_line_are_refused_by_their_name() {
     let before = listing(folder.path());
     let mut wrong = Vec::new();
     for (line, says) in LINES {
-        let out = lostmotion().current_dir(folder.path()).args(line.split_whitespace()).output().unwrap();
-        let text = String::from_utf8_lossy(&out.stderr).into_owned();
+        let out = support::run(folder.path(), line);
+        let text = out.stderr;
         // the argument parser adds a hint and where to find help
         let brief = text.starts_with("lostmotion: ") && (text.lines().count() == 1 || text.contains("try '--help'"));
-        if out.status.code() != Some(2) || !out.stdout.is_empty() || !brief {
-            wrong.push(format!("{line}: {:?}, {} bytes on stdout: {text}", out.status, out.stdout.len()));
+        if out.code != Some(2) || !out.stdout.is_empty() || !brief {
+            wrong.push(format!("{line}: {:?}, {} bytes on stdout: {text}", out.code, out.stdout.len()));
         }
         wrong.extend(says.iter().filter(|s| !text.contains(**s)).map(|s| format!("{line}: no `{s}` in: {text}")));
         if listing(folder.path()) != before {

@@ -3,6 +3,7 @@
 //! The folder's `robot.txt` names a file in configs/; without it the first robot that reads the sample and gives it a joint
 //! target is taken, those of the vendor first. Files whose name holds `refused` are there to be refused.
 
+use crate::support::bundled;
 use lostmotion::program::files::Files;
 use lostmotion::program::formats::FORMATS;
 use lostmotion::program::script::{Document, Format, Goal, Text};
@@ -28,10 +29,6 @@ impl Sample {
     }
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let Ok(found) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<PathBuf> = found.map(|e| e.unwrap().path()).collect();
@@ -45,7 +42,7 @@ fn name(path: &Path) -> String {
 
 /// Folders of samples/programs.
 pub fn folders() -> Vec<String> {
-    entries(&root().join("samples/programs")).iter().filter(|p| p.is_dir()).map(|p| name(p)).collect()
+    entries(&bundled("samples/programs")).iter().filter(|p| p.is_dir()).map(|p| name(p)).collect()
 }
 
 /// Beginnings of the names of a format's robots in configs/.
@@ -63,7 +60,7 @@ fn makers(format: &str) -> &'static [&'static str] {
 
 /// Robots to be tried, in order.
 fn robots(format: &str, folder: &Path) -> Vec<Robot> {
-    let mut paths: Vec<PathBuf> = entries(&root().join("configs"));
+    let mut paths: Vec<PathBuf> = entries(&bundled("configs"));
     if let Ok(named) = std::fs::read_to_string(folder.join("robot.txt")) {
         let word = named.split_whitespace().next().unwrap_or_default().to_string();
         let word = name(Path::new(&word));
@@ -84,7 +81,7 @@ fn texts(format: &dyn Format, path: &Path) -> Vec<Text> {
 
 /// The samples of a format; that there are some is a test of its own.
 pub fn of(format: &'static dyn Format) -> Vec<Sample> {
-    let folder = root().join("samples/programs").join(format.name());
+    let folder = bundled("samples/programs").join(format.name());
     let ours = |p: &PathBuf| {
         let ending = p.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         p.is_file() && format.endings().contains(&ending.as_str())

@@ -1,5 +1,6 @@
 //! Reads a problem file of NIST: starts, certified values, data.
 
+use crate::support::bundled;
 use std::path::Path;
 
 /// A problem with its certified solution.
@@ -61,7 +62,7 @@ impl NistProblem {
 
 /// All 27 problems by name.
 pub fn all() -> Vec<NistProblem> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/nist");
+    let folder = bundled("tests/data/nist");
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
     let mut files: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "dat")).collect();
     files.sort();

@@ -12,6 +12,25 @@
 //! Reference: Y. Shafranovich, RFC 4180 (2005), with blanks around cells and lines of `#` comments.
 //!
 //! `docs/program-csv.md` has what is kept and what may change.
+//!
+//! # Example
+//!
+//! A program of two axes, of which one is given in mm and one in degrees.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::{Block, csv::Reader};
+//!
+//! let axes = Axes::new("arm", vec![Axis::new("A1", JointKind::Revolute), Axis::new("X", JointKind::Prismatic)]);
+//! let rows = b"A1_deg,X_mm,t_s\n0,100,0\n90,250.5,1.5\n";
+//! let mut reader = Reader::new(Box::new(&rows[..]), "program.csv", &axes)?;
+//! let mut block = Block::default();
+//! assert!(reader.next(&mut block)?);
+//! // row after row, in rad and m
+//! assert_eq!(block.q, [0.0, 0.1, 90f64.to_radians(), 0.2505]);
+//! assert_eq!(block.t_s, [0.0, 1.5]);
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 pub mod edit;
 mod fast;

@@ -59,61 +59,15 @@ impl Edits {
         if same(q, &block.q[i * axes..(i + rows) * axes]) {
             return (rows, cursor);
         }
-        pulp::Arch::new().dispatch(PureRows { edits: self, block, i, cursor, q, axes, out })
-    }
-
-    /// [`Edits::pure_rows`] of rows that change.
-    #[inline(always)]
-    fn changed_rows(
-        &mut self,
-        block: &Block,
-        i: usize,
-        mut cursor: usize,
-        q: &[f64],
-        axes: usize,
-        out: &mut Vec<u8>,
-    ) -> (usize, usize) {
-        let mut done = 0;
-        for q in q.chunks(PATCHED * axes) {
-            let rows = q.len() / axes;
-            let mut part = 0;
-            while part < rows {
-                let (patched, end) = self.patched_rows(block, i + done + part, cursor, &q[part * axes..], axes, out);
-                part += patched;
-                cursor = end;
-                if part == rows {
-                    break;
-                }
-                // one row whose numbers change their length, or all of them
-                let next = if patched == 0 { rows } else { part + 1 };
-                let q = &q[part * axes..next * axes];
-                let (made, end) = self.made_rows(block, i + done + part, cursor, q, axes, out);
-                cursor = end;
-                if part + made < next {
-                    return (done + part + made, cursor);
-                }
-                part = next;
-            }
-            done += rows;
-        }
-        (done, cursor)
+        pulp::Arch::new().dispatch(ChangedRows { edits: self, block, i, cursor, q, axes, out })
     }
 
     /// [`Edits::pure_rows`] by new digits in a copy of the text, as far as all numbers of a row keep sign and length.
     #[inline(always)]
-    fn patched_rows(
-        &mut self,
-        block: &Block,
-        i: usize,
-        cursor: usize,
-        q: &[f64],
-        axes: usize,
-        out: &mut Vec<u8>,
-    ) -> (usize, usize) {
-        let rows = Rows::of(block, i, self.cells.len(), q, axes);
+    fn patched_rows(&mut self, text: &[u8], rows: &Rows, cursor: usize, out: &mut Vec<u8>) -> (usize, usize) {
         let end = rows.end();
         let base = out.len();
-        out.extend_from_slice(&block.text[cursor..(end + 8).min(block.text.len())]);
+        out.extend_from_slice(&text[cursor..(end + 8).min(text.len())]);
         let copy = &mut out[base..];
         for (k, row) in rows.iter().enumerate() {
             if patched_row(&mut self.cells, &row, copy, cursor).is_none() {
@@ -123,27 +77,18 @@ impl Edits {
             }
         }
         out.truncate(base + end - cursor);
-        (q.len() / axes, end)
+        (rows.count(), end)
     }
 
     /// [`Edits::pure_rows`] by numbers that are made one by one.
     #[inline(always)]
-    fn made_rows(
-        &mut self,
-        block: &Block,
-        i: usize,
-        cursor: usize,
-        q: &[f64],
-        axes: usize,
-        out: &mut Vec<u8>,
-    ) -> (usize, usize) {
-        let rows = Rows::of(block, i, self.cells.len(), q, axes);
+    fn made_rows(&mut self, text: &[u8], rows: &Rows, cursor: usize, out: &mut Vec<u8>) -> (usize, usize) {
         // the text up to the last number, and what changed numbers may add to it
         let most = rows.end().saturating_sub(cursor) + rows.tokens.len() * LONGEST;
         if self.room.len() < most + 2 * ROOM {
             self.room.resize(2 * most + 2 * ROOM, 0);
         }
-        let mut rest = Rest { text: &block.text, cursor, room: &mut self.room, at: 0 };
+        let mut rest = Rest { text, cursor, room: &mut self.room, at: 0 };
         let mut done = 0;
         for row in rows.iter() {
             let (cursor, at) = (rest.cursor, rest.at);
@@ -159,8 +104,8 @@ impl Edits {
     }
 }
 
-/// What [`Edits::changed_rows`] takes.
-struct PureRows<'a> {
+/// [`Edits::pure_rows`] of rows that change.
+struct ChangedRows<'a> {
     edits: &'a mut Edits,
     block: &'a Block,
     i: usize,
@@ -170,13 +115,39 @@ struct PureRows<'a> {
     out: &'a mut Vec<u8>,
 }
 
-impl pulp::NullaryFnOnce for PureRows<'_> {
+impl pulp::NullaryFnOnce for ChangedRows<'_> {
     type Output = (usize, usize);
 
     // inlined, so that it is compiled for the instructions that there are
     #[inline(always)]
     fn call(self) -> (usize, usize) {
-        self.edits.changed_rows(self.block, self.i, self.cursor, self.q, self.axes, self.out)
+        let Self { edits, block, i, mut cursor, q, axes, out } = self;
+        let n = edits.cells.len();
+        let mut done = 0;
+        for q in q.chunks(PATCHED * axes) {
+            let rows = q.len() / axes;
+            let mut part = 0;
+            while part < rows {
+                let left = Rows::of(block, i + done + part, n, &q[part * axes..], axes);
+                let (patched, end) = edits.patched_rows(&block.text, &left, cursor, out);
+                part += patched;
+                cursor = end;
+                if part == rows {
+                    break;
+                }
+                // one row whose numbers change their length, or all of them
+                let next = if patched == 0 { rows } else { part + 1 };
+                let long = Rows::of(block, i + done + part, n, &q[part * axes..next * axes], axes);
+                let (made, end) = edits.made_rows(&block.text, &long, cursor, out);
+                cursor = end;
+                if part + made < next {
+                    return (done + part + made, cursor);
+                }
+                part = next;
+            }
+            done += rows;
+        }
+        (done, cursor)
     }
 }
 
@@ -203,6 +174,10 @@ impl<'a> Rows<'a> {
             tokens: &block.tokens[i * n..to * n],
             mantissas: &block.mantissas[i * n..to * n],
         }
+    }
+
+    fn count(&self) -> usize {
+        self.new.len() / self.axes
     }
 
     /// The place after the last number.

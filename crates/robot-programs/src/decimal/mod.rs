@@ -8,6 +8,22 @@
 //! - [`read`]: bytes to decimals, a word at a time.
 //! - [`mod@print`]: decimals to bytes, eight digits at a time.
 //! - [`patch`]: digits moved where they stand.
+//!
+//! # Example
+//!
+//! An offset is added to what is written, not to a double near it; halves are rounded away from zero.
+//!
+//! ```
+//! use robot_programs::decimal::Decimal;
+//!
+//! let written = Decimal::read(b"-12.3400").expect("a decimal");
+//! assert_eq!((written.mantissa(), written.decimals()), (-123_400, 4));
+//! let moved = written.offset(0.00285, 4).expect("few digits");
+//! let mut out = Vec::new();
+//! moved.write(&mut out);
+//! // -12.3400 + 0.00285 = -12.33715
+//! assert_eq!(out, b"-12.3372");
+//! ```
 
 pub mod patch;
 pub mod print;

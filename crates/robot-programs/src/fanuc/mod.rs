@@ -9,11 +9,33 @@
 //! instructions follow the language of the controller: a word that is not known is kept, and ends what is known of the
 //! joints' directions, as it might move or jump.
 //!
-//! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses them; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
-//! [`flow`] jumps, blocks and calls; [`calls`] programs beside it; [`read`] makes the script; [`write`] the patches.
+//! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses
+//! them; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else; [`flow`] jumps, blocks
+//! and calls; [`calls`] programs beside it; [`read`] makes the script; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
 //! J3 + J2. Values are taken as they are written, and so a reversal is one of the written J3 (docs/program-fanuc.md).
+//!
+//! # Example
+//!
+//! A move names a position, whose joints are written in degrees and read in rad.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Format, Goal, Text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("J{i}"), JointKind::Revolute)).collect());
+//! let source = b"/PROG  HOME\n/ATTR\nLINE_COUNT\t= 1;\n/MN\n   1:J P[1] 50% FINE    ;\n/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\n\
+//!     \tJ1=    10.000 deg,\tJ2=   -20.000 deg,\tJ3=    30.000 deg,\n\tJ4=     0.000 deg,\tJ5=   -60.000 deg,\tJ6=     0.000 deg\n};\n/END\n";
+//! let program = robot_programs::fanuc::Fanuc.parse(vec![Text::new("home.ls", source.to_vec())], &axes)?;
+//! let (_, goal) = program.script().moves().next().expect("one move");
+//! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
+//! let target = program.script().targets.get(target).expect("the target of a move");
+//! let deg: Vec<f64> = target.values.iter().map(|v| v.map_or(f64::NAN, |v| v.si.to_degrees())).collect();
+//! let written = [10.0, -20.0, 30.0, 0.0, -60.0, 0.0];
+//! assert!(deg.iter().zip(written).all(|(a, b)| (a - b).abs() < 1e-9));
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 mod calls;
 mod flow;

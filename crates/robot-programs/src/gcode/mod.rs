@@ -1,7 +1,8 @@
 //! G-code of gantries and other machines whose axes have letters: `G1 X10.5 Y-3 F600`.
 //!
 //! ```text
-//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning) -> goal: positions, steps (statements: what is kept of them)
+//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning)
+//!      -> goal: positions, steps (statements: what is kept of them)
 //! edits -> write: words; pieces: arcs -> patches
 //! ```
 //!
@@ -12,8 +13,11 @@
 //! and Fanuc dialects where they differ. Assumes that the work frame in which the first motion stands is the frame of the
 //! axes (its offset is not in the program), G17 until a plane is named, and G91.1.
 //!
+//! Blocks that differ in their numbers alone are read once ([`alike`]); [`codes`] has the G words by what they do.
+//!
 //! Variables and expressions that have one value whatever runs are folded ([`variables`]); [`assignments`] looks at what a line assigns
-//! and what it may do besides. What cannot be determined stays as it is and says why: units or distance mode that no word has set, other expressions, canned cycles, cutter compensation, a second work frame, modes after a call. Text that is no G-code is refused with its
+//! and what it may do besides. What cannot be determined stays as it is and says why: units or distance mode that no word has set, other
+//! expressions, canned cycles, cutter compensation, a second work frame, modes after a call. Text that is no G-code is refused with its
 //! place. `docs/program-gcode.md` has what may be edited.
 
 mod alike;

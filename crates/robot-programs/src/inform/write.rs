@@ -4,8 +4,8 @@
 //! one move stays as it was, the line stays), and every other request gets its own line. New lines take the next free
 //! numbers and stand after the last line of their kind, under the headers of the line that they were copied from: these are
 //! repeated where others are in force there, as controllers do themselves, and those in force before are repeated after the new
-//! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number that stands anywhere changes its
-//! meaning, the numbers rise through the list, and `///NPOS` grows.
+//! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number
+//! that stands anywhere changes its meaning, the numbers rise through the list, and `///NPOS` grows.
 
 use super::read::ANGLE_DECIMALS;
 use super::{Job, Kind, Meaning, Section, Statement, ends};

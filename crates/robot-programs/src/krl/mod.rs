@@ -9,12 +9,36 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`statement`] the parts of a statement; [`data`] declarations; [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
-//! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds, sensors; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`relative`] relative motions; [`read`]
-//! makes the script (motions in `read/moves.rs`, blocks and calls in `read/flow.rs`); [`write`] the patches; [`clone`] a point's second form.
+//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`statement`] the parts of a statement; [`data`] declarations; [`elsewhere`]
+//! what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
+//! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds,
+//! sensors; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`relative`] relative motions; [`led`] what leads the robot
+//! away from its points;
+//! [`read`] makes the script (motions in `read/moves.rs`, blocks and calls in `read/flow.rs`); [`write`] the patches; [`clone`] a point's
+//! second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.
+//!
+//! # Example
+//!
+//! Axis values of a point that is declared beside its motion; written in degrees, read in rad.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Format, Goal, Text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("J{i}"), JointKind::Revolute)).collect());
+//! let source = b"DEF home()\nDECL E6AXIS XHOME={A1 10,A2 -90,A3 90,A4 0,A5 45.5,A6 0}\nPTP XHOME\nEND\n";
+//! let program = robot_programs::krl::Krl.parse(vec![Text::new("home.src", source.to_vec())], &axes)?;
+//! let (_, goal) = program.script().moves().next().expect("one move");
+//! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
+//! let target = program.script().targets.get(target).expect("the target of a move");
+//! let deg: Vec<f64> = target.values.iter().map(|v| v.map_or(f64::NAN, |v| v.si.to_degrees())).collect();
+//! let written = [10.0, -90.0, 90.0, 0.0, 45.5, 0.0];
+//! assert!(deg.iter().zip(written).all(|(a, b)| (a - b).abs() < 1e-9));
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 mod aggregate;
 mod calls;

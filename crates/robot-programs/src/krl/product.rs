@@ -1,8 +1,8 @@
 //! Goals that are products of frames: `P1:{X 0,Y 4,Z 0,A 0,B 0,C 0}`, `XP[2]:OFFSET`.
 //!
-//! `A:B` is B counted in A. What the product of two positions means for status and turn: the right operand gives them (KUKA System Software, Operating
-//! and Programming Instructions for System Integrators, geometric operator). A factor whose value is not certain makes the goal
-//! computed.
+//! `A:B` is B counted in A. What the product of two positions means for status and turn: the right operand gives them (KUKA System
+//! Software, Operating and Programming Instructions for System Integrators, geometric operator). A factor whose value is not certain
+//! makes the goal computed.
 
 use super::aggregate::{Aggregate, aggregate};
 use super::data::Data;

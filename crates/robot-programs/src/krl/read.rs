@@ -1,4 +1,7 @@
-//! A program's text into its script.
+//! A program's text into its script, line by line.
+//!
+//! Read this file first: the reader, folds, and which line is what. Then [`moves`]: motions; [`flow`]: blocks, jumps and calls; [`alike`]:
+//! motions that differ in their axis values alone, read once.
 
 mod alike;
 mod flow;

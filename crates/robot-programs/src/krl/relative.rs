@@ -7,8 +7,8 @@
 //! not given.
 //!
 //! Such a goal is known and not written, and neither is the point before it: with an offset that would be another place from which the
-//! motion counts. X, Y and Z cannot take that back, as the offsets of the joints turn the tool, too. The point before a relative motion that is not known
-//! (`PTP_REL`) stays for the same reason, and so does the last one before a call of a routine that may begin with one.
+//! motion counts. X, Y and Z cannot take that back, as the offsets of the joints turn the tool, too. The point before a relative motion
+//! that is not known (`PTP_REL`) stays for the same reason, and so does the last one before a call of a routine that may begin with one.
 
 use super::aggregate::Aggregate;
 use super::calls::calls;

@@ -15,6 +15,26 @@
 //!
 //! Reference: ABB, Technical reference manuals: RAPID Kernel; RAPID Instructions, Functions and Data types. What is not
 //! certain from this one text (a target of another module, a variable that is set) is not edited, and the move says why.
+//!
+//! # Example
+//!
+//! A target in line; written in degrees, read in rad.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Format, Goal, Text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("J{i}"), JointKind::Revolute)).collect());
+//! let source = b"MODULE T\nPROC main()\n  MoveAbsJ [[10,-20,30,0,45.5,0],[9E9,9E9,9E9,9E9,9E9,9E9]], v100, fine, tool0;\nENDPROC\nENDMODULE\n";
+//! let program = robot_programs::rapid::Rapid.parse(vec![Text::new("home.mod", source.to_vec())], &axes)?;
+//! let (_, goal) = program.script().moves().next().expect("one move");
+//! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
+//! let target = program.script().targets.get(target).expect("the target of a move");
+//! let deg: Vec<f64> = target.values.iter().map(|v| v.map_or(f64::NAN, |v| v.si.to_degrees())).collect();
+//! let written = [10.0, -20.0, 30.0, 0.0, 45.5, 0.0];
+//! assert!(deg.iter().zip(written).all(|(a, b)| (a - b).abs() < 1e-9));
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 mod arguments;
 mod facts;

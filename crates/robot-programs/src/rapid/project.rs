@@ -5,8 +5,9 @@
 //! `SYSMOD` where it stands in one of them), of which a `.pgf` that names the module names the others, too. A file that declares a
 //! global name again, or a second `main`, is of another task and left out. Where nothing tells which of several `main` is the
 //! module's own, none of them is taken. In a folder of another name without a `.pgf` the modules are one program where no two of them
-//! declare the same global name and one holds `main`; those that use each other's names are then read together, else none is. A global variable that a file which is left out
-//! assigns, passes on or declares with another value may be another at run time. What is found there is read and never written.
+//! declare the same global name and one holds `main`; those that use each other's names are then read together, else none is. A global
+//! variable that a file which is left out assigns, passes on or declares with another value may be another at run time. What is found
+//! there is read and never written.
 
 use super::arguments::motion_of;
 use super::facts::{Facts, value_of};

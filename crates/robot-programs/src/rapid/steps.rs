@@ -1,4 +1,7 @@
 //! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
+//!
+//! Read this file first: from statements to steps. Then [`motion`]: a motion instruction; [`alike`]: motions that differ in their joint
+//! values alone, read once.
 
 mod alike;
 mod motion;

@@ -11,7 +11,8 @@ use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
+use crate::script::blocks::BySteps;
+use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
 use crate::script::{CLONE, EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -29,6 +30,18 @@ pub struct Writer<'a> {
     pub edits: &'a Edits,
 }
 
+impl OneText for Writer<'_> {
+    type Site = Site;
+
+    fn asked(&self) -> EditRequest<'_> {
+        EditRequest { script: &self.built.script, edits: self.edits }
+    }
+
+    fn sites(&self) -> &BySteps<Site> {
+        &self.built.sites
+    }
+}
+
 impl Writer<'_> {
     pub fn patches(&self) -> Result<Patches> {
         let mut out = self.goals()?;
@@ -42,27 +55,6 @@ impl Writer<'_> {
             self.points(k, m, site, edit, &mut out)?;
         }
         Ok(out)
-    }
-
-    fn asked(&self) -> EditRequest<'_> {
-        EditRequest { script: &self.built.script, edits: self.edits }
-    }
-
-    fn text(&self) -> Result<&Text> {
-        self.asked().text()
-    }
-
-    fn at(&self, k: usize) -> Result<(&Move, &Site)> {
-        let site = self.built.sites.get(k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
-        Ok((self.asked().move_at(k)?, site))
-    }
-
-    fn refused(&self, k: usize, why: &str) -> Error {
-        self.asked().refused(k, why)
-    }
-
-    fn digit(&self, axis: usize) -> f64 {
-        self.asked().digit(axis)
     }
 
     /// New texts of a target's numbers, with their bytes.

@@ -192,6 +192,17 @@ pub struct Passed {
     pub lines: Vec<u32>,
 }
 
+impl Passed {
+    /// Places of the two lines before them; `numbers` are then those of the second. `None`: a line without numbers.
+    pub fn anchors(&self, bytes: &[u8], numbers: &mut Vec<Plain>) -> Option<[Anchors; 2]> {
+        let [before, model] = self.models.map(|start| {
+            self.form.read(bytes, start, numbers)?;
+            Anchors::of(start, numbers)
+        });
+        Some([before?, model?])
+    }
+}
+
 /// Finds lines that a lexer may pass over.
 #[derive(Debug, Default)]
 pub struct Passing {

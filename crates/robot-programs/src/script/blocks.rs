@@ -1,6 +1,6 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
-use super::{At, Break, Script, Step, StepKind, Text, pragma};
+use super::{At, Break, Goal, Move, Script, Step, StepKind, Text, pragma};
 
 /// Values that are looked at before the place of a step is searched for.
 const NEAR: usize = 4;
@@ -153,6 +153,17 @@ impl<S> Steps<S> {
     /// A step that was pushed, as it is before breaks of blocks go.
     pub fn get(&self, step: usize) -> Option<&Step> {
         self.steps.get(step)
+    }
+
+    /// The move of a step with its target, if it goes straight to joint values.
+    pub fn joint_move(&self, step: usize) -> Option<(&Move, usize)> {
+        match &self.get(step)?.kind {
+            StepKind::Move(m) if m.way.is_empty() => match m.goal {
+                Goal::Joints(target) => Some((m, target)),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 
     /// The last step.

@@ -6,9 +6,29 @@
 //! robots beyond the unit of an axis, nor of compensation.
 //!
 //! Modules: [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
-//! have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of
-//! languages with statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
-//! expressions of plain numbers.
+//! have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`number`] numbers and the style in which they
+//! are written; [`text`] bytes and lines; [`sites`] what writers of languages with statements share; [`held`] what may be on where
+//! control comes from several places; [`kept`] ends of moves that stay; [`lex`] words, numbers and marks of such languages; [`blocks`]
+//! their steps; [`fold`] expressions of plain numbers.
+//!
+//! # Example
+//!
+//! Every format shows its programs in the same way: here a move of URScript, its path, its speed and the line of its target.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Format, PathKind, Speed, Text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("J{i}"), JointKind::Revolute)).collect());
+//! let source = b"def p():\n  movej([0, 0, 0, 0, 0, 0], v=0.5)\n  movel([0.1, 0, 0, 0, 0, 0], v=0.25)\nend\n";
+//! let program = robot_programs::urscript::UrScript.parse(vec![Text::new("p.script", source.to_vec())], &axes)?;
+//! let script = program.script();
+//! let (_, line) = script.moves().nth(1).expect("two moves");
+//! assert_eq!((line.path, line.speed), (PathKind::Linear, Speed::Tcp(0.25)));
+//! let target = script.targets.get(line.goal.target().expect("numbers")).expect("the target of a move");
+//! assert_eq!(target.at.line, 3);
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 pub mod alike;
 pub mod blocks;

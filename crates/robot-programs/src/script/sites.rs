@@ -1,6 +1,7 @@
 //! What writers of languages with statements share: which moves want what of a declared target, what is written where it stands
 //! and what under another name, and how a written time is shared out over new points.
 
+use super::blocks::BySteps;
 use super::{EditRef, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -139,6 +140,39 @@ impl<'a> EditRequest<'a> {
         let style = number::Style { exponent: false, ..*style };
         let decimals = style.decimals.max(decimals);
         Some(legs.iter().map(|s| number::write(*s, style, decimals)).collect())
+    }
+}
+
+/// A writer of programs of one text, in which each move has a place of its own.
+pub trait OneText {
+    /// Where a move stands, and what of it is written.
+    type Site;
+
+    /// The program, and what is asked of it.
+    fn asked(&self) -> EditRequest<'_>;
+
+    /// The places of the moves.
+    fn sites(&self) -> &BySteps<Self::Site>;
+
+    /// The one text of the program.
+    fn text(&self) -> Result<&Text> {
+        self.asked().text()
+    }
+
+    /// The move of a step, and its place.
+    fn at(&self, k: usize) -> Result<(&Move, &Self::Site)> {
+        let site = self.sites().get(k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
+        Ok((self.asked().move_at(k)?, site))
+    }
+
+    /// A refusal with the place of a step.
+    fn refused(&self, k: usize, why: &str) -> Error {
+        self.asked().refused(k, why)
+    }
+
+    /// Weight that the last digit of an axis should have at most, rad or m; NaN: no wish.
+    fn digit(&self, axis: usize) -> f64 {
+        self.asked().digit(axis)
     }
 }
 

@@ -12,6 +12,26 @@
 //! - [`write`]: patches, and new points in the style of the file.
 //!
 //! References: trajectory_msgs (common_interfaces), control_msgs/FollowJointTrajectory, moveit_msgs/RobotTrajectory; YAML 1.2.
+//!
+//! # Example
+//!
+//! The first point of a trajectory, in rad.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Format, Goal, Text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("J{i}"), JointKind::Revolute)).collect());
+//! let source = b"joint_names: [J1, J2, J3, J4, J5, J6]\npoints:\n  - positions: [0.1, 0, 0, 0, 0, 0]\n    time_from_start: {sec: 1, nanosec: 0}\n";
+//! let program = robot_programs::trajectory::Ros.parse(vec![Text::new("home.yaml", source.to_vec())], &axes)?;
+//! let (_, goal) = program.script().moves().next().expect("one move");
+//! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
+//! let target = program.script().targets.get(target).expect("the target of a move");
+//! let deg: Vec<f64> = target.values.iter().map(|v| v.map_or(f64::NAN, |v| v.si.to_degrees())).collect();
+//! let written = [0.1f64.to_degrees(), 0.0, 0.0, 0.0, 0.0, 0.0];
+//! assert!(deg.iter().zip(written).all(|(a, b)| (a - b).abs() < 1e-9));
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 mod plain;
 mod read;

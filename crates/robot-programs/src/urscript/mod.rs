@@ -14,6 +14,26 @@
 //!
 //! Reference: Universal Robots, The URScript Programming Language. A variable that is assigned more than once, in part, or
 //! under a condition is not certain, and its moves say why they are left alone.
+//!
+//! # Example
+//!
+//! A list of joint values in rad.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Format, Goal, Text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("J{i}"), JointKind::Revolute)).collect());
+//! let source = b"def home():\n  movej([0, -1.5707963267948966, 0.5, 0, d2r(90), 0], a=1.4, v=1.05)\nend\n";
+//! let program = robot_programs::urscript::UrScript.parse(vec![Text::new("home.script", source.to_vec())], &axes)?;
+//! let (_, goal) = program.script().moves().next().expect("one move");
+//! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
+//! let target = program.script().targets.get(target).expect("the target of a move");
+//! let deg: Vec<f64> = target.values.iter().map(|v| v.map_or(f64::NAN, |v| v.si.to_degrees())).collect();
+//! let written = [0.0, -90.0, 0.5f64.to_degrees(), 0.0, 90.0, 0.0];
+//! assert!(deg.iter().zip(written).all(|(a, b)| (a - b).abs() < 1e-9));
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
 
 mod arguments;
 mod goals;

@@ -10,8 +10,9 @@ use super::steps::{Built, Site};
 use super::words;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
-use crate::script::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
+use crate::script::blocks::BySteps;
+use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
+use crate::script::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, number};
 use std::collections::HashSet;
 
 /// Largest blend of a new point, m: it must not cut what the point is there for.
@@ -29,6 +30,18 @@ pub struct Writer<'a> {
     pub edits: &'a Edits,
 }
 
+impl OneText for Writer<'_> {
+    type Site = Site;
+
+    fn asked(&self) -> EditRequest<'_> {
+        EditRequest { script: &self.built.script, edits: self.edits }
+    }
+
+    fn sites(&self) -> &BySteps<Site> {
+        &self.built.sites
+    }
+}
+
 impl Writer<'_> {
     pub fn patches(&self) -> Result<Patches> {
         let mut out = self.goals()?;
@@ -43,27 +56,6 @@ impl Writer<'_> {
             self.blend(k, m, site, edit, &mut out)?;
         }
         Ok(out)
-    }
-
-    fn asked(&self) -> EditRequest<'_> {
-        EditRequest { script: &self.built.script, edits: self.edits }
-    }
-
-    fn text(&self) -> Result<&Text> {
-        self.asked().text()
-    }
-
-    fn at(&self, k: usize) -> Result<(&Move, &Site)> {
-        let site = self.built.sites.get(k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
-        Ok((self.asked().move_at(k)?, site))
-    }
-
-    fn refused(&self, k: usize, why: &str) -> Error {
-        self.asked().refused(k, why)
-    }
-
-    fn digit(&self, axis: usize) -> f64 {
-        self.asked().digit(axis)
     }
 
     /// New texts of a target's numbers, with their bytes.

@@ -7,7 +7,7 @@ use super::{Builder, Literal, Site, Written};
 use crate::rapid::read::{Item, ItemKind};
 use crate::rapid::value::axis_value;
 use crate::script::alike::{Anchors, Moves, Passed};
-use crate::script::{At, Goal, Move, StepKind, Value};
+use crate::script::{At, Goal, StepKind, Value};
 use std::sync::Arc;
 
 /// A value of a target: a number of the form, or one that is the same in all lines.
@@ -49,14 +49,9 @@ impl Builder<'_> {
         let ItemKind::Call { alone: false } = item.kind else { return None };
         let (text, bytes) = (self.f.text, self.f.text.bytes.as_slice());
         let mut numbers = Vec::new();
-        let mut anchors = [None; 2];
-        for (anchors, start) in anchors.iter_mut().zip(lines.models) {
-            lines.form.read(bytes, start, &mut numbers)?;
-            *anchors = Anchors::of(start, &numbers);
-        }
-        let [Some(before), Some(model)] = anchors else { return None };
+        let [before, model] = lines.anchors(bytes, &mut numbers)?;
         let last = self.steps.next().checked_sub(1)?;
-        let (a, b) = (self.target_of(last.checked_sub(1)?)?, self.target_of(last)?);
+        let (a, b) = (self.steps.joint_move(last.checked_sub(1)?)?, self.steps.joint_move(last)?);
         let site = self.steps.last_place()?.clone();
         let same = a.0.shares_how(b.0) && a.1 + 1 == b.1 && b.1 + 1 == self.targets.len();
         let both = self.steps.place_before_last()?.moved(before.to(model)) == site && site.is_told(&model);
@@ -98,16 +93,5 @@ impl Builder<'_> {
             self.steps.place(step, site.moved(by));
         }
         Some(())
-    }
-
-    /// The move of a step with its target, where it is one to joint values, straight.
-    fn target_of(&self, step: usize) -> Option<(&Move, usize)> {
-        match &self.steps.get(step)?.kind {
-            StepKind::Move(m) if m.way.is_empty() => match m.goal {
-                Goal::Joints(target) => Some((m, target)),
-                _ => None,
-            },
-            _ => None,
-        }
     }
 }

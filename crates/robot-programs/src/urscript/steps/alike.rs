@@ -5,7 +5,7 @@
 
 use super::{Builder, Literal, Site};
 use crate::script::alike::{Anchors, Moves, Passed};
-use crate::script::{At, Goal, Move, StepKind};
+use crate::script::{At, Goal, StepKind};
 use crate::urscript::read::{Item, ItemKind};
 use crate::urscript::value::plain_axis_value;
 use std::sync::Arc;
@@ -34,14 +34,9 @@ impl Builder<'_> {
     pub(super) fn again(&mut self, item: &Item, lines: &Passed) -> Option<()> {
         let (text, bytes) = (self.text, self.text.bytes.as_slice());
         let mut numbers = Vec::new();
-        let mut anchors = [None; 2];
-        for (anchors, start) in anchors.iter_mut().zip(lines.models) {
-            lines.form.read(bytes, start, &mut numbers)?;
-            *anchors = Anchors::of(start, &numbers);
-        }
-        let [Some(before), Some(model)] = anchors else { return None };
+        let [before, model] = lines.anchors(bytes, &mut numbers)?;
         let last = self.steps.next().checked_sub(1)?;
-        let (a, b) = (self.target_of(last.checked_sub(1)?)?, self.target_of(last)?);
+        let (a, b) = (self.steps.joint_move(last.checked_sub(1)?)?, self.steps.joint_move(last)?);
         let site = self.steps.last_place()?.clone();
         let same = a.0.shares_how(b.0) && a.1 + 1 == b.1 && b.1 + 1 == self.targets.len();
         let both = self.steps.place_before_last()?.moved(before.to(model)) == site && site.is_told(&model);
@@ -70,16 +65,5 @@ impl Builder<'_> {
             self.steps.place(step, site.moved(by));
         }
         Some(())
-    }
-
-    /// The move of a step with its target, where it is one to joint values, straight.
-    fn target_of(&self, step: usize) -> Option<(&Move, usize)> {
-        match &self.steps.get(step)?.kind {
-            StepKind::Move(m) if m.way.is_empty() => match m.goal {
-                Goal::Joints(target) => Some((m, target)),
-                _ => None,
-            },
-            _ => None,
-        }
     }
 }
