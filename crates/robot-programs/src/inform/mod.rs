@@ -18,8 +18,9 @@
 //! Fails with file, line and column where counts and lines disagree, a number is none, a position is not in the list, `END`
 //! is missing, or the robot file has no pulses for a joint. `docs/program-inform.md` has what may be edited.
 //!
-//! Modules: [`list`] positions and headers; [`read`] instructions; [`flow`] jumps, blocks and calls; [`shared`] which position variables are certain; [`movement`] moves and their goals; [`write`] edits to patches.
+//! Modules: [`list`] positions and headers; [`read`] instructions; [`flow`] jumps, blocks and calls; [`shared`] which position variables are certain; [`movement`] moves and their goals; [`circles`] arcs through three positions; [`write`] edits to patches.
 
+mod circles;
 mod flow;
 mod list;
 mod movement;
