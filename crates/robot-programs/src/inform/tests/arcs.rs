@@ -25,7 +25,7 @@ fn three_circular_steps_are_an_arc_to_which_the_path_is_straight() {
         let found = moves(&script);
         let of = |name: usize| found[name].1.goal.target().unwrap();
         for (k, path) in [(1, PathKind::Linear), (2, PathKind::Curve), (3, PathKind::Curve)] {
-            let m = found[k].1;
+            let m = &found[k].1;
             assert_eq!((m.path, m.circle), (path, Some([of(1), of(2), of(3)])), "{text}");
             assert_eq!(m.tool, Some(Frame::Named("1".into())));
             assert!(m.closed.is_some());
