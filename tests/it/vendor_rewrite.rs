@@ -350,7 +350,7 @@ fn an_arc_to_joint_values_stays_as_its_joints_may_turn_on_it() {
     let job = format!(
         "/JOB\r\n//NAME A\r\n//POS\r\n///NPOS 4,0,0,0,0,0\r\n///TOOL 0\r\n///POSTYPE ANGLE\r\n///ANGLE\r\n{points}//INST\r\n\
          ///DATE 2024/01/01 10:00\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\nNOP\r\nMOVJ C00000 VJ=25.00\r\nMOVC C00000 V=50.0\r\n\
-         MOVC C00001 V=50.0\r\nMOVC C00002 V=50.0\r\nMOVJ C00003 VJ=25.00\r\nMOVJ C00000 VJ=25.00\r\nEND\r\n"
+         MOVC C00001 V=50.0\r\nMOVC C00002 V=50.0 FPT\r\nMOVJ C00003 VJ=25.00\r\nMOVJ C00000 VJ=25.00\r\nEND\r\n"
     );
     desk.write("part.JBI", &job);
     let run = desk.run("rewrite --model model.yaml part.JBI --output out.JBI").success();

@@ -24,6 +24,7 @@ mod bands;
 pub(crate) mod cause;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod change;
+mod circles;
 pub(crate) mod clock;
 mod collected;
 pub(crate) mod configuration;
@@ -290,6 +291,7 @@ fn as_poses(
     unplaced: &mut Unplaced,
 ) -> (Vec<Change>, usize) {
     let script = document.script();
+    circles::settle(script, runs, edits, left);
     if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
         return change::of_edits(script, runs, edits, task.robot, task.listed);
     }

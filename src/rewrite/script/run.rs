@@ -6,6 +6,7 @@
 
 use super::approach::{Directions, Sides};
 use super::cause::Cause;
+use super::circles;
 use super::clock;
 use super::poses::{Place, Poses, Tooled};
 use super::way;
@@ -14,6 +15,7 @@ use crate::program::script::{
 };
 use crate::robot::Robot;
 use crate::robot::arm::{Arm, isometry};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -243,6 +245,8 @@ struct Reached {
     solved: bool,
     /// The robot with the tool that goes straight to joint values; `None`: with its own.
     tooled: Option<Arc<Tooled>>,
+    /// A point on the way of an arc to joint values, in the robot's world, m.
+    via: Option<Vector3<f64>>,
 }
 
 struct Cutter<'a> {
@@ -322,7 +326,7 @@ impl Cutter<'_> {
     fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
         let from = self.run.vertices.last().map(|v| v.q.clone());
         let reached = match &m.goal {
-            Goal::Joints(target) => self.joint_goal(script.targets.get(*target), step, at, m, from),
+            Goal::Joints(target) => self.joint_goal(script, script.targets.get(*target), step, at, m, from),
             Goal::Pose(goal) => self.pose_goal(goal, step, at, m, from),
             Goal::Opaque(_) => {
                 // a relative motion would carry the offset of the goal before it along
@@ -349,6 +353,7 @@ impl Cutter<'_> {
     /// The joints that a move names; `None` where it is not yet known where every axis stands.
     fn joint_goal(
         &mut self,
+        script: &Script,
         target: Option<TargetRef>,
         step: usize,
         at: At,
@@ -379,19 +384,57 @@ impl Cutter<'_> {
         self.known.clear();
         let q: Vec<f64> = all.iter().map(|v| v.unwrap_or_default()).collect();
         let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
-        let followed = match &from {
-            Some(_) if curve => Err(Cause::CurveToJoints),
-            Some(from) => self.tool_of_way(m, from, &q),
-            None => Ok(None),
+        let followed = match (&from, m.circle) {
+            (Some(from), Some(targets)) if !self.is_gantry() => self.on_circle(script, targets, m, from, &q),
+            (Some(_), _) if curve => Err(Cause::CurveToJoints),
+            (Some(from), _) => self.tool_of_way(m, from, &q).map(|tooled| (tooled, None)),
+            (None, _) => Ok((None, None)),
         };
         match followed {
-            Ok(tooled) => Some(Reached { from, q, editable, solved: false, tooled }),
+            Ok((tooled, via)) => Some(Reached { from, q, editable, solved: false, tooled, via }),
             Err(why) => {
                 // where it turns its joints is not known, and so not from which side it reaches the goal
                 self.out.left.insert(step, why.clone());
                 self.lost(at, why);
                 self.start(step, q, false);
                 None
+            }
+        }
+    }
+
+    /// How a move goes that leads to a point of an arc through three joint targets: the tool, and a point on the way to the second or third.
+    fn on_circle(
+        &mut self,
+        script: &Script,
+        targets: [usize; 3],
+        m: &Move,
+        from: &[f64],
+        to: &[f64],
+    ) -> Result<(Option<Arc<Tooled>>, Option<Vector3<f64>>), Cause> {
+        let dof = self.choice.robot.dof();
+        let points = targets.map(|t| script.targets.get(t).and_then(|t| joints_of(t, dof)));
+        let [Some(a), Some(b), Some(c)] = points else { return Err(Cause::CurveToJoints) };
+        let points = [&a[..], &b, &c];
+        let tooled = self.tool_of_circle(m, points)?;
+        let middles = circles::middles(&tooled, points).ok_or(Cause::CurveToJoints)?;
+        match points.iter().position(|q| *q == to) {
+            Some(0) => Ok((self.tool_of_way(m, from, to)?, None)),
+            Some(k) if points[k - 1] == from => Ok((Some(tooled), Some(middles[k - 1]))),
+            _ => Err(Cause::CurveToJoints),
+        }
+    }
+
+    /// The robot with the tool whose TCP goes on an arc; where no tool turns on it, all its points go on arcs alike.
+    fn tool_of_circle(&mut self, m: &Move, points: [&[f64]; 3]) -> Result<Arc<Tooled>, Cause> {
+        let tool = m.tool.as_ref().ok_or(Cause::CurveToJoints)?;
+        let rotations = points.map(|q| isometry(&self.plain.robot.forward(q)).rotation);
+        let turns = (1..3).any(|k| rotations[0].angle_to(&rotations[k]) >= SAME_TURN_RAD);
+        match self.poses.tool(tool) {
+            Ok(tooled) => Ok(tooled),
+            Err(_) if !turns => Ok(self.plain.clone()),
+            Err(why) => {
+                self.poses.waits_for(&why);
+                Err(why)
             }
         }
     }
@@ -493,22 +536,23 @@ impl Cutter<'_> {
             self.out.left.insert(step, Cause::NoNumbers);
         }
         self.run.places.insert(step, place);
-        Some(Reached { from, q, editable: solved || written && !excluded, solved, tooled: None })
+        Some(Reached { from, q, editable: solved || written && !excluded, solved, tooled: None, via: None })
     }
 
     /// A move between two known places: its turning points, its duration and its goal.
     fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
         let robot = self.choice.robot;
-        let Reached { q, mut editable, solved, tooled, .. } = reached;
+        let Reached { q, mut editable, solved, tooled, via, .. } = reached;
         let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
             _ => m.speed,
         };
         // points of an arc that is closed to new ones stay inside it; its turns still say how its end is reached
-        let arc = m.path == PathKind::Curve && matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
+        let of_pose = matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
+        let arc = m.path == PathKind::Curve && (of_pose || via.is_some());
         let shut = m.closed.is_some() && m.path != PathKind::Linear && !arc;
-        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, (from, &q), solved, tooled) };
+        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, (from, &q), solved, (tooled, via)) };
         let on_way = |share: f64| {
             let known = (self.choice.on_way)(step, share);
             known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
@@ -552,11 +596,11 @@ impl Cutter<'_> {
         m: &Move,
         (from, to): (&[f64], &[f64]),
         solved: bool,
-        tooled: Option<Arc<Tooled>>,
+        (tooled, via): (Option<Arc<Tooled>>, Option<Vector3<f64>>),
     ) -> Option<Vec<Way>> {
         let via = match &m.goal {
             Goal::Pose(goal) => self.run.places.get(&step).and_then(|p| p.via(goal)),
-            _ => None,
+            _ => via,
         };
         if !m.way.is_empty() || m.path != PathKind::Linear && via.is_none() {
             return Some(m.way.to_vec());

@@ -64,6 +64,18 @@ struct Circle {
     via: f64,
 }
 
+/// Of an arc through three points those in the middle of both parts; `None`: the three lie on a line.
+pub fn middles([a, b, c]: [&Vector3<f64>; 3]) -> Option<[Vector3<f64>; 2]> {
+    let circle = Circle::through(a, b, c)?;
+    Some([circle.at(0.5 * circle.via), circle.at(0.5 * (1.0 + circle.via))])
+}
+
+/// How far the arc through three points leaves that through three others at most, m; `None`: they lie on a line.
+pub fn leaves(own: [&Vector3<f64>; 3], other: [&Vector3<f64>; 3]) -> Option<f64> {
+    let [own, other] = [own, other].map(|[a, b, c]| Circle::through(a, b, c));
+    Some(own?.left_by(&other?))
+}
+
 /// Three points lie on a line where the sine of their angle is less.
 const STRAIGHT: f64 = 1e-6;
 
@@ -85,6 +97,13 @@ impl Circle {
 
     fn at(&self, share: f64) -> Vector3<f64> {
         self.centre + UnitQuaternion::from_axis_angle(&self.normal, share * self.angle) * self.from
+    }
+
+    /// How far another arc leaves this one at most, m.
+    fn left_by(&self, other: &Self) -> f64 {
+        const SAMPLES: u32 = 48;
+        let at = |k: u32| self.off(&other.at(f64::from(k) / f64::from(SAMPLES)));
+        (0..=SAMPLES).map(at).fold(0.0, f64::max)
     }
 
     /// Distance of a point from the arc, m.
@@ -207,10 +226,7 @@ impl Line {
 
     /// How far an arc through three points leaves this one at most, m; `None`: none goes through them, or this is none.
     pub fn leaves(&self, points: [&Vector3<f64>; 3]) -> Option<f64> {
-        const SAMPLES: u32 = 48;
-        let [own, other] = [self.track.arc.as_ref()?, &Circle::through(points[0], points[1], points[2])?];
-        let at = |k: u32| own.off(&other.at(f64::from(k) / f64::from(SAMPLES)));
-        Some((0..=SAMPLES).map(at).fold(0.0, f64::max))
+        Some(self.track.arc.as_ref()?.left_by(&Circle::through(points[0], points[1], points[2])?))
     }
 
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than

@@ -301,6 +301,7 @@ impl<'a> Reader<'a> {
             tool,
             turns_known: false,
             relative: said.relative,
+            circle: None,
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
         if let Some(on) = said.process {

@@ -301,6 +301,7 @@ impl Reader<'_> {
             tool: None,
             turns_known: true,
             relative: false,
+            circle: None,
         };
         Move::new(how, Goal::Joints(self.script.targets.len()), way)
     }

@@ -19,8 +19,9 @@
 //! is missing, or the robot file has no pulses for a joint. `docs/program-inform.md` has what may be edited.
 //!
 //! Modules: [`list`] positions and headers; [`read`] instructions; [`flow`] jumps, blocks and calls; [`shared`] which position variables
-//! are certain; [`movement`] moves and their goals; [`write`] edits to patches.
+//! are certain; [`movement`] moves and their goals; [`circles`] arcs through three positions; [`write`] edits to patches.
 
+mod circles;
 mod flow;
 mod list;
 mod movement;

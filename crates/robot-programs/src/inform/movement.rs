@@ -167,7 +167,11 @@ impl Reader<'_> {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
         };
-        if let (PathKind::Linear, Goal::Joints(_)) = (m.path, &m.goal) {
+        let of_circle = self.circles.get(&k).copied();
+        if of_circle == Some(0) {
+            m.path = PathKind::Linear;
+        }
+        if (m.path == PathKind::Linear || of_circle.is_some()) && matches!(m.goal, Goal::Joints(_)) {
             let of_robot = |p: &&Position| matches!(p.kind, Kind::C | Kind::P);
             let lead = statement.references.iter().map(|r| &self.list.positions[r.position()]).find(of_robot);
             m.tool = lead.map(|p| self.tool(p));

@@ -1,5 +1,6 @@
 //! Instructions to steps; moves are read by [`movement`](super::movement).
 
+use super::circles::{self, Circles};
 use super::flow::{self, Flow, StillJobs};
 use super::list::{List, shown};
 use super::shared::{Shared, clears_positions, variables};
@@ -18,7 +19,7 @@ pub(super) const LENGTH_DECIMALS: u8 = 3;
 pub(super) const ANGLE_DECIMALS: u8 = 4;
 
 /// Instructions that do not move the robot, and do not change what positions mean.
-const STILL: &[&str] = &[
+pub(super) const STILL: &[&str] = &[
     "NOP", "DOUT", "DIN", "AOUT", "AIN", "PULSE", "GOUT", "GIN", "SET", "SETE", "GETE", "GETS", "ADD", "SUB", "MUL",
     "DIV", "INC", "DEC", "AND", "OR", "NOT", "XOR", "SQRT", "SIN", "COS", "ATAN", "CNVRT", "MSHIFT", "MULMAT",
     "INVMAT", "CLEAR", "SETFILE", "GETFILE", "SETREG", "GETREG", "GETPOS", "GETARG", "VAL2STR", "ASC", "CHR$", "MID$",
@@ -26,7 +27,7 @@ const STILL: &[&str] = &[
     "AWELD", "VWELD", "ARATION", "ARATIOF", "PWAIT", "TSYNC", "ENDWAIT", "COMM",
 ];
 /// Instructions at which the robot stands.
-const STANDS: &[&str] = &["WAIT", "CWAIT", "PAUSE", "HAND", "HSEN", "SPOT", "SVSPOT", "GUNCL"];
+pub(super) const STANDS: &[&str] = &["WAIT", "CWAIT", "PAUSE", "HAND", "HSEN", "SPOT", "SVSPOT", "GUNCL"];
 /// Branches.
 const JUMPS: &[&str] = &[
     "JUMP",
@@ -51,7 +52,7 @@ const LOOPS: &[&str] = &["WHILE", "WHILEEXP", "ENDWHILE", "FOR", "NEXT"];
 const FRAMES: &[&str] = &["SETTOOL", "MFRAME", "GETTOOL"];
 /// Instructions that start another job.
 pub(super) const STARTS: &[&str] = &["CALL", "PSTART"];
-const PROCESS: &[(&str, bool)] = &[
+pub(super) const PROCESS: &[(&str, bool)] = &[
     ("ARCON", true),
     ("ARCOF", false),
     ("TOOLON", true),
@@ -79,6 +80,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     not_too_long(text)?;
     let mut list = List::default();
     let begin = list.read(text)?;
+    let overlaid = flow::overlaid_before(text, begin, OVERLAID);
     let mut reader = Reader {
         text,
         robot,
@@ -99,7 +101,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         targets: super::Known::default(),
         numbers: Vec::new(),
         pinned: vec![false; list.positions.len()],
-        overlaid: flow::overlaid_before(text, begin, OVERLAID),
+        circles: circles::of(text, begin, &list, &overlaid),
+        overlaid,
         counted_calls: BTreeSet::new(),
         base_axes: list.base_axes,
         still: None,
@@ -108,8 +111,9 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     reader.instructions(begin)?;
     reader.note_calls();
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
-    let Reader { mut script, steps, numbers, mut pinned, counted_calls, .. } = reader;
+    let Reader { mut script, steps, numbers, mut pinned, counted_calls, circles, .. } = reader;
     let statements = steps.finish(&mut script);
+    circles::join(&mut script, &circles);
     // what a move before a relative one leads to stays, whoever else leads there
     let mut kept = script.keep_before_relative("IMOV after it counts from where it ends", &counted_calls, true);
     kept.extend(script.keep_before_reading("the job reads where it ends", &reads_place(text, begin)));
@@ -276,7 +280,7 @@ impl FramesSet {
 /// Words of an instruction that sets a user frame or a tool that it names; none of any other. Those that are listed only use it.
 ///
 /// `setting = {label} word ... ("UF#" | "TL#") ...`
-fn sets_frame(text: &Text, k: usize) -> Vec<String> {
+pub(super) fn sets_frame(text: &Text, k: usize) -> Vec<String> {
     const USE: [&str; 9] = ["CNVRT", "MSHIFT", "SFTON", "CALL", "JUMP", "GETPOS", "GETS", "GETE", "REFP"];
     if memchr::memchr(b'#', text.line(k)).is_none() {
         return Vec::new();
@@ -362,6 +366,8 @@ pub(super) struct Reader<'a> {
     pub(super) pinned: Vec<bool>,
     /// Motions laid over the path, as bits, before each line.
     overlaid: Vec<u32>,
+    /// Steps of arcs through three positions.
+    pub(super) circles: Circles,
     /// Lines of calls of jobs that may begin with a relative move.
     counted_calls: BTreeSet<u64>,
     pub(super) base_axes: bool,

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+mod arcs;
 mod flow;
 mod left_alone;
 

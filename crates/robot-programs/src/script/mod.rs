@@ -293,6 +293,9 @@ pub struct How {
     pub turns_known: bool,
     /// Its goal counts from where the motion before ends: an offset there would be carried along.
     pub relative: bool,
+    /// Its goal is one of three joint targets through which the TCP goes on an arc: the targets, in the order in which they are passed.
+    /// To the first the path is straight.
+    pub circle: Option<[usize; 3]>,
 }
 
 impl Default for How {
@@ -307,6 +310,7 @@ impl Default for How {
             tool: None,
             turns_known: false,
             relative: false,
+            circle: None,
         }
     }
 }

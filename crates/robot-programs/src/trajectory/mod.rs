@@ -323,6 +323,7 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
             tool: None,
             turns_known: false,
             relative: false,
+            circle: None,
         },
         goal,
         way,

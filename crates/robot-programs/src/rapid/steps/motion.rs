@@ -82,6 +82,7 @@ impl Builder<'_> {
             tool: None,
             turns_known: false,
             relative: false,
+            circle: None,
         };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, site);

@@ -1,0 +1,48 @@
+//! Which programs are refused because what is written leaves the path of what was given.
+
+use assert_cmd::Command;
+use predicates::str::contains;
+use std::path::Path;
+
+/// A straight motion whose speed is in a register, and fast joint motions whose corners the TCP, half a metre from the flange, rounds.
+fn program() -> String {
+    let mut points = vec![([0.0, 0.0], "J @ 100% FINE"), ([60.0, 0.0], "L @ R[1]mm/sec FINE")];
+    let mut at = [60.0, 0.0];
+    for k in 0..24 {
+        match k % 2 {
+            1 => at[1] += if (k / 2) % 2 == 1 { -30.0 } else { 30.0 },
+            _ => at[0] += if (k / 4) % 2 == 0 { -30.0 } else { 30.0 },
+        }
+        points.push((at, "J @ 100% CNT100"));
+    }
+    points.push(([0.0, 0.0], "J @ 100% FINE"));
+    let (mut lines, mut list) = (String::new(), String::new());
+    for (n, ([j1, j2], words)) in points.iter().enumerate().map(|(n, p)| (n + 1, p)) {
+        lines += &format!("{n:4}:{}    ;\r\n", words.replace('@', &format!("P[{n}]")));
+        list += &format!(
+            "P[{n}]{{\r\n   GP1:\r\n\tUF : 0, UT : 1,\t\r\n\tJ1={j1:10.3} deg,\tJ2={j2:10.3} deg,\tJ3=     0.000 deg,\r\n\
+             \tJ4=     0.000 deg,\tJ5=   -60.000 deg,\tJ6=     0.000 deg\r\n}};\r\n"
+        );
+    }
+    format!("/PROG  PART\r\n/ATTR\r\nLINE_COUNT\t= {};\r\n/MN\r\n{lines}/POS\r\n{list}/END\r\n", points.len())
+}
+
+#[test]
+fn fast_moves_in_a_long_program_are_not_taken_for_a_lost_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/fanuc-m10ia.yaml");
+    let text = std::fs::read_to_string(robot).unwrap();
+    let long = text.replace("\ntool: {xyz_mm: [0, 0, 0]", "\ntool: {xyz_mm: [0, 0, 500]");
+    assert_ne!(text, long);
+    std::fs::write(path("robot.yaml"), long).unwrap();
+    let effects = "effects:\n  - {effect: backlash, joint: J1, half_gap_deg: 0.004}\n";
+    std::fs::write(path("model.yaml"), format!("schema: lostmotion/model/1\nrobot: robot.yaml\n{effects}")).unwrap();
+    let tools = "schema: lostmotion/frames/1\ntools:\n  \"1\": {xyz_mm: [0, 0, 500]}\n";
+    std::fs::write(path("frames.yaml"), tools).unwrap();
+    std::fs::write(path("part.LS"), program()).unwrap();
+    let line = "rewrite --model model.yaml part.LS --frames frames.yaml --output out.LS";
+    let run = Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split(' ')).assert();
+    run.success().stderr(contains("all moves run at 1.5 mm/s"));
+    assert!(path("out.LS").exists());
+}
