@@ -171,3 +171,17 @@ fn a_dwell_to_which_two_gears_moved_is_left_out() {
     let refused = static_test::identify(&robot, &[log], &static_test::Options::default()).unwrap_err().to_string();
     assert!(refused.contains("none of them reached by one joint alone"), "{refused}");
 }
+
+/// The programs that `plan-experiment static` writes move one gear after the other: what is left out to judge the estimate must not be
+/// all that a log tells of a gear.
+#[test]
+fn dwells_of_one_gear_after_the_other_in_one_log_are_trusted() {
+    let (_, log) = run(&planned(Kind::Static, 50e-3));
+    let found = machine::identify(&pendant(), &[log], &[]).unwrap();
+    assert!(largest_error(&found) < 0.15, "{:?}", found.joints);
+    for joint in found.estimate.unwrap().joints {
+        let trust = &joint.trust;
+        assert!(trust.compensate, "gear {}: {trust:?}", joint.axis);
+        assert!(trust.reversals >= 15 && trust.after_m < 0.25 * trust.before_m, "gear {}: {trust:?}", joint.axis);
+    }
+}

@@ -9,10 +9,11 @@
 //! makes a good estimate of their sum, and would make intervals of the gap that are too narrow, so intervals count the wind-up as any
 //! share of gap and wind-up together ([`Problem::open_wind_up`]).
 //!
-//! Held-out estimates: the problem is nearly linear at its minimum, so leaving a stretch of a log out moves the estimate by
+//! Held-out estimates: the problem is nearly linear at its minimum, so leaving stretches of a log out ([`folds`]) moves the estimate by
 //! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
 //! shapes: a step that stays, and two that decay. Reference: Belsley, Kuh and Welsch (1980), chapter 2.
 
+use super::folds::folds;
 use super::law::turns;
 use super::noise::MOST_LAGS;
 use super::problem::{Part, Problem};
@@ -22,11 +23,10 @@ use crate::numerics::normal_equations::scaled_inverse;
 use crate::numerics::student;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Length of the blocks whose scores count as one, bins.
 const BLOCK: usize = 100;
-/// Stretches of a log that are left out, one after the other.
-const FOLDS: usize = 6;
 /// Window after a reversal in which its error counts, s; and before it, s.
 pub const AFTER_S: f64 = 4.0;
 const BEFORE_S: f64 = 2.0;
@@ -80,11 +80,12 @@ pub fn covariances(problem: &Problem) -> Option<[DMatrix<f64>; 2]> {
 
 /// Evaluates the problem at its present estimate.
 pub fn evaluate(problem: &Problem) -> Option<Evidence> {
-    let inverse = inverse(&problem.normal().hessian)?;
+    let hessian = problem.normal().hessian;
+    let inverse = inverse(&hessian)?;
     let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
     let [covariance, within] = sandwich(problem, &parts, &inverse);
     let all: Vec<Vec<Reversal>> =
-        (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], Some(&inverse))).collect();
+        (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], Some(&hessian))).collect();
     Some(Evidence { covariance, within, reversals: all.into_iter().flatten().collect() })
 }
 
@@ -152,33 +153,38 @@ fn few_logs(logs: usize) -> f64 {
     n / (n - 1.0) * (t / Z95).powi(2)
 }
 
-/// Reversals of a log, each judged by an estimate that left its stretch of the log out; without an inverse by the present one.
-fn of_log(problem: &Problem, log: usize, part: &Part, inverse: Option<&DMatrix<f64>>) -> Vec<Reversal> {
+/// Reversals of a log, each judged by an estimate that left its stretch of the log out; without normal equations by the present one.
+fn of_log(problem: &Problem, log: usize, part: &Part, hessian: Option<&DMatrix<f64>>) -> Vec<Reversal> {
     let l = &problem.logs[log];
     let bins = l.len();
     let responses = problem.responses(log, false);
+    let turned: Vec<Vec<(usize, usize)>> = l
+        .moving
+        .iter()
+        .map(|(_, rows)| {
+            let bin = |row: usize| l.bins.iter().position(|b| b.1 > row).unwrap_or(bins);
+            turns(&rows.x).into_iter().map(|row| (row, bin(row))).collect()
+        })
+        .collect();
+    let lasts_s = l.t_s.last().zip(l.t_s.first()).map_or(0.0, |(b, a)| b - a);
+    let shortest = (APART_S * bins as f64 / lasts_s.max(APART_S)).ceil() as usize;
+    let at: Vec<Vec<usize>> = turned.iter().map(|t| t.iter().map(|t| t.1).collect()).collect();
     let mut out = Vec::new();
-    let width = bins.div_ceil(FOLDS);
-    for fold in 0..FOLDS {
-        let (from, to) = (fold * width, ((fold + 1) * width).min(bins));
-        if from >= to {
-            continue;
-        }
-        // the residual of the stretch with that estimate, whitened
-        let residual = match inverse {
-            Some(inverse) => &part.residual - &part.design * left_out(part, bins, from, to, inverse),
+    for fold in folds(bins, &at, shortest) {
+        // the residual of the stretches with that estimate, whitened
+        let residual = match hessian {
+            Some(hessian) => &part.residual - &part.design * left_out(part, bins, &fold, hessian),
             None => part.residual.clone(),
         };
-        for ((axis, rows), (_, response)) in l.moving.iter().zip(&responses) {
+        for (((axis, rows), (_, response)), turned) in l.moving.iter().zip(&responses).zip(&turned) {
             let mut errors = Vec::new();
             l.average(&response.error, &mut errors);
-            for row in turns(&rows.x) {
-                let t = rows.t_s[row];
-                let bin = l.bins.iter().position(|b| b.1 > row).unwrap_or(bins);
-                if bin < from.max(1) || bin >= to {
+            for (k, &(row, bin)) in turned.iter().enumerate() {
+                if bin == 0 || !fold.iter().any(|s| s.contains(&bin)) {
                     continue;
                 }
-                let next = turns(&rows.x).into_iter().find(|k| *k > row).map_or(f64::INFINITY, |k| rows.t_s[k]);
+                let t = rows.t_s[row];
+                let next = turned.get(k + 1).map_or(f64::INFINITY, |next| rows.t_s[next.0]);
                 let window = Window { log, axis: *axis, t_s: t, end_s: next.min(t + AFTER_S), bin };
                 out.extend(reversal(problem, &window, &residual, &errors, rows.x[row]));
             }
@@ -187,21 +193,25 @@ fn of_log(problem: &Problem, log: usize, part: &Part, inverse: Option<&DMatrix<f
     out
 }
 
-/// Change of the log's parameters when a stretch of its bins is left out.
-fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<f64>) -> DVector<f64> {
+/// Change of the log's parameters when stretches of its bins are left out.
+///
+/// By the normal equations of all parameters: those of the log's own are as good only where what is left determines them.
+fn left_out(part: &Part, bins: usize, stretches: &[Range<usize>], hessian: &DMatrix<f64>) -> DVector<f64> {
     let k = part.index.len();
-    let mut h = DMatrix::zeros(k, k);
-    let mut g = DVector::zeros(k);
-    for c in 0..3 {
-        let design = part.design.rows(c * bins + from, to - from).into_owned();
-        let residual = part.residual.rows(c * bins + from, to - from);
-        h += design.transpose() * &design;
-        g += design.transpose() * residual;
+    let (mut left, mut gradient) = (hessian.clone(), DVector::zeros(hessian.nrows()));
+    for (c, stretch) in (0..3).flat_map(|c| stretches.iter().map(move |s| (c, s))) {
+        let design = part.design.rows(c * bins + stretch.start, stretch.len()).into_owned();
+        let h = design.transpose() * &design;
+        let g = design.transpose() * part.residual.rows(c * bins + stretch.start, stretch.len());
+        for i in 0..k {
+            gradient[part.index[i]] -= g[i];
+            for m in 0..k {
+                left[(part.index[i], part.index[m])] -= h[(i, m)];
+            }
+        }
     }
-    // H^-1 of the parameters of this log, without the stretch: (H - h)^-1 = (S^-1 - h)^-1 on them, S the part of the inverse
-    let own = DMatrix::from_fn(k, k, |i, m| inverse[(part.index[i], part.index[m])]);
-    let Some(precision) = self::inverse(&own) else { return DVector::zeros(k) };
-    solve::solve(&(precision - h), &(-g), 1e-9).unwrap_or_else(|| DVector::zeros(k))
+    let change = solve::solve(&left, &gradient, 1e-9).unwrap_or_else(|| DVector::zeros(hessian.nrows()));
+    DVector::from_fn(k, |i, _| change[part.index[i]])
 }
 
 struct Window {
@@ -292,4 +302,58 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
         end_m: lever * found.dot(&Vector3::new(shape(last, 0), shape(last, 1), shape(last, 2))),
         lost_end_m: lever * errors[last],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Uniform numbers between -1 and 1.
+    fn noise() -> impl FnMut() -> f64 {
+        let mut state = 7u64;
+        move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Truth: the fit of the rows that are left, by their own normal equations. One parameter is known from the stretches that are left out
+    /// alone, and two are nearly the same.
+    #[test]
+    fn what_is_left_out_moves_the_estimate_to_the_fit_of_the_rest() {
+        let (bins, stretches, mut next) = (60, [5..15, 40..48], noise());
+        let left_out_bin = |b: usize| stretches.iter().any(|s| s.contains(&b));
+        let mut design = DMatrix::from_fn(3 * bins, 4, |_, _| 1e5 * next());
+        for row in 0..3 * bins {
+            design[(row, 2)] = design[(row, 1)] + 3.0 * next();
+            if !left_out_bin(row % bins) {
+                design[(row, 3)] = 0.0;
+            }
+        }
+        let prior = DMatrix::<f64>::identity(5, 5) * 25.0;
+        let index = vec![0, 1, 3, 4];
+        let residual = DVector::from_fn(3 * bins, |_, _| next());
+        // at the minimum of the whole problem the gradient is zero, priors included
+        let about = design.tr_mul(&residual);
+        let full = |of: &DMatrix<f64>| {
+            DMatrix::from_fn(5, 5, |i, k| {
+                let at = |p: usize| index.iter().position(|x| *x == p);
+                at(i).zip(at(k)).map_or(0.0, |(a, b)| of[(a, b)])
+            })
+        };
+        let hessian = &prior + full(&design.tr_mul(&design));
+        let change = left_out(
+            &Part { index: index.clone(), design: design.clone(), residual: residual.clone() },
+            bins,
+            &stretches,
+            &hessian,
+        );
+        let rows: Vec<usize> = (0..3 * bins).filter(|r| !left_out_bin(r % bins)).collect();
+        let (kept, of_kept) = (design.select_rows(&rows), residual.select_rows(&rows));
+        let normal = kept.tr_mul(&kept) + DMatrix::identity(4, 4) * 25.0;
+        let want = normal.lu().solve(&(kept.tr_mul(&of_kept) - about)).unwrap();
+        let (is, want) = (&design * change, &design * want);
+        let apart = (&is - &want).amax() / want.amax();
+        assert!(apart < 1e-3, "{apart}: {is} for {want}");
+    }
 }

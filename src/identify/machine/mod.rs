@@ -10,7 +10,7 @@
 //! - [`ripple`]: periods of the gears.
 //! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
-//! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
+//! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted; [`folds`]: which parts those are.
 //! - [`unseen`]: joints of which single readings tell nothing.
 //! - [`predict`]: what compensation will leave, without the noise of the instrument.
 //! - [`estimate`]: the document.
@@ -27,6 +27,7 @@ pub(crate) mod crossed;
 pub(crate) mod estimate;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod evidence;
+pub(crate) mod folds;
 pub(crate) mod frame;
 pub(crate) mod law;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
