@@ -24,6 +24,8 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 #[command(mut_arg("nominal", |a| a.help("Program of the circle before compensation (joint-space CSV)")))]
+// an argument that is changed goes to the end of the usage line: this one follows it
+#[command(mut_arg("before", |a| a))]
 #[command(mut_arg("after", |a| a.help("Log of the run with compensation; it contains the compensated commands")))]
 pub struct Args {
     #[command(flatten)]

@@ -20,6 +20,8 @@ use anyhow::Result;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 #[command(mut_arg("nominal", |a| a.help("Program before compensation (joint-space CSV with t_s)")))]
+// an argument that is changed goes to the end of the usage line: this one follows it
+#[command(mut_arg("before", |a| a))]
 pub struct Args {
     #[command(flatten)]
     pub runs: RunsArgs,
