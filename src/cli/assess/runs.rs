@@ -37,6 +37,9 @@ pub struct Runs {
     pub after: Option<Log>,
 }
 
+/// Reads logs by a column map, for a robot.
+type Loader = fn(&[PathBuf], Option<&Path>, &Robot) -> Result<Vec<Log>>;
+
 impl RunsArgs {
     /// The files that are read, each with its option.
     pub fn inputs(&self) -> [Named<'_>; 5] {
@@ -50,7 +53,7 @@ impl RunsArgs {
     }
 
     /// Reads the files; `logs` reads those of the runs.
-    pub fn load(&self, logs: fn(&[PathBuf], Option<&Path>, &Robot) -> Result<Vec<Log>>) -> Result<Runs> {
+    pub fn load(&self, logs: Loader) -> Result<Runs> {
         let robot = Robot::load(&self.robot)?;
         let nominal = Program::load(&self.nominal, &robot)?;
         let paths: Vec<PathBuf> = std::iter::once(&self.before).chain(&self.after).cloned().collect();

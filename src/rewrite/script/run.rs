@@ -249,6 +249,9 @@ struct Reached {
     via: Option<Vector3<f64>>,
 }
 
+/// Tool of a straight way or an arc, and a point of the arc between its ends; `None`: a joint move, and a straight way.
+type ToolAndMiddle = (Option<Arc<Tooled>>, Option<Vector3<f64>>);
+
 struct Cutter<'a> {
     choice: &'a Choice<'a>,
     poses: &'a mut Poses,
@@ -410,7 +413,7 @@ impl Cutter<'_> {
         m: &Move,
         from: &[f64],
         to: &[f64],
-    ) -> Result<(Option<Arc<Tooled>>, Option<Vector3<f64>>), Cause> {
+    ) -> Result<ToolAndMiddle, Cause> {
         let dof = self.choice.robot.dof();
         let points = targets.map(|t| script.targets.get(t).and_then(|t| joints_of(t, dof)));
         let [Some(a), Some(b), Some(c)] = points else { return Err(Cause::CurveToJoints) };
@@ -596,7 +599,7 @@ impl Cutter<'_> {
         m: &Move,
         (from, to): (&[f64], &[f64]),
         solved: bool,
-        (tooled, via): (Option<Arc<Tooled>>, Option<Vector3<f64>>),
+        (tooled, via): ToolAndMiddle,
     ) -> Option<Vec<Way>> {
         let via = match &m.goal {
             Goal::Pose(goal) => self.run.places.get(&step).and_then(|p| p.via(goal)),
