@@ -44,7 +44,7 @@ fn what_is_not_plain_about_circular_steps_leaves_their_path_unknown() {
         format!("{one}\nCALL JOB:A\n{two}\n{three}"),
         format!("{one}\nJUMP *L IF IN#(1)=ON\n{two}\n{three}\n*L"),
         format!("{one}\n{two} FPT\n{three}"),
-        format!("{one}\n{two}\n{three} UNTIL IN#(1)=ON"),
+        format!("{one}\n{two}\nMOVC C00003 V=50.0 UNTIL IN#(1)=ON"),
         format!("{one}\n{two}\n{three}\n+MOVJ EC00000 VJ=5.0"),
         format!("{one}\nMOVC C00001 V=50.0\n{three}"),
         format!("WVON WEV#(1)\n{one}\n{two}\n{three}\nWVOF"),
