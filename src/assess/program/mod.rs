@@ -249,17 +249,17 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     }
     let model = &base;
     let ideal = reference_machine(model);
-    let rate_hz = runs::rate_hz(model, before, options, rows);
+    let sampling = runs::sampling(model, before, options, rows);
     let targets = targets::Targets::of(model, before, after);
-    let wanted = runs::simulated(&ideal, before, options, rate_hz, &targets.before)?;
-    let reference = Reference::new(&wanted.points_m, &wanted.t_s);
+    let wanted = runs::simulated(&ideal, before, options, sampling, &targets.before)?;
+    let reference = Reference::new(&wanted.path_m, &wanted.path_s);
     if reference.length_m() <= 0.0 {
         let found = "a program that does not move the TCP";
         return Err(Error::bad(Place::file(before.name()), found, "a path"));
     }
     let mut notes = Vec::new();
     let run = |source: &Source, at: &[usize]| match source {
-        Source::Program(_) => runs::simulated(model, source, options, rate_hz, at),
+        Source::Program(_) => runs::simulated(model, source, options, sampling, at),
         Source::Log(log) => runs::measured(&ideal, log, &reference),
     };
     let measured = [run(before, &targets.before)?, run(after, &targets.after)?];

@@ -40,10 +40,13 @@ pub struct TurningPoint {
 /// Where a machine was, row by row.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    pub t_s: Vec<f64>,
-    /// Where the commands put the nominal robot, and where the TCP was, m.
-    pub commanded_m: Vec<Vector3<f64>>,
+    /// Length of the commanded path of the nominal robot up to each row, m.
+    pub along_m: Vec<f64>,
+    /// Where the TCP was, m.
     pub points_m: Vec<Vector3<f64>>,
+    /// The path of the TCP, with its corners, and the times of its points, m and s.
+    pub path_m: Vec<Vector3<f64>>,
+    pub path_s: Vec<f64>,
     /// How far the TCP is from where the nominal robot has it, at the requested points, m.
     pub deviations_m: Vec<Vector3<f64>>,
     pub turns: Vec<TurningPoint>,
@@ -72,13 +75,13 @@ pub struct Run {
 
 impl Run {
     pub fn new(name: &str, measured: &Measured, reference: &Reference) -> Self {
-        let along = lengths(&measured.commanded_m);
+        let along = &measured.along_m;
         let length_m = along.last().copied().unwrap_or(0.0);
         // offsets make the commanded path a little longer: its length is scaled onto the reference's
         let scale = if length_m > 0.0 { reference.length_m() / length_m } else { 1.0 };
         let slack = SLACK_M + (length_m - reference.length_m()).abs().min(MOST_SLACK_M);
         let (errors_m, reference_s): (Vec<f64>, Vec<f64>) =
-            measured.points_m.iter().zip(&along).map(|(p, a)| reference.distance(p, a * scale, slack)).unzip();
+            measured.points_m.iter().zip(along).map(|(p, a)| reference.distance(p, a * scale, slack)).unzip();
         let mut run = Self {
             name: name.into(),
             length_m,
@@ -136,13 +139,24 @@ impl Rows {
     }
 }
 
-/// Rate at which both runs are sampled.
-pub fn rate_hz(model: &Model, source: &Source, options: &Options, Rows([least, most]): Rows) -> f64 {
-    let Source::Program(program) = source else { return FASTEST_HZ };
+/// How both runs are sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sampling {
+    pub rate_hz: f64,
+    /// Rows of fast moves stand so far apart that a corner between two of them would be cut: the path has the program's points, too.
+    pub corners: bool,
+}
+
+/// Rows that stand near enough everywhere.
+const FINE: Sampling = Sampling { rate_hz: FASTEST_HZ, corners: false };
+
+/// How the runs of a program, and of what it became, are sampled.
+pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, most]): Rows) -> Sampling {
+    let Source::Program(program) = source else { return FINE };
     let t = times(model, program, options);
     let duration = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
     if duration <= 0.0 {
-        return FASTEST_HZ;
+        return FINE;
     }
     let mut q = vec![0.0; model.robot.dof()];
     let path: Vec<Vector3<f64>> = (0..program.len())
@@ -158,15 +172,23 @@ pub fn rate_hz(model: &Model, source: &Source, options: &Options, Rows([least, m
     let speed = |k: usize| (along[k] - along[k - 1]) / (t[k] - t[k - 1]).max(f64::MIN_POSITIVE);
     let moving = (1..along.len()).filter(|&k| along[k] - along[k - 1] > REST).map(speed);
     let fast = moving.fold(0.0, f64::max) / LONGEST_STEP_M;
-    (rows / duration).max(fast).min(FASTEST_HZ.max(most / duration))
+    let most_hz = FASTEST_HZ.max(most / duration);
+    Sampling { rate_hz: (rows / duration).max(fast).min(most_hz), corners: fast > most_hz }
 }
 
 /// A program, or the commands of a log, on a modelled machine; `at`: points of the program whose deviation is requested, increasing.
-pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64, at: &[usize]) -> Result<Measured> {
+pub fn simulated(
+    model: &Model,
+    source: &Source,
+    options: &Options,
+    sampling: Sampling,
+    at: &[usize],
+) -> Result<Measured> {
     let (motion, points, stops) = match source {
         Source::Program(program) => {
             let t_s = times(model, program, options);
-            let motion = Motion::of_program_at(model, program, &t_s, rate_hz, at)?;
+            let corners: Vec<usize> = if sampling.corners { (0..program.len()).collect() } else { at.to_vec() };
+            let motion = Motion::of_program_at(model, program, &t_s, sampling.rate_hz, &corners)?;
             (motion, program.len(), stops(&program.q))
         }
         Source::Log(log) => {
@@ -183,19 +205,29 @@ pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64
     let cmd = |rows: &[usize]| -> Vec<Vec<f64>> {
         (0..model.robot.dof()).map(|a| rows.iter().map(|&row| motion.drive.command(a)[row]).collect()).collect()
     };
-    let asked: Vec<usize> = motion.drive.rows_of_points().iter().map(|p| p.0).collect();
+    let of_points = motion.drive.rows_of_points();
+    let asked: Vec<usize> = match sampling.corners {
+        true => at.iter().filter_map(|&k| of_points.get(k)).map(|p| p.0).collect(),
+        false => of_points.iter().map(|p| p.0).collect(),
+    };
     let nominal = commanded(model, &cmd(&asked));
     let deviations_m = asked.iter().zip(nominal).map(|(&row, nominal)| motion.point_m(0, row) - nominal).collect();
+    let path: Vec<usize> = if sampling.corners { (0..motion.len()).collect() } else { rows.clone() };
+    let along = lengths(&commanded(model, &cmd(&path)));
     let cmd = cmd(&rows);
     Ok(Measured {
-        commanded_m: commanded(model, &cmd),
+        along_m: match sampling.corners {
+            true => rows.iter().map(|&row| along[row]).collect(),
+            false => along,
+        },
         points_m: rows.iter().map(|&row| motion.point_m(0, row)).collect(),
+        path_m: path.iter().map(|&row| motion.point_m(0, row)).collect(),
+        path_s: path.iter().map(|&row| motion.drive.t_s()[row]).collect(),
         deviations_m,
         turns: turning_points(&t_s, &cmd),
         points,
         stops,
         cycle_s: t_s.last().copied().unwrap_or(0.0) - t_s.first().copied().unwrap_or(0.0),
-        t_s,
     })
 }
 
@@ -225,16 +257,17 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let nearest = |(p, a): (&Vector3<f64>, &f64)| reference.nearest(p, *a, slack).at;
     let near: Vec<Vector3<f64>> = placed.iter().zip(&along).map(nearest).collect();
     let off: Vec<Vector3<f64>> = placed.iter().zip(&near).map(|(p, n)| p - n).collect();
-    let points_m = near.iter().zip(averaged(&t_s, &off)).map(|(n, o)| n + o).collect();
+    let points_m: Vec<Vector3<f64>> = near.iter().zip(averaged(&t_s, &off)).map(|(n, o)| n + o).collect();
     Ok(Measured {
-        commanded_m,
+        along_m: lengths(&commanded_m),
+        path_m: Vec::clone(&points_m),
         points_m,
         deviations_m: Vec::new(),
         turns: turning_points(&t_s, &cmd),
+        path_s: t_s,
         points: log.len(),
         stops: stops(&log.cmd),
         cycle_s: log.t_s.last().copied().unwrap_or(0.0) - log.t_s.first().copied().unwrap_or(0.0),
-        t_s,
     })
 }
 
