@@ -287,7 +287,7 @@ fn refuse_misfit(fit: &fit::Fit, seen: &[Option<Vector3<f64>>], tracker: &Record
 }
 
 fn missing(of: &Recording, what: &str) -> Error {
-    Error::bad(
+    Error::unknown_header(
         Place::file(&of.name),
         format!("no column {what}"),
         "this column under its standard name or through a column map",

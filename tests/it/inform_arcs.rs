@@ -42,7 +42,9 @@ fn rewritten(points: [&str; 4], arc: &str, more: &str) -> (tempfile::TempDir, St
          ///DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\n{arc}MOVL C00004 V=50.0\nMOVJ C00000 VJ=25.00\nEND\n"
     );
     std::fs::write(path("part.JBI"), job.replace('\n', "\r\n")).unwrap();
-    let line = format!("rewrite --model model.yaml part.JBI --output out.JBI{more}");
+    let tools = "schema: lostmotion/frames/1\ntools:\n  \"0\": {xyz_mm: [0, 0, 0]}\n";
+    std::fs::write(path("frames.yaml"), tools).unwrap();
+    let line = format!("rewrite --model model.yaml part.JBI --frames frames.yaml --output out.JBI{more}");
     let run =
         Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split(' ')).assert().success();
     let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
@@ -77,10 +79,11 @@ fn the_points_of_an_arc_are_reached_from_the_side_from_which_the_arc_comes() {
 #[test]
 fn the_verdict_follows_an_arc_of_joint_values() {
     let (folder, _, _) = rewritten(WIDE, ARC, "");
-    let line = "assess program part.JBI out.JBI --model model.yaml --json";
-    let run =
-        Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split(' ')).assert().success();
+    let line = "assess program --before part.JBI --after out.JBI --model model.yaml --frames frames.yaml --json";
+    let run = Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split(' ')).assert();
     let all: serde_json::Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+    assert_eq!(all["moves"]["in_verdict"], all["moves"]["all"], "{all}");
+    assert_eq!(all["at_targets"]["verdict"], "better");
     let text = all.to_string();
     assert!(!text.contains("arc or spline"), "{text}");
 }

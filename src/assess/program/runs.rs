@@ -17,6 +17,8 @@ const ROWS: [f64; 2] = [2_000.0, 200_000.0];
 const STEP_M: f64 = 0.1e-3;
 /// Difference in length of two paths for which the nearest point is looked for further away, m: more is another path.
 const MOST_SLACK_M: f64 = 20e-3;
+/// Length of path on which lengths drift apart by [`SLACK_M`] at most, m.
+const DRIFTS_M: f64 = 5.0;
 /// Rows of a stretch at least.
 const LEAST_ROWS: f64 = 20.0;
 /// Longest path between two rows where the program is fastest, m.
@@ -79,7 +81,7 @@ impl Run {
         let length_m = along.last().copied().unwrap_or(0.0);
         // offsets make the commanded path a little longer: its length is scaled onto the reference's
         let scale = if length_m > 0.0 { reference.length_m() / length_m } else { 1.0 };
-        let slack = SLACK_M + (length_m - reference.length_m()).abs().min(MOST_SLACK_M);
+        let slack = slack_m(length_m, reference);
         let (errors_m, reference_s): (Vec<f64>, Vec<f64>) =
             measured.points_m.iter().zip(along).map(|(p, a)| reference.distance(p, a * scale, slack)).unzip();
         let mut run = Self {
@@ -231,6 +233,12 @@ pub fn simulated(
     })
 }
 
+/// Length of path on either side within which the nearest point is looked for, m: what was added makes one part of a long path longer and
+/// another shorter, so that lengths drift apart between its ends, too.
+fn slack_m(length_m: f64, reference: &Reference) -> f64 {
+    SLACK_M * (length_m / DRIFTS_M).max(1.0) + (length_m - reference.length_m()).abs().min(MOST_SLACK_M)
+}
+
 /// What a log measured, fitted rigidly onto the reference and averaged over [`SMOOTHING_S`].
 pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measured> {
     refuse_poses(log)?;
@@ -247,7 +255,7 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let scale = if total > 0.0 { reference.length_m() / total } else { 1.0 };
     let seen: Vec<Vector3<f64>> = rows.iter().filter_map(|&r| log.tcp_m[r]).collect();
     let along: Vec<f64> = along.iter().map(|a| a * scale).collect();
-    let slack = SLACK_M + (total - reference.length_m()).abs().min(MOST_SLACK_M);
+    let slack = slack_m(total, reference);
     let Some(frame) = frame::across(&seen, &along, reference, slack) else {
         let expected = "a path whose points do not lie on one line, so that the frame can be determined";
         return Err(Error::bad(Place::file(&log.name), "measured points on one line", expected));

@@ -36,11 +36,6 @@ const ASTRAY_TIMES: f64 = 10.0;
 /// Least error before the change that this growth refers to, m: a program in which hardly any joint reverses has almost none.
 const ASTRAY_FROM_M: f64 = 100e-6;
 
-/// Whether the largest path error, before and after the change, m, grows as no lost motion makes it grow.
-fn is_astray([before, after]: [f64; 2]) -> bool {
-    after > ASTRAY_TIMES * before.max(ASTRAY_FROM_M)
-}
-
 /// The verdict, or why there is none.
 pub(super) enum Proof {
     Proven(Box<Proven>),
@@ -102,17 +97,7 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
     let assessed = input::read(&args.input).and_then(|bytes| {
         let before = reading.load(&args.input, bytes)?;
         let after = reading.written(&args.input, ready.texts()?)?;
-        let [before, after] = [&before, &after].map(program::Source::Program);
-        let own = program::assess(model, &before, &after, &options)?;
-        if options.at_speed || !is_astray(own.figures.largest_m) {
-            return Ok(own);
-        }
-        // rows of a fast move in a long program are so far apart that its corners are lost between them: a program that leaves its path
-        // leaves it at one speed, too
-        let mut even = program::assess(model, &before, &after, &program::Options { at_speed: true, ..options })?;
-        let speed = options.speed_m_s * 1e3;
-        even.notes.push(format!("all moves run at {speed} mm/s, because at its own speeds the program is too long and too fast for the verdict"));
-        Ok(if is_astray(even.figures.largest_m) { own } else { even })
+        program::assess(model, &program::Source::Program(&before), &program::Source::Program(&after), &options)
     });
     Some(match assessed {
         Ok(a) => Proof::Proven(Box::new(Proven::of(&a, &source.robot, &source.compensator.evidence.predicted))),
@@ -241,7 +226,7 @@ impl Proof {
     pub(super) fn astray(&self, program: &str) -> Option<String> {
         let Self::Proven(proven) = self else { return None };
         let [before, after] = proven.figures.largest_m;
-        is_astray(proven.figures.largest_m).then(|| {
+        (after > ASTRAY_TIMES * before.max(ASTRAY_FROM_M)).then(|| {
             format!(
                 "{program}: the rewritten program leaves the path by {:.1} mm (the given one by {:.3} mm), which no compensation \
                  explains; nothing was written. Please check frames, tools and the robot file (--force writes the program to another file)",

@@ -7,10 +7,8 @@ use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
-/// Rounds at most: the shapes of play and spike depend on their size, the centre of a ballbar moves.
-const ROUNDS: usize = 60;
-/// The rounds have settled where no value moves by more than this part of its standard deviation.
-const SETTLED: f64 = 1e-3;
+/// Rounds: the shapes of play and spike depend on their size, the centre of a ballbar moves.
+const ROUNDS: usize = 8;
 /// Residuals beyond this many standard deviations are gross errors.
 const GROSS: f64 = 6.0;
 /// Share of what the rows know of a parameter by which it is held back; an open direction gets a variance 1e10 times that of a known one.
@@ -26,8 +24,6 @@ pub struct Fit {
     pub dof: f64,
     pub sigma_m: f64,
     pub correlation: f64,
-    /// Why the rounds ended: intervals mean something where they settled.
-    pub reason: TerminationReason,
 }
 
 /// Fits all parameters; `None` where the rows cannot be solved.
@@ -54,7 +50,7 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
     let dof = present.dof();
     let Present { layout, values, sigma, correlation, covariance, .. } = present;
     let sigma_m = sigma / (1.0 - correlation * correlation).sqrt();
-    Some(Fit { layout, values, covariance, dof, sigma_m, correlation, reason })
+    Some(Fit { layout, values, covariance, dof, sigma_m, correlation })
 }
 
 /// Design and target of a log, one row per reading.
@@ -78,11 +74,6 @@ struct Present<'a> {
 impl Present<'_> {
     fn dof(&self) -> f64 {
         (self.rows as f64 - self.values.len() as f64).max(1.0)
-    }
-
-    /// Whether `step` moved every value by little, as known.
-    fn is_settled(&self, step: &[f64]) -> bool {
-        step.iter().enumerate().all(|(k, s)| s.powi(2) <= SETTLED * SETTLED * self.covariance[(k, k)])
     }
 
     /// Rows of the priors: parameter, weight, and what the parameter differs by.
@@ -150,7 +141,7 @@ impl Reweighted for Present<'_> {
         for (log, track) in self.tracks.iter_mut().enumerate() {
             track.take_centre(&self.layout, log, self.values.as_mut_slice());
         }
-        if self.is_settled(step) { Flow::Reached } else { Flow::Continue }
+        Flow::Continue
     }
 }
 

@@ -431,7 +431,7 @@ impl Cutter<'_> {
     fn tool_of_circle(&mut self, m: &Move, points: [&[f64]; 3]) -> Result<Arc<Tooled>, Cause> {
         let tool = m.tool.as_ref().ok_or(Cause::CurveToJoints)?;
         let rotations = points.map(|q| isometry(&self.plain.robot.forward(q)).rotation);
-        let turns = (1..3).any(|k| rotations[0].angle_to(&rotations[k]) >= SAME_TURN_RAD);
+        let turns = (1..3).any(|k| rotations[0].angle_to(&rotations[k]) >= way::SAME_TURN);
         match self.poses.tool(tool) {
             Ok(tooled) => Ok(tooled),
             Err(_) if !turns => Ok(self.plain.clone()),

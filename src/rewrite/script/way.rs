@@ -99,8 +99,11 @@ impl Circle {
         self.centre + UnitQuaternion::from_axis_angle(&self.normal, share * self.angle) * self.from
     }
 
-    /// How far another arc leaves this one at most, m.
+    /// How far another arc leaves this one at most, m; one that goes round the other way leaves it altogether.
     fn left_by(&self, other: &Self) -> f64 {
+        if self.normal.dot(&other.normal) <= 0.0 {
+            return f64::INFINITY;
+        }
         const SAMPLES: u32 = 48;
         let at = |k: u32| self.off(&other.at(f64::from(k) / f64::from(SAMPLES)));
         (0..=SAMPLES).map(at).fold(0.0, f64::max)
@@ -149,7 +152,7 @@ impl Track {
 }
 
 /// Orientations at the ends of an arc that differ by less are the same, rad.
-const SAME_TURN: f64 = 2e-4;
+pub(super) const SAME_TURN: f64 = 2e-4;
 /// Arcs of more are not split, rad: which way round an orientation goes there differs by controller and setting.
 const WIDEST: f64 = 3.1;
 

@@ -54,11 +54,18 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, overlaid: &[u32]) -> Ci
             // a second group moves along
             group.push(None);
         } else if word.contains("MOV") || word == "END" {
+            if matches!(word.as_str(), "SMOVC" | "SMOVS") && !group.is_empty() {
+                group.push(None);
+            }
             close(text, list, &mut group, &mut found);
             (after_plain, between) = (matches!(word.as_str(), "MOVJ" | "MOVL"), Between::Nothing);
         } else if !is_still(&word) || !sets_frame(text, k).is_empty() {
             // what is jumped to may be reached from an arc, too
             after_plain &= word == "JUMP";
+            if matches!(word.as_str(), "JUMP" | "CALL") && !group.is_empty() {
+                // more circular steps may follow where it leads
+                group.push(None);
+            }
             between = Between::Anything;
         }
     }
