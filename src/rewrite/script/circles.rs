@@ -12,6 +12,8 @@ use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// Displacement of a point, as a part of the shortest chord of its arc, from which the arc stays as it is: its shape would change.
+const LARGE: f64 = 0.1;
 /// An arc as it is written leaves that of the program by this many times what its points move at most, and digits, m.
 const LEAVES: f64 = 2.0;
 const DIGITS_M: f64 = 3e-6;
@@ -80,6 +82,10 @@ fn stays(run: &Run, points: &[&Vertex], edits: &Edits) -> bool {
         None => line.tcp_m(&v.q),
     });
     let most = own.iter().zip(&written).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let chords = [(own[0] - own[1]).norm(), (own[1] - own[2]).norm(), (own[2] - own[0]).norm()];
+    if most > LARGE * chords.into_iter().fold(f64::INFINITY, f64::min) {
+        return false;
+    }
     let of = |p: &[Vector3<f64>; 3]| way::leaves([&own[0], &own[1], &own[2]], [&p[0], &p[1], &p[2]]);
     of(&written).is_some_and(|off| off <= LEAVES * most + DIGITS_M)
 }
