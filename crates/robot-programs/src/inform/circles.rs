@@ -5,6 +5,7 @@
 //! other, and steps that end an arc by a tag of their own, follow rules that differ by controller: these are left out, and so is
 //! everything that is not plain in such a group.
 
+use super::flow::{self, Flow, StillJobs};
 use super::list::List;
 use super::read::{PROCESS, STANDS, STILL, sets_frame, upper, words};
 use super::{Kind, Meaning, Position};
@@ -29,8 +30,9 @@ enum Between {
 /// The lines of a job that are arcs of three steps, from line `begin` on; `overlaid`: what is laid over the path before each line.
 ///
 /// `arc = ("MOVJ" | "MOVL") ... {still} circular {still} circular {still} circular {still} move`
-pub(super) fn of(text: &Text, begin: usize, list: &List, overlaid: &[u32]) -> Circles {
+pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &StillJobs, overlaid: &[u32]) -> Circles {
     let mut found = Circles::new();
+    let labelled = label_leads_to_a_circular_step(text, begin, jobs);
     if list.foreign.is_some() {
         return found;
     }
@@ -62,7 +64,13 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, overlaid: &[u32]) -> Ci
         } else if !is_still(&word) || !sets_frame(text, k).is_empty() {
             // what is jumped to may be reached from an arc, too
             after_plain &= word == "JUMP";
-            if matches!(word.as_str(), "JUMP" | "CALL") && !group.is_empty() {
+            let goes_on = match flow::read(&flow::upper_words(text, k)) {
+                Flow::Jump { label: Some(_), .. } => labelled,
+                Flow::Jump { label: None, .. } => word == "JUMP",
+                Flow::Call(job) => jobs.waits(&job).is_none(),
+                _ => matches!(word.as_str(), "JUMP" | "CALL"),
+            };
+            if goes_on && !group.is_empty() {
                 // more circular steps may follow where it leads
                 group.push(None);
             }
@@ -71,6 +79,24 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, overlaid: &[u32]) -> Ci
     }
     close(text, list, &mut group, &mut found);
     found
+}
+
+/// Whether a circular step, or a job that may begin with one, may come first after a label.
+fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &StillJobs) -> bool {
+    let mut after_label = false;
+    for k in begin..text.line_count() {
+        let words = flow::upper_words(text, k);
+        match (words.first().map(String::as_str), flow::read(&words)) {
+            (_, Flow::Label(_)) => after_label = true,
+            (Some(word), _) if after_label && word.ends_with("MOVC") => return true,
+            (_, Flow::Call(job)) if after_label && jobs.waits(&job).is_none() => return true,
+            (Some("JUMP"), Flow::Jump { label: None, .. }) if after_label => return true,
+            (Some("JUMP"), Flow::Other) => return true,
+            (Some(word), _) if word.contains("MOV") || word == "END" => after_label = false,
+            _ => {}
+        }
+    }
+    false
 }
 
 /// Ends a group of circular steps.

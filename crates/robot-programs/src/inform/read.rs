@@ -81,6 +81,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let mut list = List::default();
     let begin = list.read(text)?;
     let overlaid = flow::overlaid_before(text, begin, OVERLAID);
+    let jobs = StillJobs::of(&texts[1..]);
     let mut reader = Reader {
         text,
         robot,
@@ -95,13 +96,13 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         script: Script { targets: Targets::of_text(text), ..Script::default() },
         steps: Steps::of_text(text),
         blocks: Vec::new(),
-        jobs: StillJobs::of(&texts[1..]),
         met: BTreeMap::new(),
         quiet: BTreeSet::new(),
         targets: super::Known::default(),
         numbers: Vec::new(),
         pinned: vec![false; list.positions.len()],
-        circles: circles::of(text, begin, &list, &overlaid),
+        circles: circles::of(text, begin, &list, &jobs, &overlaid),
+        jobs,
         overlaid,
         counted_calls: BTreeSet::new(),
         base_axes: list.base_axes,

@@ -53,6 +53,9 @@ fn what_is_not_plain_about_circular_steps_leaves_their_path_unknown() {
         format!("*L\n{one}\n{two}\n{three}"),
         format!("{one}\nSMOVC C00002 V=50.0\n{three}"),
         format!("{one}\nMOVC P001 V=50.0\n{three}"),
+        format!("{one}\n{two}\n{three}\nCALL JOB:A"),
+        format!("{one}\n{two}\n{three}\nJUMP JOB:A IF IN#(1)=ON"),
+        format!("{one}\n{two}\n{three}\nJUMP *L IF IN#(1)=ON\nMOVL C00004 V=50.0\n*L\nMOVC C00001 V=50.0"),
     ] {
         let script = read(&format!("MOVJ C00000 VJ=25.00\n{group}\nMOVL C00004 V=50.0"));
         for (_, m) in moves(&script).into_iter().filter(|m| !matches!(m.1.path, PathKind::Joint)) {
