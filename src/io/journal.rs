@@ -230,8 +230,8 @@ pub fn is_journal(path: &Path) -> bool {
 /// A name without a folder.
 fn ours(text: &str) -> Option<PathBuf> {
     let path = path_of(text)?;
-    let mut parts = path.components();
-    let plain = matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None));
+    // `name/` and `name/.` have one component, too
+    let plain = matches!(path.components().next(), Some(Component::Normal(name)) if name == path.as_os_str());
     plain.then_some(path)
 }
 
@@ -267,5 +267,22 @@ fn absent_is_done(result: io::Result<()>) -> io::Result<()> {
     match result {
         Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_journal_that_names_anything_but_a_file_of_its_folder_is_damaged() {
+        let text = |target: &str| {
+            let files = format!(r#"[{{"target": "{target}", "new": ".lostmotion-1.part", "old": null}}]"#);
+            format!(r#"{{"schema": "{SCHEMA}", "back": false, "files": {files}}}"#)
+        };
+        assert!(Journal::parse(text("out.src").as_bytes()).is_some());
+        for target in ["", ".", "..", "out.src/", "out.src/.", "./out.src", "/out.src", "a/out.src"] {
+            assert!(Journal::parse(text(target).as_bytes()).is_none(), "{target}");
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Which programs are refused because what is written leaves the path of what was given.
 
+use crate::support::{WorkFolder, bundled};
 use assert_cmd::Command;
 use predicates::str::contains;
 use std::path::Path;
@@ -45,4 +46,40 @@ fn fast_moves_in_a_long_program_are_not_taken_for_a_lost_path() {
     let run = Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split(' ')).assert();
     run.success().stderr(contains("verdict on the model's machine: better"));
     assert!(path("out.LS").exists());
+}
+
+#[test]
+fn a_straight_move_that_the_arm_cannot_follow_gets_no_points_on_its_way() {
+    let folder = WorkFolder::new();
+    let write = |name: &str, text: String| std::fs::write(folder.join(name), text).unwrap();
+    std::fs::copy(bundled("configs/motoman-ma2010.yaml"), folder.join("robot.yaml")).unwrap();
+    let effects = "effects:\n  - {effect: backlash, joint: S, half_gap_deg: 0.02}\n";
+    write("model.yaml", format!("schema: lostmotion/model/1\nrobot: robot.yaml\n{effects}"));
+    write("frames.yaml", "schema: lostmotion/frames/1\ntools:\n  \"0\": {xyz_mm: [0, 0, 0]}\n".into());
+    // S turns at C00001; the wrist stands the same way, or turned over, at C00002, with the same pose
+    let moves = |wrist: &str| {
+        let list = format!(
+            "C00000=-5.0000,5.0000,5.0000,-90.0000,-60.0000,0.0000\nC00001=0.0000,5.0000,5.0000,-90.0000,-60.0000,0.0000\n\
+             C00002=-4.0000,9.0000,5.0000,{wrist}\nC00003=-6.0000,9.0000,5.0000,{wrist}\n"
+        );
+        write(
+            "part.JBI",
+            format!(
+                "/JOB\n//NAME A\n//POS\n///NPOS 4,0,0,0,0,0\n///TOOL 0\n///POSTYPE ANGLE\n///ANGLE\n{list}//INST\n\
+                 ///DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\n\
+                 MOVL C00002 V=50.0\nMOVJ C00003 VJ=25.00\nEND\n"
+            ),
+        );
+        folder.run("rewrite --model model.yaml part.JBI --frames frames.yaml --output out.JBI").success();
+        let out = std::fs::read_to_string(folder.join("out.JBI")).unwrap();
+        let s_deg = |name: &str| -> f64 {
+            let line = out.lines().find(|l| l.starts_with(&format!("{name}="))).unwrap();
+            line.split(['=', ',']).nth(1).unwrap().parse().unwrap()
+        };
+        // the goal carries the step all the same
+        assert!((s_deg("C00002") + 4.02).abs() < 1e-4, "{}", s_deg("C00002"));
+        out.matches("\nMOV").count()
+    };
+    assert!(moves("-90.0000,-60.0000,0.0000") > 4);
+    assert_eq!(moves("90.0000,60.0000,180.0000"), 4);
 }

@@ -2,14 +2,17 @@
 //!
 //! Method: a point of a run has come some length along the commanded path. Its nearest point on the reference is looked for among
 //! the segments whose length of path lies within [`SLACK_M`] (and the difference between both lengths) of that. So a path
-//! that crosses itself, comes back on itself, or pauses, is followed without ambiguity. Both ends of the reference go on straight for
-//! the longest step between its points: the rows of two runs end up to a row apart, and a run that is early or late along the path
-//! has no error.
+//! that crosses itself, comes back on itself, or pauses, is followed without ambiguity. A run as a whole is followed from point to point
+//! too ([`Reference::follow`]): what a rewrite adds makes single parts longer, so that lengths from the start drift apart by more than the
+//! slack and come together again. Both ends of the reference go on straight for the longest step between its points: the rows of two runs
+//! end up to a row apart, and a run that is early or late along the path has no error.
 
 use nalgebra::Vector3;
 
 /// Length of path on either side within which the nearest point is looked for, m.
 pub const SLACK_M: f64 = 1e-3;
+/// Distances that differ by less are equal, m.
+const SAME_M: f64 = 1e-9;
 
 /// A path with its length up to every point.
 #[derive(Debug, Clone)]
@@ -35,7 +38,7 @@ pub fn lengths(points: &[Vector3<f64>]) -> Vec<f64> {
 }
 
 /// The place of a path nearest to a point.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Nearest {
     /// Distance of the point.
     pub off_m: f64,
@@ -44,6 +47,8 @@ pub struct Nearest {
     /// The place, and the direction of the path there (zero where the path stands still).
     pub at: Vector3<f64>,
     pub direction: Vector3<f64>,
+    /// Length of the path up to it, m.
+    pub along_m: f64,
 }
 
 impl Reference {
@@ -65,10 +70,22 @@ impl Reference {
         self.points[before].lerp(&self.points[i], share)
     }
 
-    /// Distance of a point to the path near a length of it, and the time of the reference there.
-    pub fn distance(&self, point: &Vector3<f64>, along: f64, slack_m: f64) -> (f64, f64) {
-        let near = self.nearest(point, along, slack_m);
-        (near.off_m, near.t_s)
+    /// The places nearest to the points of a run that has come `along` (scaled onto this path's length) at each: near that length of this
+    /// path, or as far behind the place before as the run has come since, whichever is nearer.
+    pub fn follow(&self, points: &[Vector3<f64>], along: &[f64], slack_m: f64) -> Vec<Nearest> {
+        let mut before: Option<(f64, f64)> = None;
+        let of = |(point, &along): (&Vector3<f64>, &f64)| {
+            let mut near = self.nearest(point, along, slack_m);
+            if let Some((place, was)) = before {
+                let behind = self.nearest(point, place + along - was, SLACK_M);
+                if behind.off_m < near.off_m - SAME_M {
+                    near = behind;
+                }
+            }
+            before = Some((near.along_m, along));
+            near
+        };
+        points.iter().zip(along).map(of).collect()
     }
 
     /// The place of the path nearest to a point, near a length of it; beyond the ends by a step at most.
@@ -76,8 +93,9 @@ impl Reference {
         let last = self.points.len() - 1;
         let from = self.along.partition_point(|&a| a < along - slack_m).saturating_sub(1).min(last.saturating_sub(1));
         let to = self.along.partition_point(|&a| a <= along + slack_m).max(from + 1).min(last);
-        let start =
-            Nearest { off_m: f64::INFINITY, t_s: self.t_s[from], at: self.points[from], direction: Vector3::zeros() };
+        let mut start =
+            Nearest { off_m: f64::INFINITY, t_s: self.t_s[from], at: self.points[from], ..Nearest::default() };
+        start.along_m = self.along[from];
         let mut best = (start, 0.0);
         for i in from..to {
             let (a, b) = (self.points[i], self.points[i + 1]);
@@ -90,12 +108,13 @@ impl Reference {
             let off = (point - a - step * nearest).norm();
             // of equal distances the place nearest in length counts: a path that comes back on itself has two
             let apart = (self.along[i] + share * length2.sqrt() - along).abs();
-            if off < best.0.off_m - 1e-9 || (off < best.0.off_m + 1e-9 && apart < best.1) {
+            if off < best.0.off_m - SAME_M || (off < best.0.off_m + SAME_M && apart < best.1) {
                 let near = Nearest {
                     off_m: off,
                     t_s: self.t_s[i] + share * (self.t_s[i + 1] - self.t_s[i]),
                     at: a + step * nearest,
                     direction: step.try_normalize(0.0).unwrap_or_default(),
+                    along_m: self.along[i] + share * length2.sqrt(),
                 };
                 best = (near, apart);
             }
@@ -120,17 +139,17 @@ mod tests {
     fn a_path_that_comes_back_on_itself_is_followed_in_order() {
         let path = line();
         let point = Vector3::new(4.5e-3, 7e-6, 0.0);
-        let (out, out_s) = path.distance(&point, 4.5e-3, SLACK_M);
-        let (back, back_s) = path.distance(&point, 15.5e-3, SLACK_M);
-        assert!((out - 7e-6).abs() < 1e-12 && (back - 7e-6).abs() < 1e-12);
-        assert!((out_s - 4.5).abs() < 1e-6 && (back_s - 15.5).abs() < 1e-6, "{out_s} {back_s}");
+        let [out, back] = [4.5e-3, 15.5e-3].map(|along| path.nearest(&point, along, SLACK_M));
+        assert!((out.off_m - 7e-6).abs() < 1e-12 && (back.off_m - 7e-6).abs() < 1e-12);
+        assert!((out.t_s - 4.5).abs() < 1e-6 && (back.t_s - 15.5).abs() < 1e-6, "{} {}", out.t_s, back.t_s);
+        assert!((out.along_m - 4.5e-3).abs() < 1e-12 && (back.along_m - 15.5e-3).abs() < 1e-12);
     }
 
     #[test]
     fn a_point_beyond_the_end_is_as_far_as_the_end_less_a_step() {
         // the steps of this path are 1 mm
-        let (off, at) = line().distance(&Vector3::new(-2.5e-3, 0.0, 0.0), 20e-3, SLACK_M);
-        assert!((off - 1.5e-3).abs() < 1e-12 && (at - 20.0).abs() < 1e-9);
+        let near = line().nearest(&Vector3::new(-2.5e-3, 0.0, 0.0), 20e-3, SLACK_M);
+        assert!((near.off_m - 1.5e-3).abs() < 1e-12 && (near.t_s - 20.0).abs() < 1e-9);
     }
 
     #[test]
@@ -138,8 +157,34 @@ mod tests {
         let points: Vec<_> = (0..=10).map(|x| Vector3::new(f64::from(x) * 1e-4, 0.0, 0.0)).collect();
         let path = Reference::new(&points, &(0..=10).map(f64::from).collect::<Vec<_>>());
         for (x, along) in [(1.085e-3, 1.085e-3), (-0.06e-3, 0.0)] {
-            let (off, _) = path.distance(&Vector3::new(x, 4e-6, 0.0), along, SLACK_M);
+            let off = path.nearest(&Vector3::new(x, 4e-6, 0.0), along, SLACK_M).off_m;
             assert!((off - 4e-6).abs() < 1e-12, "{x}: {off}");
         }
+    }
+
+    #[test]
+    fn a_run_with_longer_and_shorter_parts_is_followed_from_point_to_point() {
+        // 0 -> 100 mm and up by 50 mm; the run has a detour of 4 mm out and back on its way, and a corner cut by 4 mm later
+        let (x, y) = (Vector3::x() * 1e-3, Vector3::y() * 1e-3);
+        let walk = |parts: &[(Vector3<f64>, usize)]| {
+            let mut points = vec![Vector3::zeros()];
+            for (step, n) in parts {
+                for _ in 0..*n {
+                    points.push(points[points.len() - 1] + step * 0.1);
+                }
+            }
+            points
+        };
+        let points = walk(&[(x, 1000), (y, 500)]);
+        let path = Reference::new(&points, &(0..points.len()).map(|i| i as f64).collect::<Vec<_>>());
+        let run = walk(&[(x, 500), (x, 20), (-x, 20), (x, 500), (y, 500)]);
+        let along: Vec<f64> = lengths(&run).iter().map(|a| a * 150.0 / 154.0).collect();
+        let off = path.follow(&run, &along, SLACK_M).iter().map(|n| n.off_m).fold(0.0, f64::max);
+        assert!(off < 1e-9, "{off}");
+        // what leaves the path is still seen
+        let astray = walk(&[(x, 1000), (x, 10), (-x, 10), (y, 500)]);
+        let along: Vec<f64> = lengths(&astray).iter().map(|a| a * 150.0 / 152.0).collect();
+        let off = path.follow(&astray, &along, SLACK_M).iter().map(|n| n.off_m).fold(0.0, f64::max);
+        assert!((off - 1e-3).abs() < 1e-9, "{off}");
     }
 }

@@ -42,13 +42,13 @@ pub struct TurningPoint {
 /// Where a machine was, row by row.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// Length of the commanded path of the nominal robot up to each row, m.
-    pub along_m: Vec<f64>,
-    /// Where the TCP was, m.
-    pub points_m: Vec<Vector3<f64>>,
     /// The path of the TCP, with its corners, and the times of its points, m and s.
     pub path_m: Vec<Vector3<f64>>,
     pub path_s: Vec<f64>,
+    /// Length of the commanded path of the nominal robot up to each of its points, m.
+    pub along_m: Vec<f64>,
+    /// Those of its points that are rows, evenly in time.
+    pub rows: Vec<usize>,
     /// How far the TCP is from where the nominal robot has it, at the requested points, m.
     pub deviations_m: Vec<Vector3<f64>>,
     pub turns: Vec<TurningPoint>,
@@ -67,6 +67,8 @@ pub struct Run {
     /// Error of each row, and the time of the reference where it is nearest.
     pub errors_m: Vec<f64>,
     pub reference_s: Vec<f64>,
+    /// Largest error at a corner between rows, m.
+    corners_m: f64,
     pub rms_m: f64,
     pub mean_m: f64,
     pub largest_m: f64,
@@ -82,13 +84,15 @@ impl Run {
         // offsets make the commanded path a little longer: its length is scaled onto the reference's
         let scale = if length_m > 0.0 { reference.length_m() / length_m } else { 1.0 };
         let slack = slack_m(length_m, reference);
-        let (errors_m, reference_s): (Vec<f64>, Vec<f64>) =
-            measured.points_m.iter().zip(along).map(|(p, a)| reference.distance(p, a * scale, slack)).unzip();
+        let scaled: Vec<f64> = along.iter().map(|a| a * scale).collect();
+        let near = reference.follow(&measured.path_m, &scaled, slack);
+        let (errors_m, reference_s) = measured.rows.iter().map(|&row| (near[row].off_m, near[row].t_s)).unzip();
         let mut run = Self {
             name: name.into(),
             length_m,
             errors_m,
             reference_s,
+            corners_m: near.iter().map(|n| n.off_m).fold(0.0, f64::max),
             points: measured.points,
             stops: measured.stops,
             cycle_s: measured.cycle_s,
@@ -103,7 +107,7 @@ impl Run {
         let n = self.errors_m.len().max(1) as f64;
         self.rms_m = (self.errors_m.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
         self.mean_m = self.errors_m.iter().sum::<f64>() / n;
-        self.largest_m = self.errors_m.iter().copied().fold(0.0, f64::max);
+        self.largest_m = self.errors_m.iter().copied().fold(self.corners_m, f64::max);
     }
 
     /// Another run follows; the figures over all rows come with [`Self::total`].
@@ -111,6 +115,7 @@ impl Run {
         self.length_m += other.length_m;
         self.errors_m.extend(other.errors_m);
         self.reference_s.extend(other.reference_s);
+        self.corners_m = self.corners_m.max(other.corners_m);
         self.points += other.points;
         self.stops += other.stops;
         self.cycle_s += other.cycle_s;
@@ -215,18 +220,13 @@ pub fn simulated(
     let nominal = commanded(model, &cmd(&asked));
     let deviations_m = asked.iter().zip(nominal).map(|(&row, nominal)| motion.point_m(0, row) - nominal).collect();
     let path: Vec<usize> = if sampling.corners { (0..motion.len()).collect() } else { rows.clone() };
-    let along = lengths(&commanded(model, &cmd(&path)));
-    let cmd = cmd(&rows);
     Ok(Measured {
-        along_m: match sampling.corners {
-            true => rows.iter().map(|&row| along[row]).collect(),
-            false => along,
-        },
-        points_m: rows.iter().map(|&row| motion.point_m(0, row)).collect(),
         path_m: path.iter().map(|&row| motion.point_m(0, row)).collect(),
         path_s: path.iter().map(|&row| motion.drive.t_s()[row]).collect(),
+        along_m: lengths(&commanded(model, &cmd(&path))),
         deviations_m,
-        turns: turning_points(&t_s, &cmd),
+        turns: turning_points(&t_s, &cmd(&rows)),
+        rows: if sampling.corners { rows } else { (0..path.len()).collect() },
         points,
         stops,
         cycle_s: t_s.last().copied().unwrap_or(0.0) - t_s.first().copied().unwrap_or(0.0),
@@ -268,8 +268,8 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let points_m: Vec<Vector3<f64>> = near.iter().zip(averaged(&t_s, &off)).map(|(n, o)| n + o).collect();
     Ok(Measured {
         along_m: lengths(&commanded_m),
-        path_m: Vec::clone(&points_m),
-        points_m,
+        rows: (0..points_m.len()).collect(),
+        path_m: points_m,
         deviations_m: Vec::new(),
         turns: turning_points(&t_s, &cmd),
         path_s: t_s,

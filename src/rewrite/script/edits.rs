@@ -110,7 +110,7 @@ fn step(
     let inserted = |o: &&Out| o.fraction.is_some();
     let of_pose = m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_));
     let arc = run.line(vertex.step).filter(|_| of_pose).filter(|line| line.arc().is_some());
-    let closed = m.closed.is_some() || of_pose && arc.is_none();
+    let closed = m.closed.is_some() || of_pose && arc.is_none() || run.unfollowed.contains(&vertex.step);
     if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
         unplaced.lose(script, vertex.step, points);
@@ -140,7 +140,7 @@ fn step(
         for (k, o) in span.iter().enumerate() {
             let next = span.get(k + 1).map_or(end.q, |o| o.q);
             let point = new_point(document, robot, run, vertex.step, o, last, next);
-            if o.fraction.is_some() && finest(script, vertex).is_some_and(|f| same(&point.q, last, &f)) {
+            if !approach(o) && finest(script, vertex).is_some_and(|f| same(&point.q, last, &f)) {
                 unplaced.rounded += 1;
                 continue;
             }

@@ -1,9 +1,10 @@
-//! A program that was rewritten, known by its Cartesian targets: for a file whose note is not beside it.
+//! A program that was rewritten, known by its Cartesian targets and by its straight ways: for a file whose note is not beside it.
 //!
 //! Method: the offsets of each target's joints are taken off again, by the directions in which they come to it. Where the program was
 //! rewritten with this compensator, three things come back that it had before, and that it does not have as it is written:
 //!
-//! - *Ways.* A point that a rewrite puts after a reversal lies on the straight way between its neighbours.
+//! - *Ways.* A point that a rewrite puts after a reversal lies on the straight way between its neighbours; at the TCP also where the
+//!   targets are joint values.
 //! - *Numbers that are the same.* Neighbours in a plane, or with one orientation, have that number again.
 //! - *Round numbers*, as in [`crate::rewrite::rewritten`].
 //!
@@ -13,7 +14,7 @@
 
 use super::bands::LEVER_M;
 use super::fading::ByClock;
-use super::poses::{Place, own_numbers};
+use super::poses::{Place, Tooled, own_numbers};
 use super::run::{Role, Run};
 use crate::compensator::Compensator;
 use crate::program::script::pose::{PoseForm, Quantity};
@@ -48,8 +49,8 @@ const CHANCE: usize = 4;
 /// Whether the Cartesian targets of a script look rewritten.
 pub fn looks_rewritten(script: &Script, runs: &[Run], robot: &Robot, by_clock: &ByClock) -> bool {
     let mut found = Found::default();
-    // without a Cartesian target nothing of it can come back
-    for run in runs.iter().filter(|run| !run.places.is_empty()) {
+    // without a Cartesian target or a straight way nothing of it can come back
+    for run in runs.iter().filter(|run| !(run.places.is_empty() && run.lines.is_empty())) {
         found.add(&points(script, run, robot, by_clock.on(run)));
     }
     found.is_rewritten()
@@ -76,6 +77,8 @@ struct Point<'a> {
     directions: Vec<i8>,
     path: PathKind,
     pose: Option<Pose<'a>>,
+    /// Robot with the tool whose TCP goes there, and how far apart the last digits of its target put points on the way.
+    tcp: Option<(&'a Arc<Tooled>, f64)>,
 }
 
 struct Pose<'a> {
@@ -84,6 +87,32 @@ struct Pose<'a> {
     digits: Vec<f64>,
     numbers: Vec<f64>,
     other: [Vec<f64>; 2],
+}
+
+impl Pose<'_> {
+    /// How far apart last digits put points of a way: of the TCP, m, or of the joints with [`LEVER_M`].
+    fn digit(&self, path: PathKind) -> f64 {
+        let most = |quantity: Quantity| {
+            let digits = self.digits.iter().enumerate().filter(|(k, _)| self.form.quantity(*k) == quantity);
+            digits.map(|d| *d.1).fold(0.0, f64::max)
+        };
+        let length = most(Quantity::Length);
+        match path {
+            PathKind::Joint => length + LEVER_M * most(Quantity::Angle).max(2.0 * most(Quantity::Ratio)),
+            _ => length,
+        }
+    }
+}
+
+/// How far from each other two points are at the TCP, m, whose joints differ by a last digit: by half of it on either side.
+fn rounding_m(robot: &Robot, q: &[f64], digits: Vec<f64>) -> f64 {
+    let here = robot.tcp_m(q);
+    let by = |(axis, digit): (usize, &f64)| {
+        let mut there = q.to_vec();
+        *there.get_mut(axis)? += 0.5 * digit;
+        Some((robot.tcp_m(&there) - here).norm_squared())
+    };
+    digits.iter().enumerate().filter_map(by).sum::<f64>().sqrt()
 }
 
 /// Offsets of the axes of a compensator.
@@ -163,8 +192,17 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
             }),
             _ => None,
         };
+        let tcp = match &pose {
+            Some(pose) => Some((&pose.place.tooled, pose.digit(step.path))),
+            None => run.line(vertex.step).and_then(|line| {
+                let Goal::Joints(target) = step.goal else { return None };
+                let digits = script.targets.get(target)?.values.iter().map(|v| v.map_or(0.0, |v| v.digit)).collect();
+                Some((line.tooled(), rounding_m(&line.tooled().robot, &vertex.q, digits)))
+            }),
+        };
         out.push(Point {
             q: vertex.q.clone(),
+            tcp,
             fresh: fades.then(|| offsets.less(robot, &gears, &directions, &twice)),
             other,
             directions: directions.clone(),
@@ -205,28 +243,15 @@ impl Found {
     /// Does the second of three points lie on the way of the others?
     fn way(&mut self, three: &[Point]) {
         let [a, b, c] = three else { return };
-        let (Some(pose), Some(next)) = (&b.pose, &c.pose) else { return };
-        let tooled = &pose.place.tooled;
-        if b.path != c.path || b.path == PathKind::Curve || !Arc::ptr_eq(tooled, &next.place.tooled) {
+        let (Some((tooled, own)), Some((tool_after, after))) = (b.tcp, c.tcp) else { return };
+        if b.path != c.path || b.path == PathKind::Curve || !Arc::ptr_eq(tooled, tool_after) {
             return;
         }
-        let most = |quantity: Quantity| {
-            let of = |p: &Pose| {
-                let digits = p.digits.iter().enumerate().filter(|(k, _)| p.form.quantity(*k) == quantity);
-                digits.map(|d| *d.1).fold(0.0, f64::max)
-            };
-            of(pose).max(of(next))
-        };
-        let length = most(Quantity::Length);
         let at = |q: &[f64]| match b.path {
             PathKind::Joint => DVector::from_iterator(q.len(), q.iter().map(|v| v * LEVER_M)),
             _ => DVector::from_column_slice(tooled.robot.tcp_m(q).as_slice()),
         };
-        let digit = match b.path {
-            PathKind::Joint => length + LEVER_M * most(Quantity::Angle).max(2.0 * most(Quantity::Ratio)),
-            _ => length,
-        };
-        let on_way = ON_WAY * digit;
+        let on_way = ON_WAY * own.max(after);
         let Some(written) = off(&at(&a.q), &at(&b.q), &at(&c.q)).map(|o| o.norm()) else { return };
         if written <= OFF_WAY * on_way {
             return;

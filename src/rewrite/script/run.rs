@@ -16,7 +16,7 @@ use crate::program::script::{
 use crate::robot::Robot;
 use crate::robot::arm::{Arm, isometry};
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
@@ -64,6 +64,8 @@ pub struct Run {
     pub by_program: bool,
     /// Sampled ways of straight TCP moves, by step.
     pub lines: BTreeMap<usize, way::Line>,
+    /// Straight moves and arcs whose way the robot's kinematics cannot follow: where a point on it would stand is not known.
+    pub unfollowed: BTreeSet<usize>,
     /// Frame and tool of Cartesian targets, by step.
     pub places: BTreeMap<usize, Place>,
     /// The program starts with it: nothing that moves stands before.
@@ -571,6 +573,7 @@ impl Cutter<'_> {
         let ways = ways.unwrap_or_else(|| {
             // as joint moves it would leave its line
             editable &= !solved;
+            self.run.unfollowed.insert(step);
             Vec::new()
         });
         for w in ways {

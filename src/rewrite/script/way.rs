@@ -194,6 +194,11 @@ impl Line {
         solved(&self.tooled, &self.track, self.pose, share, &guess)
     }
 
+    /// The robot with the tool whose TCP goes on it.
+    pub fn tooled(&self) -> &Arc<Tooled> {
+        &self.tooled
+    }
+
     /// Parts of equal length between which joints may go straight so that the TCP leaves the path by about `within_m` at most.
     ///
     /// The middle of a chord leaves a path by the square of the chord's length; it is measured over every two parts of the samples.
