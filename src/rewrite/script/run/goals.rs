@@ -1,0 +1,207 @@
+//! The goal of a move in joints: those that it names, or those of its Cartesian target; and with which tool it goes there.
+
+use super::arm::joints_of;
+use super::{Cutter, Reached, ToolAndMiddle};
+use crate::program::script::{At, Move, Note, PathKind, PoseGoal, Script, TargetRef};
+use crate::rewrite::script::cause::Cause;
+use crate::rewrite::script::circles;
+use crate::rewrite::script::poses::{Place, Tooled};
+use crate::rewrite::script::way;
+use crate::robot::JointKind;
+use crate::robot::arm::isometry;
+use std::sync::Arc;
+
+/// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
+/// sagitta of a turn is length * turn^2 / 8.
+const SAME_TURN_RAD: f64 = 5e-3;
+
+impl Cutter<'_> {
+    /// The joints that a move names; `None` where it is not yet known where every axis stands.
+    pub(super) fn joint_goal(
+        &mut self,
+        script: &Script,
+        target: Option<TargetRef>,
+        step: usize,
+        at: At,
+        m: &Move,
+        from: Option<Vec<f64>>,
+    ) -> Option<Reached> {
+        let Some(target) = target else {
+            self.lost(at, Cause::NoTarget);
+            return None;
+        };
+        let dof = self.choice.robot.dof();
+        let given = |k: usize| target.values.get(k).map(|v| v.si);
+        // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
+        // the place of one that is not known would be written into new points. Only an axis that no target names
+        // does not matter: it is not written.
+        let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
+        let all: Vec<Option<f64>> = (0..dof).map(|k| given(k).or(before(k))).collect();
+        let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);
+        if (0..dof).any(|k| all[k].is_none() && matters(k)) {
+            self.known = all;
+            self.out.partial.push(step);
+            return None;
+        }
+        // the moves before have not carried its offset: this one does not either
+        let editable = Cause::of(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
+        // nor is it the first that moves
+        self.run.entry &= self.known.is_empty();
+        self.known.clear();
+        let q: Vec<f64> = all.iter().map(|v| v.unwrap_or_default()).collect();
+        let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
+        let followed = match (&from, m.circle) {
+            (Some(from), Some(targets)) if !self.is_gantry() => self.on_circle(script, targets, m, from, &q),
+            (Some(_), _) if curve => Err(Cause::CurveToJoints),
+            (Some(from), _) => self.tool_of_way(m, from, &q).map(|tooled| (tooled, None)),
+            (None, _) => Ok((None, None)),
+        };
+        match followed {
+            Ok((tooled, via)) => Some(Reached { from, q, editable, solved: false, tooled, via }),
+            Err(why) => {
+                // where it turns its joints is not known, and so not from which side it reaches the goal
+                self.out.left.insert(step, why.clone());
+                self.lost(at, why);
+                self.start(step, q, false);
+                None
+            }
+        }
+    }
+
+    /// How a move goes that leads to a point of an arc through three joint targets: the tool, and a point on the way to the second or third.
+    fn on_circle(
+        &mut self,
+        script: &Script,
+        targets: [usize; 3],
+        m: &Move,
+        from: &[f64],
+        to: &[f64],
+    ) -> Result<ToolAndMiddle, Cause> {
+        let dof = self.choice.robot.dof();
+        let points = targets.map(|t| script.targets.get(t).and_then(|t| joints_of(t, dof)));
+        let [Some(a), Some(b), Some(c)] = points else { return Err(Cause::CurveToJoints) };
+        let points = [&a[..], &b, &c];
+        let tooled = self.tool_of_circle(m, points)?;
+        let middles = circles::middles(&tooled, points).ok_or(Cause::CurveToJoints)?;
+        match points.iter().position(|q| *q == to) {
+            Some(0) => Ok((self.tool_of_way(m, from, to)?, None)),
+            Some(k) if points[k - 1] == from => Ok((Some(tooled), Some(middles[k - 1]))),
+            _ => Err(Cause::CurveToJoints),
+        }
+    }
+
+    /// The robot with the tool whose TCP goes on an arc; where no tool turns on it, all its points go on arcs alike.
+    fn tool_of_circle(&mut self, m: &Move, points: [&[f64]; 3]) -> Result<Arc<Tooled>, Cause> {
+        let tool = m.tool.as_ref().ok_or(Cause::CurveToJoints)?;
+        let rotations = points.map(|q| isometry(&self.plain.robot.forward(q)).rotation);
+        let turns = (1..3).any(|k| rotations[0].angle_to(&rotations[k]) >= way::SAME_TURN);
+        match self.poses.tool(tool) {
+            Ok(tooled) => Ok(tooled),
+            Err(_) if !turns => Ok(self.plain.clone()),
+            Err(why) => {
+                self.poses.waits_for(&why);
+                Err(why)
+            }
+        }
+    }
+
+    /// The robot with the tool whose TCP goes straight to joint values; `None`: that of the robot file.
+    fn tool_of_way(&mut self, m: &Move, from: &[f64], to: &[f64]) -> Result<Option<Arc<Tooled>>, Cause> {
+        let Some(tool) = m.tool.as_ref().filter(|_| m.path == PathKind::Linear && !self.is_gantry()) else {
+            return Ok(None);
+        };
+        let robot = &self.plain.robot;
+        let turn = isometry(&robot.forward(from)).rotation.angle_to(&isometry(&robot.forward(to)).rotation);
+        match self.poses.tool(tool) {
+            Ok(tooled) => Ok(Some(tooled)),
+            // where the tool does not turn, all its points go straight
+            Err(_) if turn < SAME_TURN_RAD => Ok(None),
+            Err(why) => {
+                self.poses.waits_for(&why);
+                Err(why)
+            }
+        }
+    }
+
+    /// All its axes are linear.
+    pub(super) fn is_gantry(&self) -> bool {
+        self.choice.robot.axis_joints().all(|j| j.kind == JointKind::Prismatic)
+    }
+
+    /// Joints of a Cartesian target, known also where the way to it is not, if its configuration names them.
+    fn solve_pose(
+        &mut self,
+        goal: &PoseGoal,
+        step: usize,
+        at: At,
+        m: &Move,
+        from: &mut Option<Vec<f64>>,
+    ) -> Option<(Vec<f64>, Place)> {
+        let why = match self.pose(goal, m, from.as_deref()) {
+            Ok(found) => return Some(found),
+            Err(why) => why,
+        };
+        // a target whose configuration names its joints is known wherever the robot comes from
+        let alone = from.as_ref().filter(|_| why == Cause::NotReached);
+        let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
+        if alone.is_some() {
+            self.lost(at, Cause::NotFollowed);
+            *from = None;
+        } else {
+            self.forget(m);
+            self.poses.missing.posture += u64::from(why == Cause::NoStart && self.poses.posture.is_none());
+            if matches!(why, Cause::NotConfigured | Cause::OtherArm) {
+                self.name_configurations(goal, at, from.as_deref());
+            }
+            self.out.left.insert(step, why.clone());
+            self.lost(at, why);
+        }
+        alone
+    }
+
+    /// Notes the configurations that the robot has at a target whose own is none of them or another; of the first such targets.
+    fn name_configurations(&mut self, goal: &PoseGoal, at: At, from: Option<&[f64]>) {
+        const TARGETS: usize = 8;
+        if self.named < TARGETS
+            && let Ok(place) = self.poses.place(goal)
+            && let Some(text) = place.configurations_text(goal, from)
+            && !self.out.notes.iter().any(|n| n.text == text)
+        {
+            self.named += 1;
+            self.out.notes.push(Note { place: at, text });
+        }
+    }
+
+    /// The joints at a Cartesian target, and whether its numbers may be written.
+    pub(super) fn pose_goal(
+        &mut self,
+        goal: &PoseGoal,
+        step: usize,
+        at: At,
+        m: &Move,
+        mut from: Option<Vec<f64>>,
+    ) -> Option<Reached> {
+        let excluded = (self.choice.excluded)(step);
+        let (q, place) = self.solve_pose(goal, step, at, m, &mut from)?;
+        self.run.entry &= self.known.is_empty();
+        self.known.clear();
+        let asked = self.choice.solve_within_m.is_some();
+        let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
+        // where a spline turns its joints is not known, nor an arc without a known start
+        if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
+            self.out.left.insert(step, Cause::EndOfCurve);
+            self.lost(at, Cause::Curve);
+            self.run.entry = false;
+            self.start(step, q, false);
+            return None;
+        }
+        let written = self.choice.as_poses && goal.target.is_some() && m.fixed.is_none();
+        if let Some(why) = m.fixed.clone().filter(|_| !solved) {
+            self.out.left.insert(step, Cause::Program(why));
+        } else if goal.target.is_none() && !solved {
+            self.out.left.insert(step, Cause::NoNumbers);
+        }
+        self.run.places.insert(step, place);
+        Some(Reached { from, q, editable: solved || written && !excluded, solved, tooled: None, via: None })
+    }
+}

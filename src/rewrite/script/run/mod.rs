@@ -1,0 +1,299 @@
+//! Runs: stretches of a program on which each position certainly follows the one before it.
+//!
+//! A label, a loop, a call, or a target that cannot be determined ends a run: after it the directions are unknown. The first
+//! movement's direction is taken, but only at the start of the program the first point carries its offset: anywhere else the
+//! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
+//!
+//! Files, in the order of the work:
+//! - `arm`: what the script says of the arm's configuration as a whole
+//! - `goals`: the goal of a move in joints, and the tool with which it goes there
+//! - `ways`: duration and turning points of a move between two known places
+
+mod arm;
+mod goals;
+mod ways;
+
+use super::approach::{Directions, Sides};
+use super::cause::Cause;
+use super::poses::{Place, Poses, Tooled};
+use super::way;
+use crate::program::script::{At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Speed, StepKind};
+use crate::robot::Robot;
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// What a vertex stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The goal of its step.
+    Goal,
+    /// A turning point on the way to it.
+    Way,
+    /// The place where the robot waits.
+    Hold,
+    /// A point from which the goal is reached from its side.
+    Approach,
+}
+
+/// A point of a run.
+#[derive(Debug, Clone)]
+pub struct Vertex {
+    pub step: usize,
+    pub role: Role,
+    /// rad or m, one per axis.
+    pub q: Vec<f64>,
+    /// Share of the way to the step's goal; 1 for a goal.
+    pub share: f64,
+    /// Its numbers may be written (or, on a way, a point may be put there).
+    pub editable: bool,
+    pub t_s: f64,
+    /// The duration of the move to here is the program's own, no estimate.
+    pub certain: bool,
+}
+
+/// A stretch with known directions.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    pub vertices: Vec<Vertex>,
+    /// The first move whose duration cannot be determined.
+    pub untimed: Option<At>,
+    /// ... and are those of the program, no estimate from joint speeds.
+    pub certain: bool,
+    /// Every duration is written in the program.
+    pub by_program: bool,
+    /// Sampled ways of straight TCP moves, by step.
+    pub lines: BTreeMap<usize, way::Line>,
+    /// Straight moves and arcs whose way the robot's kinematics cannot follow: where a point on it would stand is not known.
+    pub unfollowed: BTreeSet<usize>,
+    /// Frame and tool of Cartesian targets, by step.
+    pub places: BTreeMap<usize, Place>,
+    /// The program starts with it: nothing that moves stands before.
+    pub entry: bool,
+}
+
+impl Run {
+    /// Times are known all along.
+    pub fn timed(&self) -> bool {
+        self.untimed.is_none()
+    }
+
+    /// The sampled way of a step.
+    pub fn line(&self, step: usize) -> Option<&way::Line> {
+        self.lines.get(&step)
+    }
+}
+
+/// What ended a run, or what could not be followed on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gap {
+    pub at: At,
+    pub why: Cause,
+}
+
+/// A script in runs.
+#[derive(Debug, Default)]
+pub struct Cut {
+    pub runs: Vec<Run>,
+    pub gaps: Vec<Gap>,
+    /// Moves after which it is not yet known where every axis stands.
+    pub partial: Vec<usize>,
+    /// Why Cartesian moves stay as they are, by step.
+    pub left: BTreeMap<usize, Cause>,
+    pub notes: Vec<Note>,
+}
+
+/// How a script is cut into runs.
+pub struct Choice<'a> {
+    pub robot: &'a Robot,
+    /// Movement that is number noise, per axis, rad or m.
+    pub deadband: &'a [f64],
+    /// TCP speed where a move has none that can be determined, m/s.
+    pub tcp_speed_m_s: Option<f64>,
+    /// TCP speed of every move whose own is a joint speed, m/s: the user knows it.
+    pub certain_speed_m_s: Option<f64>,
+    /// Steps that are left as they are on request.
+    pub excluded: &'a dyn Fn(usize) -> bool,
+    /// Write Cartesian moves as joint moves that stay within this distance of the TCP's line, m.
+    pub solve_within_m: Option<f64>,
+    /// Axes that some target of the script names.
+    pub commanded: &'a [bool],
+    /// Cartesian targets are written as Cartesian targets.
+    pub as_poses: bool,
+    /// Joints on a way that the format alone knows.
+    pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
+    /// Sides from which targets are reached.
+    pub approach: Sides,
+}
+
+/// The runs of a script, and where directions are lost.
+pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
+    let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
+    let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
+    let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
+    let run = empty_run(entry.is_none());
+    // what joint targets say of the arm serves Cartesian ones alone
+    let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
+    let one_arm = !solves || arm::one_configuration(script, &plain);
+    let hint = script.targets.iter().find_map(|t| arm::joints_of(t, choice.robot.dof())).filter(|_| one_arm);
+    if !one_arm {
+        poses.posture = None;
+    }
+    let mut out = Cut::default();
+    if let Some(note) = arm::contradiction(script, &plain, poses.posture.as_deref()) {
+        poses.posture = None;
+        out.notes.push(note);
+    }
+    let mut cutter = Cutter {
+        choice,
+        poses,
+        plain,
+        out,
+        run,
+        known: Vec::new(),
+        hint,
+        one_arm,
+        named: 0,
+        directions: Directions::default(),
+    };
+    for (k, step) in script.steps.iter().enumerate() {
+        match &step.kind {
+            StepKind::Move(m) => cutter.take(script, k, step.at, m),
+            StepKind::Dwell(seconds) => cutter.dwell(*seconds),
+            // what moves nothing leaves a program at its start
+            StepKind::Break(Break::Frame | Break::Interrupt) => {
+                let still = cutter.run.vertices.is_empty() && cutter.run.entry && cutter.known.is_empty();
+                cutter.end(still);
+            }
+            StepKind::Break(_) => cutter.end(entry == Some(k)),
+            StepKind::Process(_) | StepKind::Pragma(_) => {}
+        }
+    }
+    cutter.end(false);
+    let mut out = cutter.out;
+    out.notes.splice(0..0, arm::another_robot(script, &out.left));
+    out
+}
+
+fn empty_run(entry: bool) -> Run {
+    Run { certain: true, by_program: true, entry, ..Run::default() }
+}
+
+/// Where a move leads.
+struct Reached {
+    /// Joints before it, where they are known.
+    from: Option<Vec<f64>>,
+    q: Vec<f64>,
+    editable: bool,
+    /// A Cartesian target that is written as joint moves.
+    solved: bool,
+    /// The robot with the tool that goes straight to joint values; `None`: with its own.
+    tooled: Option<Arc<Tooled>>,
+    /// A point on the way of an arc to joint values, in the robot's world, m.
+    via: Option<Vector3<f64>>,
+}
+
+/// Tool of a straight way or an arc, and a point of the arc between its ends; `None`: a joint move, and a straight way.
+type ToolAndMiddle = (Option<Arc<Tooled>>, Option<Vector3<f64>>);
+
+struct Cutter<'a> {
+    choice: &'a Choice<'a>,
+    poses: &'a mut Poses,
+    /// The robot with its own tool.
+    plain: Arc<Tooled>,
+    out: Cut,
+    run: Run,
+    /// Where the axes stand that were commanded before a run has begun.
+    known: Vec<Option<f64>>,
+    /// Joints at the last place of the program where they are known, else those of its first joint target; `None`: the arm may have
+    /// gone over into another configuration since.
+    hint: Option<Vec<f64>>,
+    /// All that the script says of the arm's configuration is the same.
+    one_arm: bool,
+    /// Targets whose configurations are noted.
+    named: usize,
+    directions: Directions,
+}
+
+impl Cutter<'_> {
+    /// Ends the run; `entry`: the next one is the program's first.
+    fn end(&mut self, entry: bool) {
+        self.known.clear();
+        self.directions.forget();
+        let mut run = std::mem::replace(&mut self.run, empty_run(entry));
+        // from which side the robot comes to the first point after a label, a loop or a call is not known: it stays
+        if !run.entry
+            && let Some(first) = run.vertices.first_mut()
+        {
+            first.editable = false;
+        }
+        if !run.vertices.is_empty() {
+            self.out.runs.push(run);
+        }
+    }
+
+    fn lost(&mut self, at: At, why: Cause) {
+        self.end(false);
+        self.out.gaps.push(Gap { at, why });
+    }
+
+    /// A move that cannot be determined: only straight ones and arcs keep the arm in its configuration.
+    fn forget(&mut self, m: &Move) {
+        if m.path == PathKind::Joint {
+            self.hint = None;
+        }
+    }
+
+    fn dwell(&mut self, seconds: Option<f64>) {
+        let Some(last) = self.run.vertices.last() else { return };
+        let hold = Vertex {
+            role: Role::Hold,
+            share: 1.0,
+            editable: false,
+            t_s: last.t_s + seconds.unwrap_or(0.0).max(1e-3),
+            certain: true,
+            ..last.clone()
+        };
+        self.run.vertices.push(hold);
+    }
+
+    /// The first point of a run.
+    fn start(&mut self, step: usize, q: Vec<f64>, editable: bool) {
+        self.directions.go(self.choice.robot, &q, self.choice.deadband);
+        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0, certain: true });
+    }
+
+    /// Joints of a Cartesian target, with its frame and tool.
+    fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), Cause> {
+        let place = self.poses.place(goal)?;
+        let q = place.joints(goal, from, m.path, self.hint.as_deref())?;
+        Ok((q, place))
+    }
+
+    fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
+        let from = self.run.vertices.last().map(|v| v.q.clone());
+        let reached = match &m.goal {
+            Goal::Joints(target) => self.joint_goal(script, script.targets.get(*target), step, at, m, from),
+            Goal::Pose(goal) => self.pose_goal(goal, step, at, m, from),
+            Goal::Opaque(_) => {
+                // a relative motion would carry the offset of the goal before it along
+                if let Some(last) = self.run.vertices.last_mut() {
+                    last.editable = false;
+                }
+                self.forget(m);
+                return self.lost(at, Cause::Undetermined);
+            }
+        };
+        let Some(mut reached) = reached else { return };
+        match &mut self.hint {
+            hint if !self.one_arm => *hint = None,
+            Some(hint) => hint.clone_from(&reached.q),
+            hint => *hint = Some(reached.q.clone()),
+        }
+        match reached.from.take() {
+            // where the robot stands it takes no step
+            None => self.start(step, reached.q, reached.editable && m.speed != Speed::Seconds(0.0)),
+            Some(from) => self.go(step, at, m, &from, reached),
+        }
+    }
+}

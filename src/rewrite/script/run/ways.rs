@@ -1,0 +1,116 @@
+//! A move between two known places: its duration, the points at which joints turn on it, and its goal.
+
+use super::{Cutter, Reached, Role, ToolAndMiddle, Vertex};
+use crate::program::script::{At, Goal, Move, PathKind, Speed, Way};
+use crate::rewrite::script::{clock, way};
+use crate::robot::Robot;
+
+impl Cutter<'_> {
+    /// A move between two known places: its turning points, its duration and its goal.
+    pub(super) fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
+        let robot = self.choice.robot;
+        let Reached { q, mut editable, solved, tooled, via, .. } = reached;
+        let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
+        let speed = match self.choice.certain_speed_m_s {
+            Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
+            _ => m.speed,
+        };
+        // points of an arc that is closed to new ones stay inside it; its turns still say how its end is reached
+        let of_pose = matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
+        let arc = m.path == PathKind::Curve && (of_pose || via.is_some());
+        let shut = m.closed.is_some() && m.path != PathKind::Linear && !arc;
+        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, (from, &q), solved, (tooled, via)) };
+        let on_way = |share: f64| {
+            let known = (self.choice.on_way)(step, share);
+            known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
+        };
+        let duration = clock::duration_s(robot, from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
+        if duration.is_none() {
+            self.run.untimed.get_or_insert(at);
+        }
+        let certain = clock::is_certain(speed) && duration.is_some();
+        self.run.certain &= clock::is_certain(speed);
+        self.run.by_program &= matches!(speed, Speed::Seconds(_));
+        let duration = duration.unwrap_or(0.0);
+        let ways = ways.unwrap_or_else(|| {
+            // as joint moves it would leave its line
+            editable &= !solved;
+            self.run.unfollowed.insert(step);
+            Vec::new()
+        });
+        for w in ways {
+            let t_s = t0 + w.share * duration;
+            self.directions.go(robot, &w.q, self.choice.deadband);
+            self.run.vertices.push(Vertex { step, role: Role::Way, q: w.q, share: w.share, editable, t_s, certain });
+        }
+        let goal = Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain };
+        if editable
+            && m.closed.is_none()
+            && self.choice.approach.count(m)
+            && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
+        {
+            let last = self.run.vertices.last().map_or(t0, |v| v.t_s);
+            self.directions.go(robot, &point, self.choice.deadband);
+            self.run.vertices.push(self.choice.approach.vertex(&goal, 0.5 * (last + goal.t_s), point));
+        }
+        self.directions.go(robot, &goal.q, self.choice.deadband);
+        self.run.vertices.push(goal);
+    }
+
+    /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.
+    fn ways(
+        &mut self,
+        step: usize,
+        m: &Move,
+        (from, to): (&[f64], &[f64]),
+        solved: bool,
+        (tooled, via): ToolAndMiddle,
+    ) -> Option<Vec<Way>> {
+        let via = match &m.goal {
+            Goal::Pose(goal) => self.run.places.get(&step).and_then(|p| p.via(goal)),
+            _ => via,
+        };
+        if !m.way.is_empty() || m.path != PathKind::Linear && via.is_none() {
+            return Some(m.way.to_vec());
+        }
+        // straight in the joints is straight at the TCP where all joints are prismatic
+        if self.is_gantry() {
+            return Some(Vec::new());
+        }
+        let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
+        let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());
+        let line = way::Line::between(&tooled, from, to, via)?;
+        let mut ways = line.turning_points(self.choice.deadband);
+        if let Some(within) = self.choice.solve_within_m.filter(|_| solved) {
+            ways.extend(chords(&tooled.robot, &line, within)?);
+            ways.sort_by(|a, b| a.share.total_cmp(&b.share));
+            ways.dedup_by(|b, a| b.share - a.share < 1e-3);
+        }
+        self.run.lines.insert(step, line);
+        Some(ways)
+    }
+}
+
+/// Points on a TCP line between which joint moves stay within `within` metres of it; `None`: so many points are too few.
+fn chords(robot: &Robot, line: &way::Line, within: f64) -> Option<Vec<Way>> {
+    const MOST: usize = 1024;
+    let mut parts = 1;
+    loop {
+        let points: Option<Vec<Vec<f64>>> = (0..=parts).map(|k| line.at(k as f64 / parts as f64)).collect();
+        let points = points?;
+        let worst = (0..parts).try_fold(0.0f64, |worst, k| {
+            let middle = line.at((k as f64 + 0.5) / parts as f64)?;
+            let chord: Vec<f64> = points[k].iter().zip(&points[k + 1]).map(|(x, y)| 0.5 * (x + y)).collect();
+            Some(worst.max((robot.tcp_m(&chord) - robot.tcp_m(&middle)).norm()))
+        })?;
+        // half of what is allowed, as the largest distance need not stand in the middle
+        if worst <= 0.5 * within {
+            let inner = points.into_iter().enumerate().skip(1).take(parts - 1);
+            return Some(inner.map(|(k, q)| Way { share: k as f64 / parts as f64, q }).collect());
+        }
+        parts *= 2;
+        if parts > MOST {
+            return None;
+        }
+    }
+}
