@@ -16,7 +16,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Err(e) => return usage(&e, color),
     };
     crate::io::notice::handle_with(super::console::print);
-    crate::io::interrupt::listen();
+    super::signals::listen();
     match run(cli) {
         Ok(finished) => finished.code(),
         Err(e) => {
