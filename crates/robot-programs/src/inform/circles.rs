@@ -6,9 +6,9 @@
 //! everything that is not plain in such a group.
 
 use super::flow::{self, Flow, StillJobs};
+use super::job::{Kind, Meaning, Position};
 use super::list::List;
-use super::read::{PROCESS, STANDS, STILL, sets_frame, upper, words};
-use super::{Kind, Meaning, Position};
+use super::words::{PROCESS, STANDS, STILL, sets_frame, upper, upper_words, words};
 use crate::script::{Goal, PathKind, Script, StepKind, Text, number};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -64,7 +64,7 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &StillJobs, overl
         } else if !is_still(&word) || !sets_frame(text, k).is_empty() {
             // what is jumped to may be reached from an arc, too
             after_plain &= word == "JUMP";
-            let goes_on = match flow::read(&flow::upper_words(text, k)) {
+            let goes_on = match flow::read(&upper_words(text, k)) {
                 Flow::Jump { label: Some(_), .. } => labelled,
                 Flow::Jump { label: None, .. } => word == "JUMP",
                 Flow::Call(job) => jobs.waits(&job).is_none(),
@@ -85,7 +85,7 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &StillJobs, overl
 fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &StillJobs) -> bool {
     let mut after_label = false;
     for k in begin..text.line_count() {
-        let words = flow::upper_words(text, k);
+        let words = upper_words(text, k);
         match (words.first().map(String::as_str), flow::read(&words)) {
             (_, Flow::Label(_)) => after_label = true,
             (Some(word), _) if after_label && word.ends_with("MOVC") => return true,

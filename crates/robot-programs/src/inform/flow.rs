@@ -3,8 +3,8 @@
 //!
 //! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
 
-use super::read::{begin_of, is_plain_move, stands, still, upper, words};
 use super::shared::job_name;
+use super::words::{begin_of, is_plain_move, stands, still, upper_words};
 use crate::script::held::{self, Event};
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -63,11 +63,6 @@ pub(super) fn read(words: &[String]) -> Flow {
         "ANDIF" | "ORIF" => Flow::Condition,
         _ => Flow::Other,
     }
-}
-
-/// Words of a line in upper case; none of a comment.
-pub(super) fn upper_words(text: &Text, k: usize) -> Vec<String> {
-    words(text, k).iter().map(|w| upper(text, w)).collect()
 }
 
 /// What a job does.

@@ -4,8 +4,8 @@
 //! in force where no instruction sets another. So a variable may be edited where this job does not set it, no job beside it
 //! names it, and every job that any of them runs stands there; it is then known as well as a C position.
 
-use super::Kind;
-use super::read::{STARTS, is_known, is_plain_move, upper, words};
+use super::job::Kind;
+use super::words::{STARTS, is_known, is_plain_move, upper_words};
 use crate::files::{Folders, of_folder};
 use crate::script::Text;
 use std::collections::BTreeSet;
@@ -126,7 +126,7 @@ impl Shared {
         if !own && let Some((Kind::P, n, _)) = Kind::read(head) {
             self.named.insert(n);
         }
-        let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
+        let words = upper_words(text, k);
         // an instruction may stand after a label
         let first = words.iter().find(|w| !w.starts_with('*'));
         let Some(first) = first.map(String::as_str) else { return };
