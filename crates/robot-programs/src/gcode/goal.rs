@@ -1,13 +1,10 @@
 //! Where a block leads: frames, arcs, and why it cannot be determined.
 
-use super::arc::Arc;
-use super::arc::NoArc;
-use super::codes::SPLINES;
+use super::arc::{Arc, Centre, NoArc};
+use super::codes::{AXES, SPLINES, code_text};
 use super::lex::{Block, Word};
 use super::read::Reader;
-use super::statements::{axis_words, motion_word};
-use super::survey::{AXES, code_text};
-use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
+use super::statements::{MIXED, Statement, axis_words, canonical, most, motion_word};
 use crate::axes::JointKind;
 use crate::error::Result;
 use crate::script::number::last_digit;
@@ -18,9 +15,6 @@ use std::sync::Arc as Shared;
 const NEAR_DIGITS: f64 = 10.0;
 /// A number with coarser digits is meant as it is written, mm.
 const COARSE_MM: f64 = 1e-3;
-
-/// Why a number that ends in a point must stay: it says how those without one are to be read.
-pub(super) const MIXED: &str = "numbers with and without a point stand in the program";
 
 impl Reader<'_> {
     /// By axis of the robot: the block's words, mm or deg; `Err`: an axis word that is no literal.
@@ -348,15 +342,6 @@ impl Reader<'_> {
         };
         let values = (0..s.goal.len()).map(value).collect();
         self.script.targets.push(Target { at: At { file: 0, line: s.line as u64 + 1 }, values, ..Target::default() });
-    }
-}
-
-/// Most decimals that a changed word of an axis gets.
-pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
-    match kind {
-        JointKind::Revolute => MOST_DEG,
-        JointKind::Prismatic if unit > 1.0 => MOST_INCH,
-        JointKind::Prismatic => MOST_MM,
     }
 }
 

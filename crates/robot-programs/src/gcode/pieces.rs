@@ -4,10 +4,9 @@
 //! and one that is not short an arc whose centre lies on the middle perpendicular of its new ends. The last piece is always an
 //! arc, so that the modal motion after it stays. What was written is read as a control would read it before it is taken.
 
-use super::arc::Arc;
-use super::arc::NoArc;
+use super::arc::{Arc, Centre, NoArc};
+use super::statements::{Statement, most};
 use super::write::{SAME, Writer, Written};
-use super::{Centre, Statement, goal};
 use crate::axes::JointKind;
 use crate::script::number::{self, Style};
 use crate::script::{EditRef, Patch};
@@ -268,7 +267,7 @@ impl Writer<'_> {
         let mm = s.unit[arc.u];
         let letter = |axis: usize| b'I' + (self.program.letters[axis] - b'X');
         let own = |l: u8| s.words.iter().find(|w| w.letter == l).and_then(|w| w.value).map(|v| v.1);
-        let most = goal::most(JointKind::Prismatic, mm);
+        let most = most(JointKind::Prismatic, mm);
         let style = |l: u8| {
             own(l)
                 .or_else(|| own(letter(arc.u)))
