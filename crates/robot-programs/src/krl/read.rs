@@ -10,16 +10,18 @@ mod moves;
 use super::calls::{arc, calls};
 use super::data::Data;
 use super::form;
+use super::frame::number;
 use super::going::{Going, Turning};
 use super::led::Led;
 use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
-use super::motion::{self};
+use super::lists::Lists;
+use super::motion::{self, Motion};
+use super::program::{Program, Source};
 use super::relative::{self, Stands};
-use super::settings::{self, Lists, Settings};
+use super::settings::{self, Settings};
 use super::statement::{assignment, is_routine};
 use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
-use super::{Motion, Program, Source};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::{BySteps, Steps};
@@ -161,7 +163,7 @@ fn lists(text: &Text, data: &Data) -> Lists {
         if let Some(sign) = assignment(&line).filter(|_| matches!(&*word, "BASE_DATA" | "TOOL_DATA")) {
             let mut set = Settings::default();
             set.assign(text, &line, sign, &word, data, routine);
-            all.add(&set);
+            all.add(&set.lists);
         }
     }
     all
@@ -200,7 +202,7 @@ fn later(text: &Text, data: &Data, going: &Going, lists: &Lists) -> ([Option<Fra
         let (word, second) = (upper(text, first), line.get(1).map(|t| upper(text, t)).unwrap_or_default());
         routine += usize::from(is_routine(&word, &second));
         if let Some(unset) = joins(text, &line, &word, &second).filter(|_| !lists.is_empty()) {
-            set.merge_all(lists, unset);
+            set.lists.merge_all(lists, unset);
         }
         turning = turning.max(going.turning(text, &line, &word).unwrap_or_default());
         if word == "BAS" {
@@ -500,8 +502,7 @@ impl<'a> Reader<'a> {
             "LOOP" | "FOR" | "WHILE" | "REPEAT" => self.open(k, line, Break::Loop),
             "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => self.close(k, line, Break::Loop),
             "WAIT" => {
-                let seconds =
-                    (second == "SEC").then(|| settings::number(self.text, line.get(2..).unwrap_or_default())).flatten();
+                let seconds = (second == "SEC").then(|| number(self.text, line.get(2..).unwrap_or_default())).flatten();
                 self.push(k, StepKind::Dwell(seconds.filter(|s| *s >= 0.0)));
                 self.called(k, line);
             }

@@ -5,9 +5,9 @@
 //! its line, are left to the full reader.
 
 use super::{Reader, Site};
-use crate::krl::Source;
 use crate::krl::lex::{Kind, Token};
 use crate::krl::motion::Motion;
+use crate::krl::program::Source;
 use crate::krl::target::axis_value;
 use crate::script::alike::{Anchors, Form, Moves, Plain};
 use crate::script::{At, Goal, StepKind, Value};

@@ -3,7 +3,8 @@
 use super::Reader;
 use crate::krl::calls::calls;
 use crate::krl::lex::Token;
-use crate::krl::settings::{self, Settings};
+use crate::krl::lists::one_of;
+use crate::krl::settings::Settings;
 use crate::script::{At, Break, Note, StepKind};
 
 /// A block that is open: the settings before it and with which it began.
@@ -20,7 +21,7 @@ impl Reader<'_> {
             && b != Break::Frame
         {
             self.set = self.later_settings(b);
-            self.set.merge_all(&self.lists, b != Break::Call);
+            self.set.lists.merge_all(&self.lists, b != Break::Call);
         }
         if matches!(kind, StepKind::Break(_)) {
             self.stands = None;
@@ -31,22 +32,20 @@ impl Reader<'_> {
     /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
     fn later_settings(&mut self, kind: Break) -> Settings {
         let [base, tool] = self.later.clone();
-        let (bases, tools, any) = (self.set.bases.clone(), self.set.tools.clone(), self.set.any);
+        let lists = self.set.lists.clone();
         self.frames_set |= kind == Break::Call;
         let first = self.routine <= 1 && !self.frames_set;
         let (base, tool) = match kind {
             // the program starts with the frames that are in force then
             Break::Start if self.routine <= 1 => (None, None),
             // nothing has set them yet, if the program has not come back from further down
-            _ if first => {
-                (settings::one_of(None, "$BASE", base.as_ref()), settings::one_of(None, "$TOOL", tool.as_ref()))
-            }
+            _ if first => (one_of(None, "$BASE", base.as_ref()), one_of(None, "$TOOL", tool.as_ref())),
             _ => (base, tool),
         };
         let (carried, moved) = (self.carried_later.clone(), self.moved_later.clone());
         let turning = self.turning_later;
         let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
-        Settings { base, tool, bases, tools, any, carried, moved, ..Settings::turning(turning) }
+        Settings { base, tool, lists, carried, moved, ..Settings::turning(turning) }
     }
 
     /// A block opens; what its line calls belongs to it.
@@ -56,7 +55,7 @@ impl Reader<'_> {
         self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
         self.set = self.later_settings(kind);
         if kind == Break::Loop {
-            self.set.merge_all(&self.lists, false);
+            self.set.lists.merge_all(&self.lists, false);
         }
         let begins = self.set.clone();
         self.blocks.push(Block { before, begins, sets: false });
@@ -70,7 +69,7 @@ impl Reader<'_> {
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
             // the other branch begins with what was there before, or with both
-            self.set.merge_lists(&block.begins);
+            self.set.lists.merge(&block.begins.lists);
         }
         self.set = self.later_settings(Break::Jump);
         self.called(k, line);
@@ -87,7 +86,7 @@ impl Reader<'_> {
             Some(block) if !busy && !sets => self.set = block.before,
             block => {
                 if let Some(block) = block {
-                    self.set.merge_lists(&block.before);
+                    self.set.lists.merge(&block.before.lists);
                 }
                 self.set = self.later_settings(kind);
             }

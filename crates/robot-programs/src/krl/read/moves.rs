@@ -5,13 +5,13 @@ use crate::error::Result;
 use crate::krl::aggregate::Aggregate;
 use crate::krl::going::Turning;
 use crate::krl::lex::{Kind, Token, upper};
-use crate::krl::motion::{self, Word};
+use crate::krl::motion::{self, Motion, Word};
 use crate::krl::name::Holds;
 use crate::krl::product;
+use crate::krl::program::Source;
 use crate::krl::relative::{self, Stands};
 use crate::krl::settings;
 use crate::krl::target::{Others, target};
-use crate::krl::{Motion, Source};
 use crate::script::pose::Frame;
 use crate::script::{
     At, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Shift, Span, Speed, StepKind, Target,
