@@ -21,7 +21,7 @@ impl Reader<'_> {
             && b != Break::Frame
         {
             self.set = self.later_settings(b);
-            self.set.lists.merge_all(&self.lists, b != Break::Call);
+            self.set.lists.merge_all(&self.ahead.lists, b != Break::Call);
         }
         if matches!(kind, StepKind::Break(_)) {
             self.stands = None;
@@ -31,7 +31,7 @@ impl Reader<'_> {
 
     /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
     fn later_settings(&mut self, kind: Break) -> Settings {
-        let [base, tool] = self.later.clone();
+        let [base, tool] = self.ahead.later.clone();
         let lists = self.set.lists.clone();
         self.frames_set |= kind == Break::Call;
         let first = self.routine <= 1 && !self.frames_set;
@@ -42,20 +42,49 @@ impl Reader<'_> {
             _ if first => (one_of(None, "$BASE", base.as_ref()), one_of(None, "$TOOL", tool.as_ref())),
             _ => (base, tool),
         };
-        let (carried, moved) = (self.carried_later.clone(), self.moved_later.clone());
-        let turning = self.turning_later;
+        let (carried, moved) = (self.ahead.carried.clone(), self.ahead.moved.clone());
+        let turning = self.ahead.turning;
         let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
         Settings { base, tool, lists, carried, moved, ..Settings::turning(turning) }
     }
 
+    /// A block, a jump or an interrupt; `false`: it is none.
+    ///
+    /// `flow = ("IF" | "SWITCH" | "LOOP" | "FOR" | "WHILE" | "REPEAT") ... | middle | end | jump | ["GLOBAL"] "INTERRUPT" ... | "BRAKE"`,
+    /// `middle = "ELSE" | "CASE" ... | "DEFAULT"`, `jump = "GOTO" name | "EXIT" | "RETURN" [value] | "RESUME"`,
+    /// `end = "ENDIF" | "ENDSWITCH" | "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" ... | "END" | "ENDFCT"`
+    pub(super) fn flow(&mut self, k: usize, line: &[Token], word: &str, second: &str) -> bool {
+        match word {
+            "IF" | "SWITCH" => self.open(k, line, Break::Jump),
+            "ELSE" | "CASE" | "DEFAULT" => self.middle(k, line),
+            "ENDIF" | "ENDSWITCH" => self.close(k, line, Break::Jump),
+            "GOTO" | "EXIT" => {
+                self.jumps = true;
+                self.leave(k);
+            }
+            "RETURN" => {
+                self.jumps = true;
+                self.called(k, line);
+                self.leave(k);
+            }
+            "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
+            "LOOP" | "FOR" | "WHILE" | "REPEAT" => self.open(k, line, Break::Loop),
+            "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => self.close(k, line, Break::Loop),
+            "INTERRUPT" | "BRAKE" => self.stop(k, Break::Interrupt),
+            "GLOBAL" if second == "INTERRUPT" => self.stop(k, Break::Interrupt),
+            _ => return false,
+        }
+        true
+    }
+
     /// A block opens; what its line calls belongs to it.
-    pub(super) fn open(&mut self, k: usize, line: &[Token], kind: Break) {
+    fn open(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         let before = self.set.clone();
         self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
         self.set = self.later_settings(kind);
         if kind == Break::Loop {
-            self.set.lists.merge_all(&self.lists, false);
+            self.set.lists.merge_all(&self.ahead.lists, false);
         }
         let begins = self.set.clone();
         self.blocks.push(Block { before, begins, sets: false });
@@ -63,7 +92,7 @@ impl Reader<'_> {
     }
 
     /// Its next branch begins.
-    pub(super) fn middle(&mut self, k: usize, line: &[Token]) {
+    fn middle(&mut self, k: usize, line: &[Token]) {
         self.stands = None;
         self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
         if let Some(block) = self.blocks.last_mut() {
@@ -76,7 +105,7 @@ impl Reader<'_> {
     }
 
     /// It closes: where nothing in it moves, the directions stay, and where it sets nothing the settings do.
-    pub(super) fn close(&mut self, k: usize, line: &[Token], kind: Break) {
+    fn close(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         self.called(k, line);
         let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
@@ -97,7 +126,7 @@ impl Reader<'_> {
     }
 
     /// A jump away: what follows is reached by a label, or the end of its block.
-    pub(super) fn leave(&mut self, k: usize) {
+    fn leave(&mut self, k: usize) {
         self.stands = None;
         if self.blocks.is_empty() {
             self.stop(k, Break::Jump)
