@@ -8,7 +8,8 @@
 //! Modules: [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
 //! have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`number`] numbers and the style in which they
 //! are written; [`text`] bytes and lines; [`sites`] what writers of languages with statements share; [`held`] what may be on where
-//! control comes from several places; [`kept`] ends of moves that stay; [`lex`] words, numbers and marks of such languages; [`blocks`]
+//! control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how lexers read bytes; [`lex`] words, numbers and marks of
+//! such languages; [`blocks`]
 //! their steps; [`fold`] expressions of plain numbers.
 //!
 //! # Example
@@ -32,6 +33,7 @@
 
 pub mod alike;
 pub mod blocks;
+pub mod cursor;
 pub mod edits;
 pub mod fold;
 #[cfg(test)]
