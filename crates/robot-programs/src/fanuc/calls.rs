@@ -6,7 +6,7 @@
 
 use super::flow::{self, Flow};
 use super::sections::sections;
-use super::statement::{is_comment, statements, words};
+use super::statement::{is_comment, program_name, statements, words};
 use super::{instruction, motion};
 use crate::files::{Folders, of_folder};
 use crate::script::{StepKind, Text};
@@ -52,8 +52,7 @@ fn names_of(path: &Path) -> BTreeSet<String> {
     for word in [&b"CALL "[..], b"AUFRUF "] {
         for at in memchr::memmem::find_iter(&bytes, word) {
             let rest = bytes[at + word.len()..].trim_ascii_start();
-            let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-".contains(b));
-            found.insert(name.map(|b| char::from(*b)).collect());
+            found.insert(program_name(rest).iter().map(|b| char::from(*b)).collect());
         }
     }
     found

@@ -6,7 +6,7 @@
 //! `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an assignment.
 
 use super::calls::Still;
-use super::statement::{Statement, is_comment};
+use super::statement::{Statement, is_comment, name_of, program_name};
 use super::{instruction, motion};
 use crate::script::held::{self, Event};
 use crate::script::{Break, StepKind, Text};
@@ -50,7 +50,7 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
     let all: Vec<Vec<u8>> = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase()).collect();
     let whole = all.join(&b' ');
     let other = || instruction::read(text, words).map_or(Flow::On, Flow::Step);
-    let name = &all[0][..all[0].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count()];
+    let name = name_of(&all[0]);
     // `WAIT DI[1]=ON TIMEOUT,LBL[2]` names labels, too: they are found by the caller
     match name {
         b"LBL" | b"MRK" if all[0][name.len()..].starts_with(b"[") => Flow::Label(number(&all[0])),
@@ -100,7 +100,7 @@ fn jump(action: &[u8], always: bool) -> Option<Flow> {
 /// `call = ("CALL" | "AUFRUF") name ["(" arguments ")"]`
 fn call(action: &[u8]) -> Option<Flow> {
     let rest = [&b"CALL "[..], b"AUFRUF "].iter().find_map(|w| action.strip_prefix(*w))?.trim_ascii();
-    let name = &rest[..rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-".contains(b)).count()];
+    let name = program_name(rest);
     let after = rest[name.len()..].trim_ascii();
     let arguments = after.is_empty() || after.starts_with(b"(") && after.ends_with(b")");
     (!name.is_empty() && arguments).then(|| Flow::Call(String::from_utf8_lossy(name).into_owned()))

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::script::Text;
+use crate::script::cursor::Cursor;
 use std::ops::Range;
 
 /// A line number of the program.
@@ -216,27 +217,39 @@ pub(super) fn has(bytes: &[u8], needle: &[u8]) -> bool {
 pub(super) fn words(text: &Text, statement: &Statement) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     for piece in &statement.pieces {
-        let bytes = text.slice(piece.clone());
-        let (mut start, mut depth) = (None, 0_usize);
-        for (i, &b) in bytes.iter().enumerate() {
-            match b {
-                b'[' => depth += 1,
-                b']' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            if b.is_ascii_whitespace() && depth == 0 {
-                if let Some(s) = start.take() {
-                    out.push(piece.start + s..piece.start + i);
+        let mut cursor = Cursor::new(text.slice(piece.clone()));
+        loop {
+            cursor.blanks();
+            let (from, mut depth) = (cursor.at(), 0_usize);
+            cursor.while_is(|b| {
+                match b {
+                    b'[' => depth += 1,
+                    b']' => depth = depth.saturating_sub(1),
+                    _ => {}
                 }
-            } else {
-                start = start.or(Some(i));
+                depth > 0 || !b.is_ascii_whitespace()
+            });
+            if cursor.at() == from {
+                break;
             }
-        }
-        if let Some(s) = start {
-            out.push(piece.start + s..piece.end);
+            out.push(piece.start + from..piece.start + cursor.at());
         }
     }
     out
+}
+
+/// The name with which an instruction begins, without what is joined to it.
+///
+/// `name = {letter | digit | "_"}`
+pub(super) fn name_of(word: &[u8]) -> &[u8] {
+    Cursor::new(word).while_is(|b| b.is_ascii_alphanumeric() || b == b'_')
+}
+
+/// The name of a program.
+///
+/// `name = {letter | digit | "_" | "-"}`
+pub(super) fn program_name(rest: &[u8]) -> &[u8] {
+    Cursor::new(rest).while_is(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b))
 }
 
 /// Bytes for a message.

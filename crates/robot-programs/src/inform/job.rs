@@ -6,9 +6,6 @@ use crate::script::{Script, Span};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-/// What some editors put before UTF-8.
-pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-
 /// Decimals of lengths in a Cartesian position, mm.
 pub(super) const LENGTH_DECIMALS: u8 = 3;
 

@@ -1,7 +1,8 @@
 //! The list of positions with the headers in force at each of them, and its counts.
 
-use super::job::{BYTE_ORDER_MARK, KINDS, Kind, Meaning, Position, Section};
+use super::job::{KINDS, Kind, Meaning, Position, Section};
 use crate::error::Result;
+use crate::script::cursor::unmarked;
 use crate::script::{Span, Text, number};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,7 +34,7 @@ impl List {
                 continue;
             }
             if !begun {
-                let line = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line);
+                let line = unmarked(line);
                 if !line.eq_ignore_ascii_case(b"/JOB") {
                     return Err(text.bad(at, shown(line), "`/JOB`, the first line of an INFORM job"));
                 }

@@ -37,10 +37,11 @@ mod words;
 mod write;
 
 use super::files::Folders;
+use super::script::cursor::unmarked;
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
-use job::{BYTE_ORDER_MARK, Job};
+use job::Job;
 use std::path::{Path, PathBuf};
 
 /// The format.
@@ -60,7 +61,7 @@ impl Format for Inform {
     }
 
     fn recognises(&self, bytes: &[u8]) -> bool {
-        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+        let bytes = unmarked(bytes);
         let line = bytes.split(|&b| b == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty());
         line.is_some_and(|l| l.eq_ignore_ascii_case(b"/JOB"))
     }

@@ -1,6 +1,7 @@
 //! The words of an instruction, and which instructions there are.
 
 use crate::script::Text;
+use crate::script::cursor::Cursor;
 use crate::script::lex::upper_of;
 use std::ops::Range;
 
@@ -81,30 +82,22 @@ pub(super) fn is_known(word: &str) -> bool {
 /// `line = {blank | word} ["'" comment | "//" comment]`,
 /// `word = {any | '"' {any} '"'}`
 pub(super) fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
-    let (start, line) = (text.line_span(k).start, text.line(k));
-    let mut quoted = false;
-    let mut found = Vec::new();
-    let mut word: Option<usize> = None;
-    for (i, &b) in line.iter().enumerate() {
-        let comment = b == b'\'' || (word.is_none() && line[i..].starts_with(b"//"));
-        if !quoted && comment {
-            break;
+    let start = text.line_span(k).start;
+    let (mut cursor, mut found) = (Cursor::new(text.line(k)), Vec::new());
+    loop {
+        cursor.blanks();
+        let (from, mut quoted) = (cursor.at(), false);
+        if !cursor.rest().starts_with(b"//") {
+            cursor.while_is(|b| {
+                quoted ^= b == b'"';
+                quoted || !(b == b'\'' || b.is_ascii_whitespace())
+            });
         }
-        quoted ^= b == b'"';
-        if b.is_ascii_whitespace() && !quoted {
-            found.extend(word.take().map(|w| start + w..start + i));
-        } else if word.is_none() {
-            word = Some(i);
+        if cursor.at() == from {
+            return found;
         }
-        if i + 1 == line.len() {
-            found.extend(word.take().map(|w| start + w..start + i + 1));
-        }
+        found.push(start + from..start + cursor.at());
     }
-    found.extend(word.map(|w| {
-        let end = line[w..].iter().position(|&b| b == b'\'').map_or(line.len(), |e| w + e);
-        start + w..start + end
-    }));
-    found
 }
 
 pub(super) fn upper(text: &Text, span: &Range<usize>) -> String {
@@ -122,13 +115,14 @@ pub(super) fn upper_words(text: &Text, k: usize) -> Vec<String> {
 /// `move = ("MOVJ" | "MOVL") "C" digit {digit} {("VJ=" | "V=" | "PL=") {digit | "."}}`
 pub(super) fn is_plain_move(line: &[u8]) -> bool {
     let Some(rest) = [b"MOVJ C", b"MOVL C"].iter().find_map(|head| line.strip_prefix(&head[..])) else { return false };
-    let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
-    let mut words = rest[digits..].split(|b| b.is_ascii_whitespace()).filter(|w| !w.is_empty());
+    let mut cursor = Cursor::new(rest);
+    let named = !cursor.digits().is_empty();
+    let mut words = cursor.rest().split(|b| b.is_ascii_whitespace()).filter(|w| !w.is_empty());
     let usual = |w: &[u8]| {
         let value = [&b"VJ="[..], b"V=", b"PL="].iter().find_map(|head| w.strip_prefix(*head));
         value.is_some_and(|v| v.iter().all(|b| b.is_ascii_digit() || *b == b'.'))
     };
-    digits > 0 && rest.get(digits).is_none_or(u8::is_ascii_whitespace) && words.all(usual)
+    named && cursor.peek().is_none_or(|b| b.is_ascii_whitespace()) && words.all(usual)
 }
 
 /// Whether the robot stands at an instruction that begins with this word.

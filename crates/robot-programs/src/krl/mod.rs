@@ -70,6 +70,7 @@ mod props;
 mod tests;
 
 use super::files::{Files, Folders};
+use super::script::cursor::unmarked;
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
@@ -93,7 +94,7 @@ impl Format for Krl {
     }
 
     fn recognises(&self, bytes: &[u8]) -> bool {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let bytes = unmarked(bytes);
         for line in bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).take(200) {
             let upper = line.get(..line.len().min(16)).unwrap_or_default().to_ascii_uppercase();
             if upper.is_empty() || upper.starts_with(b";") {

@@ -57,6 +57,7 @@ mod tests;
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::files::Folders;
+use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, LeastArc, Patches, Script, Text};
 use lex::Like;
 use project::Project;
@@ -83,7 +84,7 @@ impl Format for Rapid {
     fn recognises(&self, bytes: &[u8]) -> bool {
         let mut header = false;
         for line in bytes.split(|&b| b == b'\n') {
-            let line = line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line).trim_ascii();
+            let line = unmarked(line).trim_ascii();
             if line.starts_with(b"%%%") {
                 header = !header;
             } else if !(header || line.is_empty() || line.starts_with(b"!")) {

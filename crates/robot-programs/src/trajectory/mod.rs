@@ -41,6 +41,7 @@ mod tests;
 mod tree;
 mod write;
 
+use super::script::cursor::unmarked;
 use super::script::lex::not_too_long;
 use super::script::{
     At, Break, Document, Edits, Format, Goal, How, Move, Note, Patches, PathKind, Script, Speed, Step, Way,
@@ -103,7 +104,7 @@ impl Format for Ros {
 /// Refuses a carriage return alone among line feeds: to YAML it ends a line, to an editor and to our lines it does not, so that what
 /// stands after it would be copied with a point to which it does not belong. In JSON it is a blank.
 fn lines_end_alike(text: &Text) -> Result<()> {
-    let bytes = text.bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text.bytes);
+    let bytes = unmarked(&text.bytes);
     let json = matches!(bytes.trim_ascii_start().first(), Some(b'{' | b'['));
     if json || memchr::memchr(b'\n', &text.bytes).is_none() {
         return Ok(());

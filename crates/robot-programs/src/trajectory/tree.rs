@@ -9,6 +9,7 @@
 
 use super::plain;
 use crate::error::Result;
+use crate::script::cursor::unmarked;
 use crate::script::{Span, Text};
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError};
 use std::borrow::Cow;
@@ -113,7 +114,7 @@ impl Tree {
     ///
     /// `text = {document}`, `document = word | list | mapping | alias`, each with its anchor and its tag
     pub(super) fn parse(text: &Text) -> Result<Self> {
-        let skipped = if text.bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
+        let skipped = text.bytes.len() - unmarked(&text.bytes).len();
         let bytes = text.bytes.get(skipped..).unwrap_or_default();
         let characters = characters(bytes);
         let mut tree = Self::default();

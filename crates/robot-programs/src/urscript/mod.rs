@@ -52,6 +52,7 @@ mod tests;
 
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
+use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, Patches, Script, Text};
 use lex::Like;
 use std::collections::HashSet;
@@ -74,7 +75,7 @@ impl Format for UrScript {
 
     /// The first line that is no comment starts a function or calls a motion.
     fn recognises(&self, bytes: &[u8]) -> bool {
-        let lines = bytes.split(|&b| b == b'\n').map(|l| l.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(l).trim_ascii());
+        let lines = bytes.split(|&b| b == b'\n').map(|l| unmarked(l).trim_ascii());
         let first = lines.into_iter().find(|l| !(l.is_empty() || l.starts_with(b"#") || l.starts_with(b"$")));
         first.is_some_and(|l| {
             let function = (l.starts_with(b"def ") || l.starts_with(b"sec ")) && l.contains(&b'(') && l.contains(&b':');
