@@ -5,9 +5,9 @@
 //! Grammar read here: `IF <condition>,<action>`, `IF (<condition>) THEN`, `ELSE`, `ENDIF`, `SELECT R[n]=<value>,<action>`, `=<value>,<action>`,
 //! `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an assignment.
 
-use super::calls::Still;
 use super::statement::{Statement, is_comment, name_of, program_name};
 use super::{instruction, motion};
+use crate::script::called::Called;
 use crate::script::held::{self, Event};
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
@@ -166,7 +166,7 @@ pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> Vec<u3
 
 /// Labels to which nothing jumps but from statements between which and the label nothing moves: a program that waits there comes
 /// from where it stands.
-pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Still) -> BTreeSet<u64> {
+pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Called) -> BTreeSet<u64> {
     let mut stretch = 0_u64;
     let mut defined: HashMap<u64, Vec<u64>> = HashMap::new();
     let mut jumps: Vec<(Label, u64)> = Vec::new();

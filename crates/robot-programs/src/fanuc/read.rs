@@ -1,6 +1,6 @@
 //! A program's text into its script.
 
-use super::calls::Still;
+use super::calls;
 use super::flow::{self, Flow};
 use super::instruction;
 use super::motion::{self, MotionInstruction};
@@ -13,6 +13,7 @@ use super::{Motion, Program};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
+use crate::script::called::{self, Called};
 use crate::script::lex::not_too_long;
 use crate::script::{At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseGoal, Script, StepKind, Text, pragma};
 use nalgebra::Vector3;
@@ -33,7 +34,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut reader = Reader::new(text, robot, taught, Uses::of(text, &all));
     reader.uncounted = count.is_none();
     reader.tracks = tracks(text, 0..sections.program.start);
-    reader.still = Still::of(&texts);
+    reader.still = calls::beside(&texts);
     reader.quiet = flow::quiet_labels(text, &all, &reader.still);
     reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
     reader.led = flow::led(text, &all);
@@ -41,7 +42,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         reader.led_now = reader.led.get(k).copied().unwrap_or_default();
         reader.statement(statement, parsed);
     }
-    reader.note_calls();
+    reader.notes.extend(called::note(&reader.met, "program", ["the file beside it", "the files beside it"]));
     if let (Some(found), Some(last)) = (&count, numbered.last())
         && found.1 != last.number
     {
@@ -81,7 +82,7 @@ struct Reader<'a> {
     steps: Steps<Motion>,
     notes: Vec<Note>,
     /// Programs that it calls and that move nothing, and those of them that were met.
-    still: Still,
+    still: Called,
     met: BTreeMap<String, u64>,
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<u64>,
@@ -111,7 +112,7 @@ impl<'a> Reader<'a> {
             before: None,
             steps: Steps::of_text(text),
             notes: Vec::new(),
-            still: Still::default(),
+            still: Called::default(),
             met: BTreeMap::new(),
             quiet: BTreeSet::new(),
             blocks: Vec::new(),
@@ -198,17 +199,6 @@ impl<'a> Reader<'a> {
             },
             Flow::Step(kind) => self.push(at, kind),
         }
-    }
-
-    /// Says which calls end nothing that is known of the joints.
-    fn note_calls(&mut self) {
-        let Some(line) = self.met.values().min().copied() else { return };
-        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
-        let text = match names.as_slice() {
-            [one] => format!("the program {one} that it calls moves nothing, by the file beside it"),
-            all => format!("the programs {} that it calls move nothing, by the files beside it", all.join(", ")),
-        };
-        self.note(line, text);
     }
 
     /// The tool of a position.

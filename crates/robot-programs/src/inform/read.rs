@@ -2,7 +2,7 @@
 
 use super::circles::{self, Circles};
 use super::facts::{Counted, FramesSet, assigned, reads_place};
-use super::flow::{self, Flow, StillJobs};
+use super::flow::{self, Flow};
 use super::job::{self, Job, Kind, Section, Statement};
 use super::list::{List, shown};
 use super::shared::Shared;
@@ -10,8 +10,9 @@ use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
+use crate::script::called::{self, Called};
 use crate::script::lex::{not_too_long, upper_of};
-use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Targets, Text, number, pragma};
+use crate::script::{At, Break, Goal, Move, Script, Step, StepKind, Targets, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -24,7 +25,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let mut list = List::default();
     let begin = list.read(text)?;
     let overlaid = flow::overlaid_before(text, begin, OVERLAID);
-    let jobs = StillJobs::of(&texts[1..]);
+    let jobs = flow::beside(&texts[1..]);
     let mut reader = Reader {
         text,
         robot,
@@ -53,7 +54,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     };
     reader.quiet = flow::quiet_labels(text, begin, &reader.jobs);
     reader.instructions(begin)?;
-    reader.note_calls();
+    let called = called::note(&reader.met, "job", ["the file beside it", "the files beside it"]);
+    reader.script.notes.extend(called);
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
     let Reader { mut script, steps, numbers, mut pinned, counted_calls, circles, .. } = reader;
     let statements = steps.finish(&mut script);
@@ -97,7 +99,7 @@ pub(super) struct Reader<'a> {
     /// `still` at the start of each open block.
     blocks: Vec<Option<Vec<f64>>>,
     /// Jobs beside it that move nothing, and those of them that it calls.
-    jobs: StillJobs,
+    jobs: Called,
     met: BTreeMap<String, u64>,
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<String>,
@@ -174,17 +176,6 @@ impl Reader<'_> {
             Flow::Condition | Flow::Other => return false,
         }
         true
-    }
-
-    /// Says which calls end nothing that is known of the joints.
-    fn note_calls(&mut self) {
-        let Some(line) = self.met.values().min().copied() else { return };
-        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
-        let text = match names.as_slice() {
-            [one] => format!("the job {one} that it calls moves nothing, by the file beside it"),
-            all => format!("the jobs {} that it calls move nothing, by the files beside it", all.join(", ")),
-        };
-        self.script.notes.push(Note { place: At { file: 0, line }, text });
     }
 
     /// All instructions from line `begin`.

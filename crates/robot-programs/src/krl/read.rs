@@ -26,6 +26,7 @@ use super::target::{Others, axis_names, external_axes};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::{BySteps, Steps};
+use crate::script::called;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Targets, Text, pragma};
@@ -49,7 +50,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
     let mut reader = Reader::new(&texts, &data, &axes);
     reader.lines()?;
-    reader.note_calls();
+    let by = "the files of the project";
+    reader.notes.extend(called::note(&reader.met, "routine", [by, by]));
     let Reader { steps, targets, sources, mut notes, counted_calls, jumps, .. } = reader;
     let mut script = Script::default();
     let (mut motions, mut others) = (BySteps::of_text(text), BySteps::default());

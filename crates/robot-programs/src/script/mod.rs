@@ -10,7 +10,7 @@
 //! are written; [`text`] bytes and lines; [`sites`] what writers of languages with statements share; [`held`] what may be on where
 //! control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how lexers read bytes; [`lex`] words, numbers and marks of
 //! such languages; [`blocks`]
-//! their steps; [`fold`] expressions of plain numbers.
+//! their steps; [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
 //!
 //! # Example
 //!
@@ -33,6 +33,7 @@
 
 pub mod alike;
 pub mod blocks;
+pub mod called;
 pub mod cursor;
 pub mod edits;
 pub mod fold;

@@ -5,7 +5,7 @@ use crate::krl::calls::calls;
 use crate::krl::lex::Token;
 use crate::krl::lists::one_of;
 use crate::krl::settings::Settings;
-use crate::script::{At, Break, Note, StepKind};
+use crate::script::{At, Break, StepKind};
 
 /// A block that is open: the settings before it and with which it began.
 pub(super) struct Block {
@@ -133,17 +133,6 @@ impl Reader<'_> {
         } else {
             self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump)
         }
-    }
-
-    /// Says which calls end nothing that is known of the joints.
-    pub(super) fn note_calls(&mut self) {
-        let Some(line) = self.met.values().min().copied() else { return };
-        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
-        let text = match names.as_slice() {
-            [one] => format!("the routine {one} that it calls moves nothing, by the files of the project"),
-            all => format!("the routines {} that it calls move nothing, by the files of the project", all.join(", ")),
-        };
-        self.notes.push(Note { place: At { file: 0, line }, text });
     }
 
     pub(super) fn stop(&mut self, k: usize, kind: Break) {
