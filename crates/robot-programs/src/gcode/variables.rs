@@ -100,6 +100,7 @@ impl Known for Variables {
         self.values.get(name).copied()
     }
 
+    /// `function = ("SIN" | "COS" | "TAN" | "ABS" | "SQRT") "[" expression "]"`
     fn call(&self, name: &str, value: f64) -> Option<f64> {
         match name {
             "SIN" => Some(value.to_radians().sin()),
