@@ -57,6 +57,7 @@ const READERS: [(&str, &[&str]); 8] = [
             "arguments.rs",
             "facts.rs",
             "goals.rs",
+            "poses.rs",
             "read.rs",
             "rules.rs",
             "statements.rs",

@@ -26,6 +26,11 @@ pub(super) struct Token {
 }
 
 impl Token {
+    /// The byte of a mark.
+    pub fn mark(&self) -> Option<u8> {
+        if let Kind::Mark(b) = self.kind { Some(b) } else { None }
+    }
+
     pub fn span(&self) -> Range<usize> {
         self.start..self.end
     }

@@ -6,6 +6,7 @@ use super::going::Turning;
 use super::lex::{Kind, Token, upper};
 use super::lists::{BASES, LISTS, Lists, TOOLS, as_set};
 use crate::script::Text;
+use crate::script::lex::outside;
 use crate::script::pose::Frame;
 
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -215,17 +216,10 @@ pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, rou
         let Some(sign) = (place + 1..line.len()).find(|&k| line[k].is(b'=')) else {
             return Some(Frame::Unknown(format!("WITH {word}")));
         };
-        let (mut depth, mut end) = (0_usize, sign + 1);
-        while let Some(t) = line.get(end) {
-            match t.kind {
-                Kind::Mark(b'{' | b'(' | b'[') => depth += 1,
-                Kind::Mark(b'}' | b')' | b']') => depth = depth.saturating_sub(1),
-                Kind::Mark(b',') if depth == 0 => break,
-                Kind::Word if depth == 0 && end > sign + 1 && upper(text, t).starts_with("C_") => break,
-                _ => {}
-            }
-            end += 1;
-        }
+        let approximates =
+            |k: usize| k > sign + 1 && line[k].kind == Kind::Word && upper(text, &line[k]).starts_with("C_");
+        let ends = |k: &usize| line[*k].is(b',') || approximates(*k);
+        let end = outside(sign + 1..line.len(), |k| line[k].mark()).find(ends).unwrap_or(line.len());
         let value = &line[sign + 1..end];
         let part = (sign > place + 1).then_some("a part");
         let function = value.first().map(|t| upper(text, t)).unwrap_or_default();

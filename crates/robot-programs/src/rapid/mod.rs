@@ -37,9 +37,11 @@
 //! ```
 
 mod arguments;
+mod built;
 mod facts;
 mod goals;
 mod lex;
+mod poses;
 mod project;
 mod read;
 mod rules;
@@ -129,7 +131,7 @@ impl Format for Rapid {
 }
 
 struct Doc {
-    built: steps::Built,
+    built: built::Built,
     words: HashSet<String>,
     kinds: Vec<JointKind>,
 }

@@ -6,7 +6,7 @@
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
 
-use super::steps::{Built, Site, Written};
+use super::built::{Built, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;

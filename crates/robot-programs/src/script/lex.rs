@@ -64,6 +64,26 @@ impl Token {
 /// Bytes of the longest text that is read.
 pub const LONGEST: usize = u32::MAX as usize;
 
+impl Kind {
+    /// The byte of a mark.
+    pub fn mark(self) -> Option<u8> {
+        if let Self::Mark(b) = self { Some(b) } else { None }
+    }
+}
+
+/// Places of a span outside of brackets, the brackets themselves left out; `mark`: the mark that stands at a place.
+pub fn outside(span: Range<usize>, mark: impl Fn(usize) -> Option<u8>) -> impl Iterator<Item = usize> {
+    let mut depth = 0_usize;
+    span.filter(move |k| {
+        match mark(*k) {
+            Some(b'(' | b'[' | b'{') => depth += 1,
+            Some(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+            _ => return depth == 0,
+        }
+        false
+    })
+}
+
 /// Refuses a text whose bytes no token could tell.
 ///
 /// # Errors

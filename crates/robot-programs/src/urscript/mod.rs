@@ -4,7 +4,8 @@
 //! Modules:
 //! - [`lex`]: bytes to words, numbers, marks and line ends.
 //! - [`words`]: what URScript's own functions do: move, wait, or neither.
-//! - [`read`]: functions, blocks, assignments; which assignments make one variable.
+//! - [`read`]: functions, blocks, assignments.
+//! - [`scopes`]: which assignments make one variable.
 //! - [`value`]: lists of joint values (`d2r()` too) and poses.
 //! - [`arguments`]: calls and their arguments.
 //! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
@@ -40,6 +41,7 @@ mod goals;
 mod lex;
 mod moves;
 mod read;
+mod scopes;
 mod steps;
 mod value;
 mod words;
