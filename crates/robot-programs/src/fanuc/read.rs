@@ -239,8 +239,25 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Why no point may come before a motion, whatever its words are.
+    fn closed(&self, position: Option<usize>, goal: &Goal, motion: Option<&Motion>) -> Option<&'static str> {
+        let still = match (self.before, position) {
+            _ if self.taught.idle => true,
+            (Some(a), Some(b)) => self.taught.extras[a] == self.taught.extras[b],
+            _ => false,
+        };
+        let further = matches!(goal, Goal::Pose(_)) && self.dof > 6;
+        let uncounted = self.uncounted && motion.is_some_and(|m| m.number.is_some());
+        let reasons = [
+            (!still, "another axis or group may move with it"),
+            (further, "a Cartesian position with further axes cannot be written as joints"),
+            (motion.is_none(), "its statement cannot be copied"),
+            (uncounted, "no attribute gives the number of lines, which must grow (LINE_COUNT)"),
+        ];
+        reasons.into_iter().find(|r| r.0).map(|r| r.1)
+    }
+
     fn motion(&mut self, at: At, said: MotionInstruction) {
-        let mut closed = said.closed;
         let position = said.goal.as_ref().ok().and_then(|n| self.taught.by_index.get(n).copied());
         let goal = match said.goal {
             Err(why) => Goal::Opaque(why),
@@ -259,23 +276,7 @@ impl<'a> Reader<'a> {
             }
             (goal, ..) => goal,
         };
-        let still = match (self.before, position) {
-            _ if self.taught.idle => true,
-            (Some(a), Some(b)) => self.taught.extras[a] == self.taught.extras[b],
-            _ => false,
-        };
-        if !still {
-            closed.get_or_insert_with(|| "another axis or group may move with it".into());
-        }
-        if matches!(goal, Goal::Pose(_)) && self.dof > 6 {
-            closed.get_or_insert_with(|| "a Cartesian position with further axes cannot be written as joints".into());
-        }
-        if said.motion.is_none() {
-            closed.get_or_insert_with(|| "its statement cannot be copied".into());
-        }
-        if self.uncounted && said.motion.as_ref().is_some_and(|m| m.number.is_some()) {
-            closed.get_or_insert_with(|| "no attribute gives the number of lines, which must grow (LINE_COUNT)".into());
-        }
+        let closed = said.closed.or_else(|| self.closed(position, &goal, said.motion.as_ref()).map(String::from));
         self.before = position;
         if let Some(motion) = said.motion {
             self.steps.place(self.steps.next(), motion);
@@ -284,14 +285,12 @@ impl<'a> Reader<'a> {
         let tool = position.filter(|_| straight).map(|p| self.tool(&self.taught.positions[p]));
         let how = How {
             path: said.path,
-            fixed: None,
             closed,
             speed: said.speed,
             blend_m: said.blend_m,
             tool,
-            turns_known: false,
             relative: said.relative,
-            circle: None,
+            ..How::default()
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
         if let Some(on) = said.process {

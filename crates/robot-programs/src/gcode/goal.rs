@@ -286,17 +286,7 @@ impl Reader<'_> {
         };
         let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
         let path = if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint };
-        let how = How {
-            path,
-            fixed: None,
-            closed,
-            speed,
-            blend_m: exact.then_some(0.0),
-            tool: None,
-            turns_known: true,
-            relative: false,
-            circle: None,
-        };
+        let how = How { path, closed, speed, blend_m: exact.then_some(0.0), turns_known: true, ..How::default() };
         Move::new(how, Goal::Joints(self.script.targets.len()), way)
     }
 

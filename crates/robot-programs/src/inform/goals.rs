@@ -97,7 +97,7 @@ impl Reader<'_> {
         let form = PoseForm::FixedXyz;
         let value = |(n, span): (usize, &Span)| {
             let (v, style) = number::read(self.text.slice(*span))?;
-            let (unit, weight) = (form.unit(n), |d: u8| 10f64.powi(-i32::from(d)));
+            let (unit, weight) = (form.unit(n), number::last_digit);
             let most = style.decimals.max(if n < 3 { LENGTH_DECIMALS } else { ANGLE_DECIMALS });
             let (digit, finest) = (weight(style.decimals) * unit, weight(most) * unit);
             Some(Value { si: v * unit, start: span.start(), end: span.end(), style, digit, finest })
@@ -219,7 +219,7 @@ impl Reader<'_> {
             return Ok(Value { si: v / pulses, start: span.start, end: span.end, style, digit, finest: digit });
         }
         let unit = joint.kind.si_per_user_unit();
-        let weight = |d: u8| unit * 10f64.powi(-i32::from(d));
+        let weight = |d: u8| unit * number::last_digit(d);
         let finest = weight(style.decimals.max(ANGLE_DECIMALS));
         Ok(Value { si: v * unit, start: span.start, end: span.end, style, digit: weight(style.decimals), finest })
     }

@@ -24,35 +24,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     not_too_long(text)?;
     let mut list = List::default();
     let begin = list.read(text)?;
-    let overlaid = flow::overlaid_before(text, begin, OVERLAID);
-    let jobs = flow::beside(&texts[1..]);
-    let mut reader = Reader {
-        text,
-        robot,
-        list: &list,
-        ends: job::ends(&list.positions),
-        assigned: assigned(text, begin, &list),
-        shared: Shared::of(text, begin, &texts[1..]),
-        frames_set: FramesSet::of(text, begin),
-        has_noted: false,
-        counted: Counted::of(text, begin),
-        moves: 0,
-        script: Script { targets: Targets::of_text(text), ..Script::default() },
-        steps: Steps::of_text(text),
-        blocks: Vec::new(),
-        met: BTreeMap::new(),
-        quiet: BTreeSet::new(),
-        targets: job::Known::default(),
-        numbers: Vec::new(),
-        pinned: vec![false; list.positions.len()],
-        circles: circles::of(text, begin, &list, &jobs, &overlaid),
-        jobs,
-        overlaid,
-        counted_calls: BTreeSet::new(),
-        base_axes: list.base_axes,
-        still: None,
-    };
-    reader.quiet = flow::quiet_labels(text, begin, &reader.jobs);
+    let mut reader = Reader::new(text, robot, &list, begin, &texts[1..]);
     reader.instructions(begin)?;
     let called = called::note(&reader.met, "job", ["the file beside it", "the files beside it"]);
     reader.script.notes.extend(called);
@@ -116,6 +88,40 @@ pub(super) struct Reader<'a> {
     pub(super) base_axes: bool,
     /// Numbers beyond the robot's axes where the move before left them.
     pub(super) still: Option<Vec<f64>>,
+}
+
+impl<'a> Reader<'a> {
+    /// Before the instructions, which begin at line `begin`; `beside`: the other jobs.
+    fn new(text: &'a Text, robot: &'a Axes, list: &'a List, begin: usize, beside: &[Text]) -> Self {
+        let overlaid = flow::overlaid_before(text, begin, OVERLAID);
+        let jobs = flow::beside(beside);
+        Self {
+            text,
+            robot,
+            list,
+            ends: job::ends(&list.positions),
+            assigned: assigned(text, begin, &list),
+            shared: Shared::of(text, begin, beside),
+            frames_set: FramesSet::of(text, begin),
+            has_noted: false,
+            counted: Counted::of(text, begin),
+            moves: 0,
+            script: Script { targets: Targets::of_text(text), ..Script::default() },
+            steps: Steps::of_text(text),
+            blocks: Vec::new(),
+            met: BTreeMap::new(),
+            quiet: flow::quiet_labels(text, begin, &jobs),
+            targets: job::Known::default(),
+            numbers: Vec::new(),
+            pinned: vec![false; list.positions.len()],
+            circles: circles::of(text, begin, list, &jobs, &overlaid),
+            jobs,
+            overlaid,
+            counted_calls: BTreeSet::new(),
+            base_axes: list.base_axes,
+            still: None,
+        }
+    }
 }
 
 impl Reader<'_> {

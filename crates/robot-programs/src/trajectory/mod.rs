@@ -314,21 +314,7 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
         () if stands => Speed::Seconds(0.0),
         () => Speed::Unknown,
     };
-    Move::new(
-        How {
-            path: PathKind::Joint,
-            fixed: None,
-            closed,
-            speed,
-            blend_m: Some(0.0),
-            tool: None,
-            turns_known: false,
-            relative: false,
-            circle: None,
-        },
-        goal,
-        way,
-    )
+    Move::new(How { path: PathKind::Joint, closed, speed, blend_m: Some(0.0), ..How::default() }, goal, way)
 }
 
 /// Why no point can be put before this one.
@@ -360,13 +346,12 @@ fn values(p: &Point, axes: &[Option<usize>], dof: usize) -> Vec<Option<Value>> {
 }
 
 fn value(n: &Num) -> Value {
-    let weight = |decimals: u8| 10f64.powi(-i32::from(decimals));
     Value {
         si: n.value,
         start: n.start,
         end: n.end,
         style: n.style,
-        digit: weight(n.style.decimals),
-        finest: weight(most_decimals(n.style)),
+        digit: number::last_digit(n.style.decimals),
+        finest: number::last_digit(most_decimals(n.style)),
     }
 }

@@ -155,17 +155,7 @@ impl Tree {
                     open.push((node(Kind::Map, anchor, tag.is_some()), Vec::new()));
                     None
                 }
-                Event::SequenceEnd | Event::MappingEnd => open.pop().map(|(mut n, items)| {
-                    let written = items.iter().filter(|i| i.end > i.start);
-                    let last = written.map(|i| i.end).max().unwrap_or(n.start) as usize;
-                    n.end = match text.bytes.get(n.at()) {
-                        Some(b'[') => closing(&text.bytes, last.max(n.at() + 1), b']'),
-                        Some(b'{') => closing(&text.bytes, last.max(n.at() + 1), b'}'),
-                        _ => last,
-                    } as u32;
-                    n.items = items.into_boxed_slice();
-                    n
-                }),
+                Event::SequenceEnd | Event::MappingEnd => open.pop().map(|(n, items)| whole(text, n, items)),
                 _ => None,
             };
             if open.len() > DEEPEST {
@@ -193,6 +183,19 @@ impl Tree {
         let to = self.comments.partition_point(|c| c.start < span.end);
         self.comments.get(from..to).unwrap_or_default()
     }
+}
+
+/// A list or a mapping that ends, with what is in it.
+fn whole(text: &Text, mut node: Node, items: Vec<Node>) -> Node {
+    let last = items.iter().filter(|i| i.end > i.start).map(|i| i.end).max().unwrap_or(node.start) as usize;
+    let after = last.max(node.at() + 1);
+    node.end = match text.bytes.get(node.at()) {
+        Some(b'[') => closing(&text.bytes, after, b']'),
+        Some(b'{') => closing(&text.bytes, after, b'}'),
+        _ => last,
+    } as u32;
+    node.items = items.into_boxed_slice();
+    node
 }
 
 /// A character for every byte.

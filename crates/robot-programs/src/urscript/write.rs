@@ -9,6 +9,7 @@ use super::moves::CYCLE_S;
 use super::steps::{Built, Site};
 use super::words;
 use crate::axes::JointKind;
+use crate::decimal::Decimal;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
 use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
@@ -17,8 +18,9 @@ use std::collections::HashSet;
 
 /// Largest blend of a new point, m: it must not cut what the point is there for.
 const BLEND_M: f64 = 1e-3;
-/// Blends are rounded down to this, m.
+/// Blends are rounded down to this, m, which is the last of so many decimals.
 const BLEND_STEP_M: f64 = 1e-5;
+const BLEND_DECIMALS: u8 = 5;
 /// Cycle of the e-Series, s.
 const SHORT_CYCLE_S: f64 = 0.002;
 
@@ -220,8 +222,8 @@ impl Writer<'_> {
 
 /// A blend rounded down, m.
 fn blend(most_m: f64) -> String {
-    let r = ((most_m / BLEND_STEP_M) + 1e-9).floor() * BLEND_STEP_M;
-    if r >= BLEND_STEP_M { format!("{r:.5}") } else { "0".into() }
+    let steps = (most_m / BLEND_STEP_M + 1e-9).floor() as i64;
+    Decimal::new(steps, BLEND_DECIMALS).filter(|_| steps > 0).map_or("0".into(), |r| r.to_string())
 }
 
 /// Text on one line: line breaks and comments become blanks.

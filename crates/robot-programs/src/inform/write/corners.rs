@@ -1,8 +1,9 @@
 //! Corners of moves: those of new points, and narrower ones at a move's own goal.
 
 use super::Writer;
+use crate::decimal::Decimal;
 use crate::inform::job::Statement;
-use crate::script::{EditRef, NewPoint, Patch, PathKind, StepKind};
+use crate::script::{EditRef, NewPoint, Patch, PathKind, StepKind, number};
 
 /// Corner of each position level, m, as the factory sets it.
 const LEVELS_M: [f64; 9] = [0.0, 0.0125, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5];
@@ -54,7 +55,7 @@ impl Writer<'_> {
         let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
         let word = String::from_utf8_lossy(text.slice(tag.span)).into_owned();
         // a size that is computed stays: any number in its place may be a wider corner
-        if word.split_once('=').is_none_or(|w| w.1.parse::<f64>().is_err()) {
+        if size(&word).is_none() {
             return;
         }
         let new = match (tag.key, level(&word)) {
@@ -73,15 +74,17 @@ fn level(word: &str) -> Option<usize> {
     word.split_once('=')?.1.parse().ok()
 }
 
+/// `CR=12.5`, `PL=2`: the number, as far as it is one.
+fn size(word: &str) -> Option<f64> {
+    Some(number::read(word.split_once('=')?.1.as_bytes())?.0)
+}
+
 /// `CR=` no wider than `at_most_m`; an exact stop where that is less than the least.
 fn radius(word: &str, at_most_m: f64) -> String {
-    let own = word.split_once('=').and_then(|w| w.1.parse::<f64>().ok()).unwrap_or(f64::INFINITY);
-    let fits = (at_most_m * 1e4).floor() * 0.1;
-    if own <= fits {
-        word.to_string()
-    } else if fits < LEAST_CR_MM {
-        "PL=0".into()
-    } else {
-        format!("CR={fits:.1}")
+    let tenths = (at_most_m * 1e4).floor();
+    if size(word).unwrap_or(f64::INFINITY) * 10.0 <= tenths {
+        return word.to_string();
     }
+    let fits = Decimal::new(tenths as i64, 1).filter(|fits| fits.value() >= LEAST_CR_MM);
+    fits.map_or("PL=0".into(), |fits| format!("CR={fits}"))
 }

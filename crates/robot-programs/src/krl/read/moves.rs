@@ -64,17 +64,7 @@ impl Reader<'_> {
         };
         let path = if self.spline { PathKind::Curve } else { word.path };
         let fixed = relative.then(|| relative::ITSELF.to_string());
-        let how = How {
-            path,
-            fixed,
-            closed,
-            speed,
-            blend_m,
-            tool: None,
-            turns_known: false,
-            relative: word.relative,
-            circle: None,
-        };
+        let how = How { path, fixed, closed, speed, blend_m, relative: word.relative, ..How::default() };
         self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
         Ok(())
     }
