@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
             robot,
             list,
             ends: job::ends(&list.positions),
-            assigned: assigned(text, begin, &list),
+            assigned: assigned(text, begin, list),
             shared: Shared::of(text, begin, beside),
             frames_set: FramesSet::of(text, begin),
             has_noted: false,
