@@ -80,15 +80,8 @@ fn renamed(text: &Text, line: usize, name: &str, new: &str) -> Vec<u8> {
     let mut words = Vec::new();
     tokens(text, line, &mut words);
     let span = text.line_span(line);
-    let mut out = Vec::new();
-    let mut from = span.start;
-    for t in words.iter().filter(|t| t.kind == Kind::Word && upper(text, t) == name) {
-        out.extend_from_slice(text.slice(from..t.start));
-        out.extend_from_slice(new.as_bytes());
-        from = t.end;
-    }
-    out.extend_from_slice(text.slice(from..span.start + text.line(line).len()));
-    out
+    let same = words.iter().filter(|t| t.kind == Kind::Word && upper(text, t) == name);
+    text.substituted(span.start..span.start + text.line(line).len(), same.map(|t| (t.span(), new)))
 }
 
 /// Declares a point anew with other values, or gives its values in line where it is a variable of the routine.
@@ -259,16 +252,9 @@ fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Patche
 
 /// An aggregate's text with other numbers.
 pub(super) fn replaced(text: &Text, whole: &Range<usize>, change: &Change) -> Vec<u8> {
-    let mut change: Vec<_> = change.iter().collect();
+    let mut change = change.clone();
     change.sort_by_key(|c| c.0.start);
-    let (mut out, mut at) = (Vec::new(), whole.start);
-    for (span, new) in change {
-        out.extend_from_slice(text.slice(at..span.start));
-        out.extend_from_slice(new.as_bytes());
-        at = span.end;
-    }
-    out.extend_from_slice(text.slice(at..whole.end));
-    out
+    text.substituted(whole.clone(), change)
 }
 
 /// The point's name as the fold's line writes it.

@@ -12,7 +12,7 @@ use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
-use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
+use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place};
 use crate::script::{CLONE, EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -66,11 +66,10 @@ impl OneText for Writer<'_> {
         if let Some(foreign) = &literal.foreign {
             let own = Text::new("", foreign.to_vec());
             let start = literal.bytes.start();
-            let moved: Vec<Number> = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n.clone())).collect();
-            let all = 0..foreign.len();
-            return Ok(flat(&substituted(&own, &all, moved.iter().map(|(s, n)| (s, n.as_str())))));
+            let moved = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n));
+            return Ok(flat(&own.substituted(0..foreign.len(), moved)));
         }
-        Ok(flat(&substituted(self.text()?, &literal.bytes.range(), numbers.iter().map(|(s, n)| (s, n.as_str())))))
+        Ok(flat(&self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
     }
 
     /// `[[..],[..]]` for a move whose own target is Cartesian.
@@ -215,7 +214,7 @@ impl Writer<'_> {
             } else if n == usize::from(site.goal) {
                 // joint moves take no displacement
                 let point = if word == "MoveAbsJ" { arg.bytes } else { site.point }.range();
-                flat(&substituted(text, &arg.bytes.range(), [(&point, target)]))
+                flat(&text.substituted(arg.bytes.range(), [(point, target)]))
             } else if is(site.zone) {
                 self.zone(m, point, &flat(text.slice(arg.bytes)))
             } else {

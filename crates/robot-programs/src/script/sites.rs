@@ -231,23 +231,6 @@ pub fn in_place(numbers: Vec<Number>) -> impl Iterator<Item = Patch> {
     numbers.into_iter().map(|(span, new)| Patch::new(0, span, new))
 }
 
-/// Bytes of a span with some of them replaced, in order.
-pub fn substituted<'a>(
-    text: &Text,
-    span: &Range<usize>,
-    patches: impl IntoIterator<Item = (&'a Range<usize>, &'a str)>,
-) -> Vec<u8> {
-    let mut out = Vec::with_capacity(span.len() + 32);
-    let mut at = span.start;
-    for (p, new) in patches {
-        out.extend_from_slice(text.slice(at..p.start));
-        out.extend_from_slice(new.as_bytes());
-        at = p.end;
-    }
-    out.extend_from_slice(text.slice(at..span.end));
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

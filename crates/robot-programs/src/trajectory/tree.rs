@@ -186,6 +186,8 @@ impl Tree {
 }
 
 /// A list or a mapping that ends, with what is in it.
+///
+/// `node = "[" ... "]" | "{" ... "}" | {item}`
 fn whole(text: &Text, mut node: Node, items: Vec<Node>) -> Node {
     let last = items.iter().filter(|i| i.end > i.start).map(|i| i.end).max().unwrap_or(node.start) as usize;
     let after = last.max(node.at() + 1);

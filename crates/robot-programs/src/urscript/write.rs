@@ -12,7 +12,7 @@ use crate::axes::JointKind;
 use crate::decimal::Decimal;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
-use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
+use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place};
 use crate::script::{EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, number};
 use std::collections::HashSet;
 
@@ -66,7 +66,7 @@ impl OneText for Writer<'_> {
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
-        Ok(flat(substituted(self.text()?, &literal.bytes.range(), numbers.iter().map(|(s, n)| (s, n.as_str())))))
+        Ok(flat(self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
     }
 
     /// `[..]` for a move whose own target is a pose.
@@ -180,8 +180,7 @@ impl Writer<'_> {
                 _ => {}
             }
             patches.sort_by_key(|p| p.0.start);
-            let patches = patches.iter().map(|(span, new)| (span, *new));
-            bytes.extend(flat(substituted(text, &site.bytes.range(), patches)).into_bytes());
+            bytes.extend(flat(text.substituted(site.bytes.range(), patches)).into_bytes());
             bytes.extend_from_slice(text.ending(site.bytes.start()));
             bytes.extend_from_slice(indent);
         }

@@ -26,12 +26,10 @@ impl Writer<'_> {
         let line = text.line_span(position.line);
         let mut bytes = name.clone().into_bytes();
         let equals = text.slice(line.clone()).iter().position(|&b| b == b'=').unwrap_or(0);
-        let mut at = line.start + equals;
-        for (n, span) in position.numbers.iter().enumerate() {
-            bytes.extend_from_slice(text.slice(at..span.start()));
-            bytes.extend_from_slice(form.get(n).map_or(text.slice(*span), str::as_bytes));
-            at = span.end();
-        }
+        let start = line.start + equals;
+        let end = position.numbers.last().map_or(start, |span| span.end());
+        let changed = position.numbers.iter().enumerate().filter_map(|(n, span)| Some((span.range(), form.get(n)?)));
+        bytes.extend(text.substituted(start..end, changed));
         self.new.push(NewLine { kind: position.kind, number, section: position.section, text: bytes, model });
         Ok(name)
     }
