@@ -8,6 +8,7 @@
 use super::statement::{Statement, is_comment, name_of, program_name};
 use super::{instruction, motion};
 use crate::script::called::Called;
+use crate::script::cursor::integer;
 use crate::script::held::{self, Event};
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
@@ -112,7 +113,7 @@ fn call(action: &[u8]) -> Option<Flow> {
 fn number(word: &[u8]) -> Option<u64> {
     let open = memchr::memchr(b'[', word)? + 1;
     let inside = word[open..].split(|b| matches!(b, b']' | b':')).next()?.trim_ascii();
-    std::str::from_utf8(inside).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?.parse().ok()
+    integer(inside)
 }
 
 /// Labels that a statement names besides being one: all to which it may jump.

@@ -6,7 +6,7 @@
 
 use super::statement::shown;
 use crate::error::Result;
-use crate::script::cursor::Cursor;
+use crate::script::cursor::{Cursor, integer};
 use crate::script::lex::upper_of;
 use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
 use crate::script::{Span, Text, number};
@@ -201,7 +201,7 @@ fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
     let inside = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"P[")).and_then(|_| content.get(2..));
     let inside = inside.and_then(|c| c.strip_suffix(b"{")).ok_or_else(bad)?;
     let mut cursor = Cursor::new(inside);
-    let index: u32 = std::str::from_utf8(cursor.digits()).ok().and_then(|d| d.parse().ok()).ok_or_else(bad)?;
+    let index: u32 = integer(cursor.digits()).ok_or_else(bad)?;
     if !matches!(cursor.peek(), Some(b']' | b':')) {
         return Err(bad());
     }
@@ -239,8 +239,7 @@ fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> 
         let name = upper_of(cursor.while_is(|b| b.is_ascii_alphanumeric()));
         cursor.blanks();
         if cursor.eat(b':') {
-            let digits = Cursor::new(cursor.rest().trim_ascii_start()).digits();
-            let value = std::str::from_utf8(digits).ok().and_then(|d| d.parse().ok());
+            let value = integer(Cursor::new(cursor.rest().trim_ascii_start()).digits());
             match &*name {
                 "UF" => position.frame = value,
                 "UT" => position.tool = value,

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::script::Text;
-use crate::script::cursor::Cursor;
+use crate::script::cursor::{Cursor, integer};
 use std::ops::Range;
 
 /// A line number of the program.
@@ -61,10 +61,8 @@ fn line_of(text: &Text, k: usize) -> Line {
     if digits.is_empty() {
         return Line::Colon(span.start + colon, None);
     }
-    match std::str::from_utf8(digits).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit())).map(str::parse::<u32>) {
-        Some(Ok(number)) => Line::Colon(span.start + colon, Some(u64::from(number))),
-        _ => Line::Other,
-    }
+    let number = integer::<u32>(digits).map(u64::from);
+    number.map_or(Line::Other, |number| Line::Colon(span.start + colon, Some(number)))
 }
 
 /// The statements of lines `lines`, and the numbers that a new line shifts.
@@ -268,8 +266,7 @@ pub(super) fn index(text: &Text, word: Range<usize>) -> Option<(Range<usize>, u6
     let digits = &inside[..memchr::memchr(b':', inside).unwrap_or(inside.len())];
     let lead = digits.len() - digits.trim_ascii_start().len();
     let digits = digits.trim_ascii();
-    let value: u32 =
-        std::str::from_utf8(digits).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?.parse().ok()?;
+    let value: u32 = integer(digits)?;
     let start = word.start + open + lead;
     Some((start..start + digits.len(), u64::from(value)))
 }

@@ -3,7 +3,7 @@
 use super::motion;
 use super::statement::{Statement, index, is_comment};
 use crate::script::Text;
-use crate::script::cursor::Cursor;
+use crate::script::cursor::{Cursor, integer};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
@@ -76,7 +76,7 @@ impl Uses {
                 list.push(number.and_then(|n| n.trim().parse().ok()));
             } else if let Some(inside) = first.strip_prefix(name) {
                 let mut cursor = Cursor::new(inside);
-                let number = std::str::from_utf8(cursor.digits()).ok().and_then(|d| d.parse().ok());
+                let number = integer(cursor.digits());
                 list.push(number.filter(|_| matches!(cursor.peek(), Some(b']' | b':'))));
             }
         }
@@ -114,7 +114,7 @@ pub(super) fn mentioned(text: &Text, lines: Range<usize>) -> u64 {
     let bytes = text.slice(text.line_span(lines.start).start..text.line_span(lines.end).start);
     let digits = |at: usize| {
         let rest = bytes.get(at + 1..).unwrap_or_default().trim_ascii_start();
-        std::str::from_utf8(Cursor::new(rest).digits()).ok()?.parse::<u32>().ok()
+        integer::<u32>(Cursor::new(rest).digits())
     };
     let named = memchr::memchr_iter(b'[', bytes).filter(|at| *at > 0 && bytes[at - 1].eq_ignore_ascii_case(&b'P'));
     named.filter_map(digits).max().map_or(0, u64::from)

@@ -8,7 +8,7 @@
 
 use super::assignments::Assignments;
 use crate::script::Text;
-use crate::script::cursor::Cursor;
+use crate::script::cursor::{Cursor, integer};
 use crate::script::fold::{self, Known, Part};
 use crate::script::number::{self, Style};
 use std::collections::{BTreeMap, BTreeSet};
@@ -151,7 +151,7 @@ fn name(cursor: &mut Cursor) -> Option<String> {
         let own = cursor.since(from).iter().filter(|b| !b.is_ascii_whitespace()).map(|b| b.to_ascii_lowercase());
         return Some(format!("#{}", String::from_utf8_lossy(&own.collect::<Vec<u8>>())));
     }
-    let n: u32 = std::str::from_utf8(cursor.digits()).ok()?.parse().ok()?;
+    let n: u32 = integer(cursor.digits())?;
     Some(format!("#{n}"))
 }
 

@@ -2,6 +2,7 @@
 //! stand.
 
 use crate::script::blocks::BySteps;
+use crate::script::cursor::integer;
 use crate::script::{Script, Span};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -38,10 +39,7 @@ impl Kind {
         let letters = word.iter().take_while(|b| b.is_ascii_alphabetic()).count();
         let (name, digits) = word.split_at(letters);
         let kind = KINDS.iter().find(|k| name.eq_ignore_ascii_case(k.1.as_bytes()))?.0;
-        if digits.is_empty() || digits.len() > 6 || !digits.iter().all(u8::is_ascii_digit) {
-            return None;
-        }
-        let number = std::str::from_utf8(digits).ok()?.parse().ok()?;
+        let number = integer(digits).filter(|_| digits.len() <= 6)?;
         Some((kind, number, digits.len()))
     }
 }

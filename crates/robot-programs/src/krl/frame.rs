@@ -2,6 +2,7 @@
 
 use super::aggregate::aggregate;
 use super::lex::{Kind, Token, upper};
+use crate::script::cursor::integer;
 use crate::script::pose::Frame;
 use crate::script::{Text, number as digits};
 use nalgebra::Isometry3;
@@ -20,7 +21,7 @@ pub(super) fn number(text: &Text, value: &[Token]) -> Option<f64> {
 /// `field = name digit {digit}`
 pub(super) fn numbered_field(text: &Text, value: &[Token], field: &str) -> Option<u32> {
     let at = value.iter().position(|t| upper(text, t) == field)?;
-    std::str::from_utf8(text.slice(value.get(at + 1)?.span())).ok()?.parse().ok()
+    integer(text.slice(value.get(at + 1)?.span()))
 }
 
 /// Tokens as they stand there.

@@ -1,7 +1,7 @@
 //! Tokens of a line. KRL has one statement a line; `;` begins a comment; words have no case.
 
 use crate::script::Text;
-use crate::script::cursor::Cursor;
+use crate::script::cursor::{Cursor, integer};
 use crate::script::lex::upper_of;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -117,5 +117,5 @@ pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usiz
     if !(open.is(b'[') && close.is(b']') && n.kind == Kind::Number) {
         return None;
     }
-    Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
+    Some((integer(text.slice(n.span()))?, at + 3))
 }

@@ -6,6 +6,7 @@ use super::going::Turning;
 use super::lex::{Kind, Token, upper};
 use super::lists::{BASES, LISTS, Lists, TOOLS, as_set};
 use crate::script::Text;
+use crate::script::cursor::integer;
 use crate::script::lex::outside;
 use crate::script::pose::Frame;
 
@@ -126,7 +127,7 @@ impl Settings {
     /// An assignment to `$VEL_AXIS`.
     fn axis_speed(&mut self, text: &Text, index: Option<&Token>, share: Option<f64>) {
         self.vel_ptp = None;
-        match index.and_then(|t| std::str::from_utf8(text.slice(t.span())).ok()?.parse::<usize>().ok()) {
+        match index.and_then(|t| integer::<usize>(text.slice(t.span()))) {
             Some(i) => {
                 if let Some(v) = i.checked_sub(1).and_then(|i| self.vel_axes.get_mut(i)) {
                     *v = share;

@@ -7,6 +7,7 @@ use super::rules::External;
 use super::steps::Builder;
 use super::value::{self, Node};
 use crate::error::Result;
+use crate::script::cursor::integer;
 use crate::script::{Goal, PoseForm, Target, Value};
 use std::sync::Arc;
 
@@ -40,9 +41,7 @@ impl Builder<'_> {
             }
             for (n, i) in inner.enumerate() {
                 let t = p.tokens[i];
-                let index = std::str::from_utf8(self.f.text.slice(t.start()..t.end()))
-                    .ok()
-                    .and_then(|s| s.parse::<usize>().ok());
+                let index = integer::<usize>(self.f.text.slice(t.start()..t.end()));
                 match (n % 2, t.kind, index) {
                     (0, Kind::Number, Some(k)) if k > 0 => indices.push(k),
                     (1, Kind::Mark(b','), _) => {}

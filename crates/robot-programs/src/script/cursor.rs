@@ -3,7 +3,8 @@
 //! No method leaves the bytes: what would go beyond their end stops there. Bytes above 127 count as letters, so that Latin-1 and UTF-8
 //! pass alike.
 
-use super::Text;
+use super::text::Text;
+use std::str::FromStr;
 
 /// What some editors put before UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -21,6 +22,11 @@ pub fn line_end(bytes: &[u8], at: usize) -> usize {
 /// A byte that may begin a word.
 pub fn begins_word(b: u8) -> bool {
     b.is_ascii_alphabetic() || b == b'_' || b >= 0x80
+}
+
+/// A whole number that is all of the bytes: digits and nothing else.
+pub fn integer<N: FromStr>(digits: &[u8]) -> Option<N> {
+    std::str::from_utf8(digits).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?.parse().ok()
 }
 
 /// Bytes and how far they are read.
