@@ -4,9 +4,9 @@
 //! (`X =`, `Y =`, `Z =` in mm, `W =`, `P =`, `R =` in degrees: turns about fixed X, Y, Z in this order). What is not the
 //! robot's own (further groups, further axes) is compared byte by byte, never changed.
 
-use super::statement::shown;
+use super::statement::{is_position, shown};
 use crate::error::Result;
-use crate::script::cursor::{Cursor, integer};
+use crate::script::cursor::{Cursor, integer, strip_word};
 use crate::script::lex::upper_of;
 use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
 use crate::script::{Span, Text, number};
@@ -170,7 +170,7 @@ pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
         if content.starts_with(b"}") {
             position.span.end = span.end;
             out.extend(open.take());
-        } else if content.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"P[")) && content.ends_with(b"{") {
+        } else if is_position(content) && content.ends_with(b"{") {
             return Err(text.bad(at, "a position within a position", "`};` at the end of a position"));
         } else if let Some(number) = group_of(content) {
             group = number;
@@ -198,8 +198,7 @@ pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
 /// `head = "P[" number [":" name] "]" "{"`
 fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
     let bad = || text.bad(at, format!("`{}`", shown(content)), "a position such as `P[1]{`");
-    let inside = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"P[")).and_then(|_| content.get(2..));
-    let inside = inside.and_then(|c| c.strip_suffix(b"{")).ok_or_else(bad)?;
+    let inside = strip_word(content, b"P[").and_then(|c| c.strip_suffix(b"{")).ok_or_else(bad)?;
     let mut cursor = Cursor::new(inside);
     let index: u32 = integer(cursor.digits()).ok_or_else(bad)?;
     if !matches!(cursor.peek(), Some(b']' | b':')) {
@@ -218,7 +217,7 @@ fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
 ///
 /// `group = "GP" number ":"`
 fn group_of(content: &[u8]) -> Option<u64> {
-    let rest = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"GP")).and_then(|_| content.get(2..))?;
+    let rest = strip_word(content, b"GP")?;
     std::str::from_utf8(rest.strip_suffix(b":")?.trim_ascii()).ok()?.parse().ok()
 }
 

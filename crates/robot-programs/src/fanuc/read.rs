@@ -145,7 +145,7 @@ impl<'a> Reader<'a> {
     }
 
     fn statement(&mut self, statement: &Statement, words: &Parsed) {
-        let at = At { file: 0, line: statement.line as u64 + 1 };
+        let at = At::of_line(statement.line);
         if let Some(comment) = self.comment(statement) {
             if let Some(on) = pragma(&comment) {
                 self.push(at, StepKind::Pragma(on));

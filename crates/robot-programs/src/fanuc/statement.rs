@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::script::Text;
-use crate::script::cursor::{Cursor, integer};
+use crate::script::cursor::{Cursor, integer, strip_word};
 use std::ops::Range;
 
 /// A line number of the program.
@@ -196,12 +196,12 @@ fn motion_like(content: &[u8]) -> bool {
 
 /// `P[...`.
 pub(super) fn is_position(word: &[u8]) -> bool {
-    word.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"P["))
+    strip_word(word, b"P[").is_some()
 }
 
 /// `PR[...`.
 pub(super) fn is_register(word: &[u8]) -> bool {
-    word.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"PR["))
+    strip_word(word, b"PR[").is_some()
 }
 
 /// Whether `needle` occurs, whatever its case.

@@ -114,7 +114,7 @@ impl Reader<'_> {
                 finest: self.weight(a, unit, n.style.decimals.max(most(kind, unit))),
             })
         };
-        let at = At { file: 0, line: k as u64 + 1 };
+        let at = At::of_line(k);
         let values: Vec<Option<Value>> = (0..self.letters.len()).map(value).collect();
         self.script.targets.push_numbers(None, None, at, values);
         self.statements.push_like_last(step, k, &start, &self.position);

@@ -205,7 +205,7 @@ impl Reader<'_> {
         if !self.has_noted {
             self.has_noted = true;
             let text = "positions are taken as those of the axes: work offsets and tool lengths are not in the program";
-            self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+            self.script.notes.push(Note { place: At::of_line(k), text: text.into() });
         }
     }
 
@@ -331,7 +331,7 @@ impl Reader<'_> {
             }
         };
         let values = (0..s.goal.len()).map(value).collect();
-        self.script.targets.push(Target { at: At { file: 0, line: s.line as u64 + 1 }, values, ..Target::default() });
+        self.script.targets.push(Target { at: At::of_line(s.line), values, ..Target::default() });
     }
 }
 

@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
 
 impl Reader<'_> {
     pub(super) fn step(&mut self, k: usize, kind: StepKind, statement: Option<Statement>) {
-        let step = Step::following(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        let step = Step::following(self.script.steps.last(), At::of_line(k), kind);
         self.script.steps.push(step);
         if let Some(statement) = statement {
             self.statements.push(self.script.steps.len() - 1, statement);
@@ -280,7 +280,7 @@ impl Reader<'_> {
             if w.value.is_some() && !self.has_folded {
                 self.has_folded = true;
                 let text = "expressions are folded where their value is certain: a word that is changed holds a number from then on";
-                self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+                self.script.notes.push(Note { place: At::of_line(k), text: text.into() });
             }
         }
         block

@@ -108,6 +108,6 @@ impl Counted {
             (false, all) => format!("the goals of moves {} stay as they are", all.join(", ")),
         };
         let text = format!("STEP# counts the moves of the job: no points are added, and {stay}");
-        Note { place: At { file: 0, line: self.line as u64 + 1 }, text }
+        Note { place: At::of_line(self.line), text }
     }
 }

@@ -40,7 +40,7 @@ impl Reader<'_> {
                 self.has_noted = true;
                 let text = "position variables are taken and edited as the list of the job gives them: another job that sets or loads them \
                             undoes that";
-                self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+                self.script.notes.push(Note { place: At::of_line(k), text: text.into() });
             }
             m.closed.get_or_insert_with(|| "its target is a position variable".into());
         }
@@ -128,7 +128,7 @@ impl Reader<'_> {
                 self.script.targets.push(Target {
                     pose: Some(form),
                     name: Some(format!("{}{:0w$}", position.kind.word(), position.number, w = position.digits)),
-                    at: At { file: 0, line: position.line as u64 + 1 },
+                    at: At::of_line(position.line),
                     values: values.into_iter().map(Some).collect(),
                 });
                 self.numbers.push(Numbers::of_line(key[0], 6));
@@ -189,7 +189,7 @@ impl Reader<'_> {
         self.script.targets.push(Target {
             pose: None,
             name: Some(format!("{}{:0w$}", lead.kind.word(), lead.number, w = lead.digits)),
-            at: At { file: 0, line: lead.line as u64 + 1 },
+            at: At::of_line(lead.line),
             values,
         });
         self.numbers.push(Numbers::of(axes));

@@ -134,7 +134,7 @@ impl Reader<'_> {
         if !known {
             self.still = None;
         }
-        let step = self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
+        let step = self.steps.push(At::of_line(k), kind);
         if let Some(statement) = statement {
             self.steps.place(step, statement);
         }
@@ -144,7 +144,7 @@ impl Reader<'_> {
     ///
     /// `flow = label | jump | call | block`, as [`flow::read`] reads them
     fn flow(&mut self, k: usize, words: &[Range<usize>]) -> bool {
-        let at = At { file: 0, line: k as u64 + 1 };
+        let at = At::of_line(k);
         let words: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
         match flow::read(&words) {
             Flow::Label(name) if self.quiet.contains(&name) => {}

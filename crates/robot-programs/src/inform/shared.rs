@@ -8,6 +8,7 @@ use super::job::Kind;
 use super::words::{STARTS, is_known, is_plain_move, upper_words};
 use crate::files::{self, Folders, of_folder};
 use crate::script::Text;
+use crate::script::cursor::strip_word;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -198,10 +199,8 @@ pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
 ///
 /// `name = "//NAME" name`
 pub(super) fn job_name(text: &Text) -> Option<String> {
-    let line = (0..text.line_count().min(8))
-        .map(|k| text.line(k).trim_ascii())
-        .find(|l| l.get(..6).is_some_and(|head| head.eq_ignore_ascii_case(b"//NAME")))?;
-    Some(String::from_utf8_lossy(line[6..].trim_ascii()).to_ascii_uppercase())
+    let line = (0..text.line_count().min(8)).find_map(|k| strip_word(text.line(k).trim_ascii(), b"//NAME"))?;
+    Some(String::from_utf8_lossy(line.trim_ascii()).to_ascii_uppercase())
 }
 
 #[cfg(test)]

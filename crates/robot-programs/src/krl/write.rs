@@ -8,6 +8,7 @@ use super::motion::Motion;
 use super::program::{Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
+use crate::script::cursor::strip_word;
 use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, number};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -363,9 +364,8 @@ fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
     if motion.spline {
         return tail.to_vec();
     }
-    let approximates = tail
-        .split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
-        .any(|w| w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"C_")));
+    let approximates =
+        tail.split(|b| !(b.is_ascii_alphanumeric() || *b == b'_')).any(|w| strip_word(w, b"C_").is_some());
     let of_tcp = !text.slice(motion.keyword).eq_ignore_ascii_case(b"PTP");
     match (approximates, of_tcp) {
         (false, _) => Vec::new(),

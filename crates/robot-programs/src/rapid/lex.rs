@@ -7,7 +7,7 @@
 use crate::error::Result;
 use crate::script::Text;
 use crate::script::alike::{Passing, elements};
-use crate::script::cursor::{Cursor, begins_word};
+use crate::script::cursor::{Cursor, begins_word, strip_word};
 use crate::script::lex::not_too_long;
 pub use crate::script::lex::{Kind, Lexed, Like, Token, Words};
 use std::ops::Range;
@@ -94,10 +94,8 @@ fn token(text: &Text, cursor: &mut Cursor, b: u8) -> Result<Kind> {
 ///
 /// `line = "MoveAbsJ" "[[" number {"," number} "]," {any} ";"`
 fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
-    const WORD: &[u8] = b"MoveAbsJ";
     let statement = line.trim_ascii();
-    let list = statement.get(..WORD.len()).filter(|w| w.eq_ignore_ascii_case(WORD)).and(statement.get(WORD.len()..))?;
-    let list = list.trim_ascii_start().strip_prefix(b"[[")?;
+    let list = strip_word(statement, b"MoveAbsJ")?.trim_ascii_start().strip_prefix(b"[[")?;
     let one = memchr::memchr(b';', statement) == Some(statement.len() - 1);
     let plain = memchr::memchr3(b'!', b'"', b'%', statement).is_none();
     // the list ends with its statement

@@ -14,6 +14,13 @@ pub struct At {
     pub line: u64,
 }
 
+impl At {
+    /// Line `k` of the program's own text, from 0.
+    pub fn of_line(k: usize) -> Self {
+        Self { file: 0, line: k as u64 + 1 }
+    }
+}
+
 /// A sentence about a place of the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {

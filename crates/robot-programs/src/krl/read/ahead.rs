@@ -9,6 +9,7 @@ use crate::krl::motion;
 use crate::krl::settings::Settings;
 use crate::krl::statement::{assignment, is_label, is_routine};
 use crate::script::Text;
+use crate::script::cursor::strip_word;
 use crate::script::pose::Frame;
 use std::collections::BTreeSet;
 
@@ -173,9 +174,8 @@ pub(super) fn by_a_routine(list: usize) -> Frame {
 fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
     let argument = |at: usize, name: &str| {
         let (before, rest) = text.bytes.split_at(at);
-        let Some((word, after)) = rest.split_at_checked(name.len()) else { return false };
-        word.eq_ignore_ascii_case(name.as_bytes())
-            && matches!(before.trim_ascii_end().last(), Some(b'(' | b','))
+        let Some(after) = strip_word(rest, name.as_bytes()) else { return false };
+        matches!(before.trim_ascii_end().last(), Some(b'(' | b','))
             && matches!(after.trim_ascii_start().first(), Some(b')' | b','))
     };
     FRAMES.map(|name| {
@@ -192,7 +192,7 @@ pub(super) fn reads_place(text: &Text) -> BTreeSet<u64> {
         [b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET"];
     let is = |at: usize| {
         let rest = text.bytes.get(at..).unwrap_or_default();
-        PLACES.iter().any(|place| rest.get(..place.len()).is_some_and(|w| w.eq_ignore_ascii_case(place)))
+        PLACES.iter().any(|place| strip_word(rest, place).is_some())
     };
     let mut line = Vec::new();
     let assigns = |at: usize| {
@@ -212,7 +212,7 @@ pub(super) fn reads_place(text: &Text) -> BTreeSet<u64> {
 /// `setting = ... ("$ORI_TYPE" | "$CIRC_TYPE") ...`
 pub(super) fn steers_arcs(text: &Text) -> bool {
     memchr::memchr_iter(b'$', &text.bytes).any(|at| {
-        let sets = |word: &[u8]| text.slice(at..at + word.len()).eq_ignore_ascii_case(word);
-        sets(b"$ORI_TYPE") || sets(b"$CIRC_TYPE")
+        let rest = text.bytes.get(at..).unwrap_or_default();
+        [&b"$ORI_TYPE"[..], b"$CIRC_TYPE"].iter().any(|word| strip_word(rest, word).is_some())
     })
 }

@@ -26,7 +26,7 @@ impl Reader<'_> {
         if matches!(kind, StepKind::Break(_)) {
             self.stands = None;
         }
-        self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
+        self.steps.push(At::of_line(k), kind);
     }
 
     /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
@@ -81,7 +81,7 @@ impl Reader<'_> {
     fn open(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         let before = self.set.clone();
-        self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
+        self.steps.open(At::of_line(k), kind);
         self.set = self.later_settings(kind);
         if kind == Break::Loop {
             self.set.lists.merge_all(&self.ahead.lists, false);
@@ -94,7 +94,7 @@ impl Reader<'_> {
     /// Its next branch begins.
     fn middle(&mut self, k: usize, line: &[Token]) {
         self.stands = None;
-        self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
+        self.steps.middle(At::of_line(k), Break::Jump);
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
             // the other branch begins with what was there before, or with both
@@ -108,7 +108,7 @@ impl Reader<'_> {
     fn close(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         self.called(k, line);
-        let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
+        let busy = self.steps.close(At::of_line(k), kind);
         let block = self.blocks.pop();
         let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
         match block {
@@ -128,11 +128,7 @@ impl Reader<'_> {
     /// A jump away: what follows is reached by a label, or the end of its block.
     fn leave(&mut self, k: usize) {
         self.stands = None;
-        if self.blocks.is_empty() {
-            self.stop(k, Break::Jump)
-        } else {
-            self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump)
-        }
+        if self.blocks.is_empty() { self.stop(k, Break::Jump) } else { self.steps.middle(At::of_line(k), Break::Jump) }
     }
 
     pub(super) fn stop(&mut self, k: usize, kind: Break) {

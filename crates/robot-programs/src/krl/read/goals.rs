@@ -140,7 +140,7 @@ impl Reader<'_> {
     /// The goal that a motion gives in line.
     fn aggregate(&mut self, k: usize, a: Aggregate, word: Word) -> Result<Goal> {
         if a.has_axes() {
-            return Ok(match target(self.axes, self.text, &a, None, At { file: 0, line: k as u64 + 1 }, word)? {
+            return Ok(match target(self.axes, self.text, &a, None, At::of_line(k), word)? {
                 Err(why) => Goal::Opaque(why),
                 Ok(target) => {
                     self.targets.push(target);
@@ -149,7 +149,7 @@ impl Reader<'_> {
                 }
             });
         }
-        let at = At { file: 0, line: k as u64 + 1 };
+        let at = At::of_line(k);
         let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span.clone().into()));
         Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
     }
