@@ -176,7 +176,7 @@ fn bracket_end(text: &str) -> Option<usize> {
         let after = text.trim_start_matches('#').trim_start_matches(|c: char| c.is_ascii_digit());
         return (text.starts_with('#') && after.len() < text.len()).then(|| text.len() - after.len());
     }
-    expression_end(text.as_bytes(), 0)
+    expression_end(text.as_bytes())
 }
 
 /// The number of `[5221]`.

@@ -163,22 +163,16 @@ fn keyword(line: &[u8]) -> Option<String> {
     (letters.len() > 1).then(|| String::from_utf8_lossy(letters).to_ascii_uppercase())
 }
 
-/// After the bracket that closes the one at `k`.
+/// After the bracket that closes the one with which a text begins.
 ///
 /// `expression = "[" {any | expression} "]"`
-pub(super) fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
+pub(super) fn expression_end(text: &[u8]) -> Option<usize> {
     let mut depth = 0i32;
-    loop {
-        match line.get(k)? {
-            b'[' => depth += 1,
-            b']' => depth -= 1,
-            _ => {}
-        }
-        k += 1;
-        if depth == 0 {
-            return Some(k);
-        }
-    }
+    let closes = |b: &u8| {
+        depth += i32::from(*b == b'[') - i32::from(*b == b']');
+        depth == 0
+    };
+    Some(text.iter().position(closes)? + 1)
 }
 
 /// Passes a variable, `-#1`, `#<name>`, `-[...]`: to the end of what belongs to it.
@@ -198,7 +192,7 @@ fn variable(cursor: &mut Cursor) {
 
 /// Passes an expression in brackets; `false`: it has no end.
 fn expression(cursor: &mut Cursor) -> bool {
-    let end = expression_end(cursor.rest(), 0);
+    let end = expression_end(cursor.rest());
     cursor.skip(end.unwrap_or_default());
     end.is_some()
 }
@@ -238,7 +232,9 @@ fn word(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Res
             let _ = cursor.eat(b'+') || cursor.eat(b'-');
             cursor.while_is(|b| b.is_ascii_digit() || b == b'.');
             value = number::read(cursor.since(from));
-            cursor.go_to(if value.is_some() { cursor.at() } else { from });
+            if value.is_none() {
+                cursor.go_to(from);
+            }
             match next {
                 _ if value.is_some() => true,
                 // `G28 X Y`: axes to be homed

@@ -239,7 +239,7 @@ fn behind_label(line: &str) -> Option<&str> {
         line.trim_start_matches(['N', '/']).trim_start_matches(|c: char| c.is_ascii_digit()).strip_prefix('O')?;
     let end = match label.bytes().next()? {
         b'<' => label.find('>')? + 1,
-        b'[' => lex::expression_end(label.as_bytes(), 0)?,
+        b'[' => lex::expression_end(label.as_bytes())?,
         _ => label.bytes().take_while(|b| b.is_ascii_digit() || *b == b'#').count(),
     };
     Some(&label[end..])
@@ -247,7 +247,7 @@ fn behind_label(line: &str) -> Option<&str> {
 
 /// Expressions in brackets, one after the other, and nothing else.
 fn is_brackets(mut rest: &str) -> bool {
-    while let Some(end) = lex::expression_end(rest.as_bytes(), 0).filter(|_| rest.starts_with('[')) {
+    while let Some(end) = lex::expression_end(rest.as_bytes()).filter(|_| rest.starts_with('[')) {
         rest = &rest[end..];
     }
     rest.is_empty()
@@ -274,7 +274,7 @@ fn is_plain_flow(line: &str) -> bool {
         (_, Some(rest)) => (rest, true),
         _ => return false,
     };
-    let Some(end) = lex::expression_end(condition.as_bytes(), 0).filter(|_| condition.starts_with('[')) else {
+    let Some(end) = lex::expression_end(condition.as_bytes()).filter(|_| condition.starts_with('[')) else {
         return false;
     };
     let after = &condition[end..];

@@ -107,7 +107,10 @@ impl<'a> Cursor<'a> {
 
     /// Goes after the next place where a mark of one or more bytes stands; stays where there is none.
     pub fn past(&mut self, mark: &[u8]) -> bool {
-        let found = memchr::memmem::find(self.rest(), mark);
+        let found = match mark {
+            [byte] => memchr::memchr(*byte, self.rest()),
+            _ => memchr::memmem::find(self.rest(), mark),
+        };
         self.at += found.map_or(0, |n| n + mark.len());
         found.is_some()
     }

@@ -15,102 +15,94 @@ use crate::script::{At, Goal, Note, PathKind, PoseForm, PoseGoal, Shift, Target}
 use nalgebra::{Isometry3, Vector3};
 use std::sync::Arc;
 
+/// A goal, the token after it, and its external axes.
+type Found = (Goal, Option<usize>, Others);
+
+const COMPUTED: &str = "the goal is computed";
+
+/// A goal that is not known, as nothing is of where it ends.
+fn unknown(why: &str) -> Found {
+    (Goal::Opaque(why.into()), None, None)
+}
+
 impl Reader<'_> {
     /// The goal of a relative motion.
     ///
     /// `relative = aggregate {"C_..."} ["#BASE" | "#TOOL"]`
-    fn relative(&self, line: &[Token], at: usize, word: Word, end: &mut Option<usize>) -> Goal {
+    fn relative(&self, line: &[Token], at: usize, word: Word) -> Found {
         let given = line.get(at).filter(|t| t.is(b'{'));
-        let given = given.and_then(|_| aggregate(self.text, 0, line, at).ok());
-        let goal = given.zip(self.stands.as_ref()).and_then(|((a, next), stands)| {
-            *end = Some(next);
-            stands.moved(self.text, word, &a, &line[next..], self.frames())
-        });
-        goal.map_or_else(|| Goal::Opaque(relative::UNKNOWN.into()), Goal::pose)
+        let given = given.and_then(|_| aggregate(self.text, 0, line, at).ok()).zip(self.stands.as_ref());
+        let end = given.as_ref().map(|((_, next), _)| *next);
+        let goal =
+            given.and_then(|((a, next), stands)| stands.moved(self.text, word, &a, &line[next..], self.frames()));
+        (goal.map_or_else(|| Goal::Opaque(relative::UNKNOWN.into()), Goal::pose), end, None)
     }
 
-    /// The goal of a motion at token `at`; `end`: the token after it, `others`: its external axes.
+    /// The goal of a motion at token `at`.
     ///
     /// `goal = product | aggregate | name [index]`
-    pub(super) fn goal(
-        &mut self,
-        k: usize,
-        line: &[Token],
-        at: usize,
-        word: Word,
-        end: &mut Option<usize>,
-        others: &mut Others,
-    ) -> Result<Goal> {
+    pub(super) fn goal(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
         Ok(match line.get(at) {
-            _ if word.relative => self.relative(line, at, word, end),
-            None => Goal::Opaque("the motion has no goal".into()),
-            Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word, end, others)?,
+            _ if word.relative => self.relative(line, at, word),
+            None => unknown("the motion has no goal"),
+            Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word)?,
             Some(t) if t.is(b'{') => {
                 let (a, next) = aggregate(self.text, 0, line, at)?;
-                *end = Some(next);
-                *others = Some(a.others(&self.names, self.text).into());
-                self.aggregate(k, a, word)?
+                let others = Some(a.others(&self.names, self.text).into());
+                (self.aggregate(k, a, word)?, Some(next), others)
             }
             Some(t) if t.kind == Kind::Word => {
                 let (name, next) = product::name(self.text, line, at);
-                *end = Some(next);
-                match self.data.find(self.routine, &name) {
+                let mut others = None;
+                let goal = match self.data.find(self.routine, &name) {
                     // a call, an element of an array by a computed index, a sum of frames
-                    _ if !motion::ends(self.text, line, next) => Goal::Opaque("the goal is computed".into()),
+                    _ if !motion::ends(self.text, line, next) => Goal::Opaque(COMPUTED.into()),
                     None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
                     None => Goal::Opaque(format!("{name} is not declared in the files given")),
                     Some(n) => {
                         if let Ok(a) = self.data.names[n].value() {
-                            *others = Some(a.others(&self.names, &self.texts[a.file]).into());
+                            others = Some(a.others(&self.names, &self.texts[a.file]).into());
                         }
                         self.named(n, word)?
                     }
-                }
+                };
+                (goal, Some(next), others)
             }
-            Some(_) => Goal::Opaque("the goal is computed".into()),
+            Some(_) => unknown(COMPUTED),
         })
     }
 
     /// `P1:{X 0,Y 4,...}`, `$NULLFRAME:P[2]:F`: the numbers of one factor are edited, the others displace it.
-    fn product(
-        &mut self,
-        k: usize,
-        line: &[Token],
-        at: usize,
-        word: Word,
-        end: &mut Option<usize>,
-        others: &mut Others,
-    ) -> Result<Goal> {
+    fn product(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
         let (factors, next) = match product::factors(self.text, line, at, self.data, self.routine)? {
             Ok(found) => found,
-            Err(why) => return Ok(Goal::Opaque(why)),
+            Err(why) => return Ok(unknown(&why)),
         };
         if !motion::ends(self.text, line, next) {
-            return Ok(Goal::Opaque("the goal is computed".into()));
+            return Ok(unknown(COMPUTED));
         }
-        *end = Some(next);
-        *others = Some(Arc::default());
+        let found = |goal| Ok((goal, Some(next), Some(Arc::default())));
         // numbers in the motion itself belong to it alone
         let chosen = factors.iter().position(|f| f.inline).or_else(|| factors.iter().position(|f| f.name.is_some()));
-        let Some(chosen) = chosen else { return Ok(Goal::Opaque("the goal is computed".into())) };
+        let Some(chosen) = chosen else { return found(Goal::Opaque(COMPUTED.into())) };
         let factor = &factors[chosen];
         let goal = match factor.name {
             Some(n) => self.named(n, word)?,
             None => self.aggregate(k, factor.value.clone(), word)?,
         };
-        let Goal::Pose(mut pose) = goal else { return Ok(Goal::Opaque("the goal is computed".into())) };
+        let Goal::Pose(mut pose) = goal else { return found(Goal::Opaque(COMPUTED.into())) };
         let of = |list: &[product::Factor]| {
             list.iter().try_fold(Isometry3::identity(), |all, f| Some(all * f.value.isometry()?))
         };
         let (Some(before), Some(after)) = (of(&factors[..chosen]), of(&factors[chosen + 1..])) else {
-            return Ok(Goal::Opaque("a part of its position is not given".into()));
+            return found(Goal::Opaque("a part of its position is not given".into()));
         };
         // status and turn are those of the right operand, and a FRAME has none
         let (frame, tool) = self.frames();
         let last = factors.last().and_then(|f| f.value.pose(&frame, &tool, word.path, None));
         pose.solution = last.map(|p| p.solution).unwrap_or_default();
         self.point = Some(line[factor.tokens.start].start..line[factor.tokens.end - 1].end);
-        Ok(Goal::pose(pose.shifted(Shift { before, after })))
+        found(Goal::pose(pose.shifted(Shift { before, after })))
     }
 
     /// Frame and tool in force. What no line sets has the controller's name: the frame in which the program starts.

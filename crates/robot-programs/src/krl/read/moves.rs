@@ -7,7 +7,6 @@ use crate::krl::lex::{Kind, Token, upper};
 use crate::krl::motion::{self, Motion, Word};
 use crate::krl::relative::{self, Stands};
 use crate::krl::settings;
-use crate::krl::target::Others;
 use crate::script::{Few, Goal, How, Move, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
 
@@ -29,10 +28,8 @@ impl Reader<'_> {
             return Ok(());
         }
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
-        let mut others: Others = None;
-        let mut end = None;
         self.with = settings::with(&self.set, self.text, line, self.data, self.routine);
-        let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
+        let (goal, end, others) = self.goal(k, line, at, word)?;
         let relative = word.relative && matches!(goal, Goal::Pose(_));
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;
         let goal = match goal {
