@@ -9,7 +9,8 @@
 //! - [`rules`]: what holds for the file: where the program starts, configurations, external axes.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
-//! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
+//! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
+//! - [`built`]: what is needed to write the moves again.
 //! - [`steps`]: statements to moves, waits and whatever ends a known direction.
 //! - [`write`]: edits to patches.
 //!

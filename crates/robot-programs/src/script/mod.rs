@@ -5,12 +5,12 @@
 //! new points on the way to it) into [`Patch`]es of bytes. Bytes outside the patches cannot change. Nothing here knows of
 //! robots beyond the unit of an axis, nor of compensation.
 //!
-//! Modules: [`step`] motions and what stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
-//! have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`number`] numbers and the style in which they
-//! are written; [`text`] bytes and lines; [`sites`] what writers of languages with statements share; [`held`] what may be on where
-//! control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how lexers read bytes; [`lex`] words, numbers and marks of
-//! such languages; [`blocks`]
-//! their steps; [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
+//! Modules: [`step`] motions and what stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes
+//! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
+//! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
+//! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
+//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`] expressions of plain numbers;
+//! [`called`] programs that a program calls.
 //!
 //! # Example
 //!
