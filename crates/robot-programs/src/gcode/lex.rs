@@ -197,10 +197,41 @@ fn expression(cursor: &mut Cursor) -> bool {
     end.is_some()
 }
 
+/// Passes a number; stays where there is none.
+///
+/// `number = ["+" | "-"] {digit | "."}`
+fn plain(cursor: &mut Cursor) -> Option<(f64, Style)> {
+    let from = cursor.at();
+    let _ = cursor.eat(b'+') || cursor.eat(b'-');
+    cursor.while_is(|b| b.is_ascii_digit() || b == b'.');
+    let value = number::read(cursor.since(from));
+    if value.is_none() {
+        cursor.go_to(from);
+    }
+    value
+}
+
+/// Passes what may stand in place of a number after the letter at `at`; `false`: a number is missing.
+///
+/// `rest = (letter | ";" | "(" | end) | {any}`
+fn stands_alone(cursor: &mut Cursor, at: usize, block: &Block) -> bool {
+    // `G28 X Y`: axes to be homed
+    if cursor.peek().is_none_or(|b| b.is_ascii_alphabetic() || b";(\r".contains(&b)) && flags(block) {
+        cursor.go_to(at + 1);
+        return true;
+    }
+    // `M115 U3.8.1`, `M104 S{temperature}`
+    let own = cursor.peek().is_some() && block.words.iter().any(is_firmware);
+    if own {
+        cursor.while_is(|b| !b.is_ascii_whitespace() && b != b';');
+    }
+    own
+}
+
 /// A letter and what follows.
 ///
 /// `word = letter {blank} (number | expression | variable | function expression | text | "=" {any})`,
-/// `number = ["+" | "-"] {digit | "."}`, `function = letter letter {letter}`
+/// `function = letter letter {letter}`
 fn word(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Result<()> {
     let (at, whole) = (cursor.at(), cursor.rest());
     let letter = cursor.peek().unwrap_or_default();
@@ -228,27 +259,9 @@ fn word(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Res
             cursor.while_is(|b| !b.is_ascii_whitespace());
             true
         }
-        next => {
-            let _ = cursor.eat(b'+') || cursor.eat(b'-');
-            cursor.while_is(|b| b.is_ascii_digit() || b == b'.');
-            value = number::read(cursor.since(from));
-            if value.is_none() {
-                cursor.go_to(from);
-            }
-            match next {
-                _ if value.is_some() => true,
-                // `G28 X Y`: axes to be homed
-                next if next.is_none_or(|b| b.is_ascii_alphabetic() || b";(\r".contains(&b)) && flags(block) => {
-                    cursor.go_to(at + 1);
-                    true
-                }
-                // `M115 U3.8.1`, `M104 S{temperature}`
-                Some(_) if block.words.iter().any(is_firmware) => {
-                    cursor.while_is(|b| !b.is_ascii_whitespace() && b != b';');
-                    true
-                }
-                _ => false,
-            }
+        _ => {
+            value = plain(cursor);
+            value.is_some() || stands_alone(cursor, at, block)
         }
     };
     if !ended {
