@@ -1,6 +1,6 @@
 //! Which files there are beside a program.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -69,4 +69,33 @@ impl Folders {
         seen.insert(key, Arc::clone(&found));
         found
     }
+}
+
+/// Most programs that one may call, itself or by others.
+const MOST_CALLED: usize = 256;
+
+/// Files beside the program at `path` that hold what it calls (`open`), and what these call (`names`), all in upper case; `here`: the
+/// programs of its folder.
+pub fn called(
+    path: &Path,
+    mut open: BTreeSet<String>,
+    names: impl Fn(&[u8]) -> BTreeSet<String>,
+    here: impl FnOnce() -> Arc<Vec<PathBuf>>,
+) -> Vec<PathBuf> {
+    if open.is_empty() {
+        return Vec::new();
+    }
+    let here = here();
+    let (mut found, mut asked) = (BTreeSet::new(), BTreeSet::new());
+    while let Some(name) = open.pop_first() {
+        if found.len() >= MOST_CALLED || !asked.insert(name.clone()) {
+            continue;
+        }
+        let stem = |p: &Path| p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(name.as_str()));
+        for file in here.iter().filter(|p| stem(p) && *p != path) {
+            open.extend(names(&std::fs::read(file).unwrap_or_default()));
+            found.insert(file.clone());
+        }
+    }
+    found.into_iter().collect()
 }

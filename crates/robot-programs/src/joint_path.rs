@@ -28,6 +28,30 @@ pub struct JointPath {
 }
 
 impl JointPath {
+    /// Goes to `q`, over the points on the way there; no times any more where it is not known how long.
+    fn moves(&mut self, m: &Move, q: &[f64], mut times: Option<Vec<f64>>, at: At) -> Option<Vec<f64>> {
+        self.goals.push(self.places.len() + m.way.len());
+        let way = m.way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q)]);
+        let start_s = times.as_ref().and_then(|t| t.last().copied());
+        for (share, point) in way {
+            let t_s = match (start_s, m.speed) {
+                // how long the way to the first point takes does not matter: time runs from there
+                (None, _) => Some(0.0),
+                (Some(t), Speed::Seconds(s)) => Some(t + share * s),
+                _ => None,
+            };
+            times = times.zip(t_s).map(|(mut times, t)| {
+                times.push(t);
+                times
+            });
+            for (axis, column) in self.q.iter_mut().enumerate() {
+                column.push(point.get(axis).copied().unwrap_or_default());
+            }
+            self.places.push(at);
+        }
+        times
+    }
+
     /// Stands still for some seconds; no times any more where it is not known how long.
     fn dwell(&mut self, seconds: Option<f64>, mut times: Vec<f64>, q: &[f64], at: At) -> Option<Vec<f64>> {
         let (seconds, from) = (seconds?, times.last().copied());
@@ -55,25 +79,7 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
         match &step.kind {
             StepKind::Move(m) => {
                 let q = target(script, m, step.at, last.as_deref(), robot)?;
-                path.goals.push(path.places.len() + m.way.len());
-                let way = m.way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q.as_slice())]);
-                let start_s = times.as_ref().and_then(|t: &Vec<f64>| t.last().copied());
-                for (share, point) in way {
-                    let t_s = match (start_s, m.speed) {
-                        // how long the way to the first point takes does not matter: time runs from there
-                        (None, _) => Some(0.0),
-                        (Some(t), Speed::Seconds(s)) => Some(t + share * s),
-                        _ => None,
-                    };
-                    match (&mut times, t_s) {
-                        (Some(times), Some(t)) => times.push(t),
-                        _ => times = None,
-                    }
-                    for (axis, column) in path.q.iter_mut().enumerate() {
-                        column.push(point.get(axis).copied().unwrap_or_default());
-                    }
-                    path.places.push(step.at);
-                }
+                times = path.moves(m, &q, times, step.at);
                 if m.path != PathKind::Joint {
                     note(
                         &mut path,

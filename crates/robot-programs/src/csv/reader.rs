@@ -11,6 +11,7 @@ use super::piece::{LONGEST_ROW, Piece, Placing, State};
 use super::record::Seen;
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
+use crate::script::cursor::unmarked;
 use std::io::Read;
 
 /// Text of a block, bytes: large enough to hide the hand-over, small enough to stay in the cache.
@@ -54,7 +55,7 @@ impl Reader {
         let mut text = Vec::new();
         source.fill(&mut text, BLOCK)?;
         refuse_other_encodings(name, &text)?;
-        let mut at = if text.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        let mut at = text.len() - unmarked(&text).len();
         loop {
             parser.ended = source.ended;
             let cut = match parser.aside(&text, at) {

@@ -5,9 +5,10 @@
 //! Grammar read here: `IF <condition>,<action>`, `IF (<condition>) THEN`, `ELSE`, `ENDIF`, `SELECT R[n]=<value>,<action>`, `=<value>,<action>`,
 //! `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an assignment.
 
-use super::calls::Still;
-use super::statement::{Statement, is_comment};
+use super::statement::{Statement, is_comment, name_of, program_name};
 use super::{instruction, motion};
+use crate::script::called::Called;
+use crate::script::cursor::integer;
 use crate::script::held::{self, Event};
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
@@ -50,7 +51,7 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
     let all: Vec<Vec<u8>> = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase()).collect();
     let whole = all.join(&b' ');
     let other = || instruction::read(text, words).map_or(Flow::On, Flow::Step);
-    let name = &all[0][..all[0].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count()];
+    let name = name_of(&all[0]);
     // `WAIT DI[1]=ON TIMEOUT,LBL[2]` names labels, too: they are found by the caller
     match name {
         b"LBL" | b"MRK" if all[0][name.len()..].starts_with(b"[") => Flow::Label(number(&all[0])),
@@ -100,7 +101,7 @@ fn jump(action: &[u8], always: bool) -> Option<Flow> {
 /// `call = ("CALL" | "AUFRUF") name ["(" arguments ")"]`
 fn call(action: &[u8]) -> Option<Flow> {
     let rest = [&b"CALL "[..], b"AUFRUF "].iter().find_map(|w| action.strip_prefix(*w))?.trim_ascii();
-    let name = &rest[..rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-".contains(b)).count()];
+    let name = program_name(rest);
     let after = rest[name.len()..].trim_ascii();
     let arguments = after.is_empty() || after.starts_with(b"(") && after.ends_with(b")");
     (!name.is_empty() && arguments).then(|| Flow::Call(String::from_utf8_lossy(name).into_owned()))
@@ -112,7 +113,7 @@ fn call(action: &[u8]) -> Option<Flow> {
 fn number(word: &[u8]) -> Option<u64> {
     let open = memchr::memchr(b'[', word)? + 1;
     let inside = word[open..].split(|b| matches!(b, b']' | b':')).next()?.trim_ascii();
-    std::str::from_utf8(inside).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?.parse().ok()
+    integer(inside)
 }
 
 /// Labels that a statement names besides being one: all to which it may jump.
@@ -166,7 +167,7 @@ pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> Vec<u3
 
 /// Labels to which nothing jumps but from statements between which and the label nothing moves: a program that waits there comes
 /// from where it stands.
-pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Still) -> BTreeSet<u64> {
+pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Called) -> BTreeSet<u64> {
     let mut stretch = 0_u64;
     let mut defined: HashMap<u64, Vec<u64>> = HashMap::new();
     let mut jumps: Vec<(Label, u64)> = Vec::new();

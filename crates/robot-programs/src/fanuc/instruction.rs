@@ -1,7 +1,7 @@
 //! Instructions that are no motion: which of them stop, jump, call, or change frames.
 
 use super::motion;
-use super::statement::has;
+use super::statement::{has, name_of};
 use crate::script::held::Event;
 use crate::script::{Break, StepKind, Text, number};
 use std::ops::Range;
@@ -25,7 +25,7 @@ const SETTINGS: [&[u8]; 6] =
 /// `wait = ("WAIT" | "WARTE") (seconds | condition)`
 pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
     let first = text.slice(words.first()?.clone()).to_ascii_uppercase();
-    let name = &first[..first.iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count()];
+    let name = name_of(&first);
     let second = words.get(1).map(|w| text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
     let on = |kind| Some(StepKind::Break(kind));
     if let Some(process) = motion::process(&first).or_else(|| motion::process(&second).filter(|_| words.len() == 2)) {

@@ -56,6 +56,7 @@ mod tests;
 
 use super::files::Folders;
 use super::script::blocks::BySteps;
+use super::script::cursor::{strip_word, unmarked};
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
@@ -87,8 +88,8 @@ impl Format for Fanuc {
     }
 
     fn recognises(&self, bytes: &[u8]) -> bool {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-        bytes.get(..6).is_some_and(|head| head.eq_ignore_ascii_case(b"/PROG ") || head.eq_ignore_ascii_case(b"/PROG\t"))
+        let bytes = unmarked(bytes).trim_ascii_start();
+        strip_word(bytes, b"/PROG").is_some_and(|rest| rest.starts_with(b" ") || rest.starts_with(b"\t"))
     }
 
     fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {

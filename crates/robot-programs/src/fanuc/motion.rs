@@ -1,6 +1,7 @@
 //! A motion instruction: `J P[1] 100% FINE`, `L P[2:name] 100mm/sec CNT50 ACC80 TB .10sec,DO[1]=ON`, `C P[3] P[4] ...`.
 
 use super::statement::{Statement, has, index, is_position, is_register};
+use crate::script::cursor::strip_word;
 use crate::script::{PathKind, Speed, Text};
 use std::ops::Range;
 
@@ -75,8 +76,7 @@ fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -
 /// `termination = "FINE" | "CNT..." | "CD..." | "CR..."`
 fn is_termination(word: &[u8]) -> bool {
     word.eq_ignore_ascii_case(b"FINE")
-        || word.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"CNT"))
-        || word.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"CD") || h.eq_ignore_ascii_case(b"CR"))
+        || [&b"CNT"[..], b"CD", b"CR"].iter().any(|named| strip_word(word, named).is_some())
 }
 
 impl MotionInstruction {

@@ -4,8 +4,9 @@
 //! (`X =`, `Y =`, `Z =` in mm, `W =`, `P =`, `R =` in degrees: turns about fixed X, Y, Z in this order). What is not the
 //! robot's own (further groups, further axes) is compared byte by byte, never changed.
 
-use super::statement::shown;
+use super::statement::{is_position, shown};
 use crate::error::Result;
+use crate::script::cursor::{Cursor, integer, strip_word};
 use crate::script::lex::upper_of;
 use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
 use crate::script::{Span, Text, number};
@@ -169,7 +170,7 @@ pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
         if content.starts_with(b"}") {
             position.span.end = span.end;
             out.extend(open.take());
-        } else if content.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"P[")) && content.ends_with(b"{") {
+        } else if is_position(content) && content.ends_with(b"{") {
             return Err(text.bad(at, "a position within a position", "`};` at the end of a position"));
         } else if let Some(number) = group_of(content) {
             group = number;
@@ -197,11 +198,10 @@ pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
 /// `head = "P[" number [":" name] "]" "{"`
 fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
     let bad = || text.bad(at, format!("`{}`", shown(content)), "a position such as `P[1]{`");
-    let inside = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"P[")).and_then(|_| content.get(2..));
-    let inside = inside.and_then(|c| c.strip_suffix(b"{")).ok_or_else(bad)?;
-    let digits = inside.iter().take_while(|b| b.is_ascii_digit()).count();
-    let index: u32 = std::str::from_utf8(&inside[..digits]).ok().and_then(|d| d.parse().ok()).ok_or_else(bad)?;
-    if !matches!(inside.get(digits), Some(b']' | b':')) {
+    let inside = strip_word(content, b"P[").and_then(|c| c.strip_suffix(b"{")).ok_or_else(bad)?;
+    let mut cursor = Cursor::new(inside);
+    let index: u32 = integer(cursor.digits()).ok_or_else(bad)?;
+    if !matches!(cursor.peek(), Some(b']' | b':')) {
         return Err(bad());
     }
     Ok(Position {
@@ -217,7 +217,7 @@ fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
 ///
 /// `group = "GP" number ":"`
 fn group_of(content: &[u8]) -> Option<u64> {
-    let rest = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"GP")).and_then(|_| content.get(2..))?;
+    let rest = strip_word(content, b"GP")?;
     std::str::from_utf8(rest.strip_suffix(b":")?.trim_ascii()).ok()?.parse().ok()
 }
 
@@ -225,38 +225,27 @@ fn group_of(content: &[u8]) -> Option<u64> {
 ///
 /// `line = {"UF" ":" number | "UT" ":" number | "'" configuration "'" | field | ","}`
 fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> {
-    let bytes = text.slice(span.clone());
-    let mut at = 0;
-    while at < bytes.len() {
-        if bytes[at] == b'\'' {
-            // a configuration in quotes
-            let end = memchr::memchr(b'\'', &bytes[at + 1..]).map_or(bytes.len(), |n| at + 1 + n);
-            position.configuration = configuration(&bytes[at + 1..end]);
-            at = end + 1;
-            continue;
-        }
-        if !bytes[at].is_ascii_alphabetic() {
-            at += 1;
-            continue;
-        }
-        let start = at;
-        at += bytes[at..].iter().take_while(|b| b.is_ascii_alphanumeric()).count();
-        let name = upper_of(&bytes[start..at]);
-        at += bytes[at..].iter().take_while(|b| b.is_ascii_whitespace()).count();
-        match bytes.get(at) {
-            Some(b':') => {
-                at += 1;
-                let rest = bytes[at..].trim_ascii_start();
-                let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
-                let value = std::str::from_utf8(&rest[..digits]).ok().and_then(|d| d.parse().ok());
-                match &*name {
-                    "UF" => position.frame = value,
-                    "UT" => position.tool = value,
-                    _ => {}
-                }
+    let mut cursor = Cursor::new(text.slice(span.clone()));
+    while let Some(b) = cursor.peek() {
+        if !b.is_ascii_alphabetic() {
+            cursor.skip(1);
+            if b == b'\'' {
+                position.configuration = configuration(cursor.while_is(|b| b != b'\''));
+                cursor.skip(1);
             }
-            Some(b'=') => at = field(text, &span, at + 1, name, position)?,
-            _ => {}
+            continue;
+        }
+        let name = upper_of(cursor.while_is(|b| b.is_ascii_alphanumeric()));
+        cursor.blanks();
+        if cursor.eat(b':') {
+            let value = integer(Cursor::new(cursor.rest().trim_ascii_start()).digits());
+            match &*name {
+                "UF" => position.frame = value,
+                "UT" => position.tool = value,
+                _ => {}
+            }
+        } else if cursor.eat(b'=') {
+            field(text, &span, &mut cursor, name, position)?;
         }
     }
     Ok(())
@@ -267,29 +256,30 @@ const USUAL: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6", "X", "Y", "Z", "W",
 /// No group has as many numbers.
 const MOST: usize = 64;
 
-/// A number and its unit after `name=`; the offset after it.
+/// A number and its unit after `name=`.
 ///
 /// `field = name "=" (number ("mm" | "deg") | "*" {"*"} [unit])`
-fn field(text: &Text, span: &Range<usize>, from: usize, name: Cow<str>, position: &mut Position) -> Result<usize> {
-    let bytes = text.slice(span.clone());
-    let blanks = bytes[from..].iter().take_while(|b| b.is_ascii_whitespace()).count();
-    let start = from + blanks;
-    let len = bytes[start..].iter().take_while(|b| !b.is_ascii_whitespace() && **b != b',').count();
-    let token = &bytes[start..start + len];
+fn field(text: &Text, span: &Range<usize>, cursor: &mut Cursor, name: Cow<str>, position: &mut Position) -> Result<()> {
+    let from = cursor.at();
+    cursor.blanks();
+    let start = cursor.at();
+    let token = cursor.while_is(|b| !b.is_ascii_whitespace() && b != b',');
     let bad = |found: &[u8], expected: &str| text.bad(span.start + start, format!("`{}`", shown(found)), expected);
     let value = if !token.is_empty() && token.iter().all(|b| *b == b'*') {
         None
     } else {
         Some(number::read(token).ok_or_else(|| bad(token, "a number, or `********` where nothing is taught"))?)
     };
-    let after = start + len;
-    let gap = bytes[after..].iter().take_while(|b| b.is_ascii_whitespace()).count();
-    let unit_len = bytes[after + gap..].iter().take_while(|b| b.is_ascii_alphabetic()).count();
-    let unit = &bytes[after + gap..after + gap + unit_len];
+    let after = cursor.at();
+    cursor.blanks();
+    let gap = cursor.at();
+    let unit = cursor.letters();
     let mm = unit.eq_ignore_ascii_case(b"mm");
-    let known = mm || unit.eq_ignore_ascii_case(b"deg");
-    if !known && value.is_some() {
-        return Err(bad(&bytes[start..after + gap + unit_len], "a number with its unit, `deg` or `mm`"));
+    if !mm && !unit.eq_ignore_ascii_case(b"deg") {
+        if value.is_some() {
+            return Err(bad(cursor.since(start), "a number with its unit, `deg` or `mm`"));
+        }
+        cursor.go_to(gap);
     }
     if position.fields.len() >= MOST {
         return Err(bad(token, "fewer numbers in a group"));
@@ -309,5 +299,5 @@ fn field(text: &Text, span: &Range<usize>, from: usize, name: Cow<str>, position
         value,
         mm,
     });
-    Ok(after + gap + if known { unit_len } else { 0 })
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! A program's text into its script.
 
-use super::calls::Still;
+use super::calls;
 use super::flow::{self, Flow};
 use super::instruction;
 use super::motion::{self, MotionInstruction};
@@ -13,6 +13,7 @@ use super::{Motion, Program};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
+use crate::script::called::{self, Called};
 use crate::script::lex::not_too_long;
 use crate::script::{At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseGoal, Script, StepKind, Text, pragma};
 use nalgebra::Vector3;
@@ -33,7 +34,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut reader = Reader::new(text, robot, taught, Uses::of(text, &all));
     reader.uncounted = count.is_none();
     reader.tracks = tracks(text, 0..sections.program.start);
-    reader.still = Still::of(&texts);
+    reader.still = calls::beside(&texts);
     reader.quiet = flow::quiet_labels(text, &all, &reader.still);
     reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
     reader.led = flow::led(text, &all);
@@ -41,7 +42,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         reader.led_now = reader.led.get(k).copied().unwrap_or_default();
         reader.statement(statement, parsed);
     }
-    reader.note_calls();
+    reader.notes.extend(called::note(&reader.met, "program", ["the file beside it", "the files beside it"]));
     if let (Some(found), Some(last)) = (&count, numbered.last())
         && found.1 != last.number
     {
@@ -81,7 +82,7 @@ struct Reader<'a> {
     steps: Steps<Motion>,
     notes: Vec<Note>,
     /// Programs that it calls and that move nothing, and those of them that were met.
-    still: Still,
+    still: Called,
     met: BTreeMap<String, u64>,
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<u64>,
@@ -111,7 +112,7 @@ impl<'a> Reader<'a> {
             before: None,
             steps: Steps::of_text(text),
             notes: Vec::new(),
-            still: Still::default(),
+            still: Called::default(),
             met: BTreeMap::new(),
             quiet: BTreeSet::new(),
             blocks: Vec::new(),
@@ -144,7 +145,7 @@ impl<'a> Reader<'a> {
     }
 
     fn statement(&mut self, statement: &Statement, words: &Parsed) {
-        let at = At { file: 0, line: statement.line as u64 + 1 };
+        let at = At::of_line(statement.line);
         if let Some(comment) = self.comment(statement) {
             if let Some(on) = pragma(&comment) {
                 self.push(at, StepKind::Pragma(on));
@@ -200,17 +201,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Says which calls end nothing that is known of the joints.
-    fn note_calls(&mut self) {
-        let Some(line) = self.met.values().min().copied() else { return };
-        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
-        let text = match names.as_slice() {
-            [one] => format!("the program {one} that it calls moves nothing, by the file beside it"),
-            all => format!("the programs {} that it calls move nothing, by the files beside it", all.join(", ")),
-        };
-        self.note(line, text);
-    }
-
     /// The tool of a position.
     fn tool(&self, position: &Position) -> Frame {
         let tool = positions::named(position.tool, "tool");
@@ -249,8 +239,25 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Why no point may come before a motion, whatever its words are.
+    fn closed(&self, position: Option<usize>, goal: &Goal, motion: Option<&Motion>) -> Option<&'static str> {
+        let still = match (self.before, position) {
+            _ if self.taught.idle => true,
+            (Some(a), Some(b)) => self.taught.extras[a] == self.taught.extras[b],
+            _ => false,
+        };
+        let further = matches!(goal, Goal::Pose(_)) && self.dof > 6;
+        let uncounted = self.uncounted && motion.is_some_and(|m| m.number.is_some());
+        let reasons = [
+            (!still, "another axis or group may move with it"),
+            (further, "a Cartesian position with further axes cannot be written as joints"),
+            (motion.is_none(), "its statement cannot be copied"),
+            (uncounted, "no attribute gives the number of lines, which must grow (LINE_COUNT)"),
+        ];
+        reasons.into_iter().find(|r| r.0).map(|r| r.1)
+    }
+
     fn motion(&mut self, at: At, said: MotionInstruction) {
-        let mut closed = said.closed;
         let position = said.goal.as_ref().ok().and_then(|n| self.taught.by_index.get(n).copied());
         let goal = match said.goal {
             Err(why) => Goal::Opaque(why),
@@ -269,23 +276,7 @@ impl<'a> Reader<'a> {
             }
             (goal, ..) => goal,
         };
-        let still = match (self.before, position) {
-            _ if self.taught.idle => true,
-            (Some(a), Some(b)) => self.taught.extras[a] == self.taught.extras[b],
-            _ => false,
-        };
-        if !still {
-            closed.get_or_insert_with(|| "another axis or group may move with it".into());
-        }
-        if matches!(goal, Goal::Pose(_)) && self.dof > 6 {
-            closed.get_or_insert_with(|| "a Cartesian position with further axes cannot be written as joints".into());
-        }
-        if said.motion.is_none() {
-            closed.get_or_insert_with(|| "its statement cannot be copied".into());
-        }
-        if self.uncounted && said.motion.as_ref().is_some_and(|m| m.number.is_some()) {
-            closed.get_or_insert_with(|| "no attribute gives the number of lines, which must grow (LINE_COUNT)".into());
-        }
+        let closed = said.closed.or_else(|| self.closed(position, &goal, said.motion.as_ref()).map(String::from));
         self.before = position;
         if let Some(motion) = said.motion {
             self.steps.place(self.steps.next(), motion);
@@ -294,14 +285,12 @@ impl<'a> Reader<'a> {
         let tool = position.filter(|_| straight).map(|p| self.tool(&self.taught.positions[p]));
         let how = How {
             path: said.path,
-            fixed: None,
             closed,
             speed: said.speed,
             blend_m: said.blend_m,
             tool,
-            turns_known: false,
             relative: said.relative,
-            circle: None,
+            ..How::default()
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
         if let Some(on) = said.process {

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::script::Text;
+use crate::script::cursor::unmarked;
 use std::ops::Range;
 
 /// Lines of the sections that matter.
@@ -19,7 +20,7 @@ pub(super) struct Sections {
 pub(super) fn sections(text: &Text) -> Result<Sections> {
     let mut found: Vec<(String, usize)> = Vec::new();
     for k in 0..text.line_count() {
-        let line = text.line(k).strip_prefix(b"\xef\xbb\xbf").unwrap_or(text.line(k)).trim_ascii_start();
+        let line = unmarked(text.line(k)).trim_ascii_start();
         if let [b'/', rest @ ..] = line
             && rest.first().is_some_and(u8::is_ascii_alphabetic)
         {

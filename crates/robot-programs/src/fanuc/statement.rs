@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::script::Text;
+use crate::script::cursor::{Cursor, integer, strip_word};
 use std::ops::Range;
 
 /// A line number of the program.
@@ -60,10 +61,8 @@ fn line_of(text: &Text, k: usize) -> Line {
     if digits.is_empty() {
         return Line::Colon(span.start + colon, None);
     }
-    match std::str::from_utf8(digits).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit())).map(str::parse::<u32>) {
-        Some(Ok(number)) => Line::Colon(span.start + colon, Some(u64::from(number))),
-        _ => Line::Other,
-    }
+    let number = integer::<u32>(digits).map(u64::from);
+    number.map_or(Line::Other, |number| Line::Colon(span.start + colon, Some(number)))
 }
 
 /// The statements of lines `lines`, and the numbers that a new line shifts.
@@ -197,12 +196,12 @@ fn motion_like(content: &[u8]) -> bool {
 
 /// `P[...`.
 pub(super) fn is_position(word: &[u8]) -> bool {
-    word.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"P["))
+    strip_word(word, b"P[").is_some()
 }
 
 /// `PR[...`.
 pub(super) fn is_register(word: &[u8]) -> bool {
-    word.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"PR["))
+    strip_word(word, b"PR[").is_some()
 }
 
 /// Whether `needle` occurs, whatever its case.
@@ -216,27 +215,39 @@ pub(super) fn has(bytes: &[u8], needle: &[u8]) -> bool {
 pub(super) fn words(text: &Text, statement: &Statement) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     for piece in &statement.pieces {
-        let bytes = text.slice(piece.clone());
-        let (mut start, mut depth) = (None, 0_usize);
-        for (i, &b) in bytes.iter().enumerate() {
-            match b {
-                b'[' => depth += 1,
-                b']' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            if b.is_ascii_whitespace() && depth == 0 {
-                if let Some(s) = start.take() {
-                    out.push(piece.start + s..piece.start + i);
+        let mut cursor = Cursor::new(text.slice(piece.clone()));
+        loop {
+            cursor.blanks();
+            let (from, mut depth) = (cursor.at(), 0_usize);
+            cursor.while_is(|b| {
+                match b {
+                    b'[' => depth += 1,
+                    b']' => depth = depth.saturating_sub(1),
+                    _ => {}
                 }
-            } else {
-                start = start.or(Some(i));
+                depth > 0 || !b.is_ascii_whitespace()
+            });
+            if cursor.at() == from {
+                break;
             }
-        }
-        if let Some(s) = start {
-            out.push(piece.start + s..piece.end);
+            out.push(piece.start + from..piece.start + cursor.at());
         }
     }
     out
+}
+
+/// The name with which an instruction begins, without what is joined to it.
+///
+/// `name = {letter | digit | "_"}`
+pub(super) fn name_of(word: &[u8]) -> &[u8] {
+    Cursor::new(word).while_is(|b| b.is_ascii_alphanumeric() || b == b'_')
+}
+
+/// The name of a program.
+///
+/// `name = {letter | digit | "_" | "-"}`
+pub(super) fn program_name(rest: &[u8]) -> &[u8] {
+    Cursor::new(rest).while_is(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b))
 }
 
 /// Bytes for a message.
@@ -255,8 +266,7 @@ pub(super) fn index(text: &Text, word: Range<usize>) -> Option<(Range<usize>, u6
     let digits = &inside[..memchr::memchr(b':', inside).unwrap_or(inside.len())];
     let lead = digits.len() - digits.trim_ascii_start().len();
     let digits = digits.trim_ascii();
-    let value: u32 =
-        std::str::from_utf8(digits).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?.parse().ok()?;
+    let value: u32 = integer(digits)?;
     let start = word.start + open + lead;
     Some((start..start + digits.len(), u64::from(value)))
 }

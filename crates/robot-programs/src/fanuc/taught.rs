@@ -123,8 +123,8 @@ fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
             start: field.number.start(),
             end: field.number.end(),
             style,
-            digit: weight(style) * joint.kind.si_per_user_unit(),
-            finest: FINEST.min(weight(style)) * joint.kind.si_per_user_unit(),
+            digit: number::last_digit(style.decimals) * joint.kind.si_per_user_unit(),
+            finest: FINEST.min(number::last_digit(style.decimals)) * joint.kind.si_per_user_unit(),
         }));
     }
     Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values, pose: None })
@@ -135,17 +135,13 @@ fn coordinates(p: &Position) -> Option<Target> {
     let form = PoseForm::FixedXyz;
     let value = |(k, field): (usize, &Field)| {
         let (value, style) = field.value?;
-        let (unit, digit) = (form.unit(k), weight(style));
+        let (unit, digit) = (form.unit(k), number::last_digit(style.decimals));
         let (start, end) = (field.number.start(), field.number.end());
         Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest: FINEST.min(digit) * unit })
     };
     let values = p.coordinates()?.into_iter().enumerate().map(value).collect();
     let at = At { file: 0, line: p.line };
     Some(Target { name: Some(format!("P[{}]", p.index)), at, values, pose: Some(form) })
-}
-
-fn weight(style: number::Style) -> f64 {
-    10_f64.powi(-i32::from(style.decimals))
 }
 
 /// Whether the file leaves the zero before the point off, as older controllers do.

@@ -3,6 +3,7 @@
 use super::motion;
 use super::statement::{Statement, index, is_comment};
 use crate::script::Text;
+use crate::script::cursor::{Cursor, integer};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
@@ -74,9 +75,9 @@ impl Uses {
                 let number = inside.split(|b| *b == b',').nth(1).and_then(|n| std::str::from_utf8(n).ok());
                 list.push(number.and_then(|n| n.trim().parse().ok()));
             } else if let Some(inside) = first.strip_prefix(name) {
-                let digits = inside.iter().take_while(|b| b.is_ascii_digit()).count();
-                let number = std::str::from_utf8(&inside[..digits]).ok().and_then(|d| d.parse().ok());
-                list.push(number.filter(|_| matches!(inside.get(digits), Some(b']' | b':'))));
+                let mut cursor = Cursor::new(inside);
+                let number = integer(cursor.digits());
+                list.push(number.filter(|_| matches!(cursor.peek(), Some(b']' | b':'))));
             }
         }
     }
@@ -113,8 +114,7 @@ pub(super) fn mentioned(text: &Text, lines: Range<usize>) -> u64 {
     let bytes = text.slice(text.line_span(lines.start).start..text.line_span(lines.end).start);
     let digits = |at: usize| {
         let rest = bytes.get(at + 1..).unwrap_or_default().trim_ascii_start();
-        let len = rest.iter().take_while(|b| b.is_ascii_digit()).count();
-        std::str::from_utf8(&rest[..len]).ok()?.parse::<u32>().ok()
+        integer::<u32>(Cursor::new(rest).digits())
     };
     let named = memchr::memchr_iter(b'[', bytes).filter(|at| *at > 0 && bytes[at - 1].eq_ignore_ascii_case(&b'P'));
     named.filter_map(digits).max().map_or(0, u64::from)

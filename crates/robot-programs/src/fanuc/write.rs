@@ -166,15 +166,9 @@ fn copy(text: &Text, position: &Position, index: u64, comment: bool, change: &[(
     out.extend_from_slice(text.slice(position.span.start..position.head.start));
     out.extend_from_slice(index.to_string().as_bytes());
     out.extend_from_slice(rest);
-    let mut at = position.head.end;
-    let mut change: Vec<_> = change.iter().collect();
+    let mut change = change.to_vec();
     change.sort_by_key(|c| c.0.start);
-    for (span, new) in change {
-        out.extend_from_slice(text.slice(at..span.start));
-        out.extend_from_slice(new.as_bytes());
-        at = span.end;
-    }
-    out.extend_from_slice(text.slice(at..position.span.end));
+    out.extend(text.substituted(position.head.end..position.span.end, change));
     out
 }
 

@@ -4,14 +4,11 @@
 //! and found to go in the same way, show that nothing else is in them. What else a block does, and every block after a line of another
 //! kind, is left to the full reader.
 
-use super::Statement;
-use super::canonical;
-use super::goal::most;
+use super::passed::{span, varies};
 use super::read::Reader;
-use super::survey::{AXES, Survey};
+use super::statements::{Statement, canonical, most};
 use crate::script::alike::{Form, Plain};
-use crate::script::{At, Goal, StepKind, Text, Value};
-use std::ops::Range;
+use crate::script::{At, Goal, StepKind, Value};
 
 /// Words of a block that is compared with others, at most.
 const MOST: usize = 8;
@@ -30,17 +27,6 @@ pub(super) struct Alike {
     /// The one before it was of the same form, and both were read in full.
     sure: bool,
     numbers: Vec<Plain>,
-}
-
-/// Bytes of a line, its ending left out.
-pub(super) fn span(text: &Text, k: usize) -> Range<usize> {
-    let start = text.line_span(k).start;
-    start..start + text.line(k).len()
-}
-
-/// Whether the numbers in which a block differs from others are those of this word.
-pub(super) fn varies(letter: u8) -> bool {
-    letter == b'N' || AXES.contains(&letter)
 }
 
 impl Alike {
@@ -128,7 +114,7 @@ impl Reader<'_> {
                 finest: self.weight(a, unit, n.style.decimals.max(most(kind, unit))),
             })
         };
-        let at = At { file: 0, line: k as u64 + 1 };
+        let at = At::of_line(k);
         let values: Vec<Option<Value>> = (0..self.letters.len()).map(value).collect();
         self.script.targets.push_numbers(None, None, at, values);
         self.statements.push_like_last(step, k, &start, &self.position);
@@ -136,36 +122,5 @@ impl Reader<'_> {
         self.step(k, kind, None);
         (alike.line, alike.step) = (k, step);
         Some(())
-    }
-}
-
-/// Lines of a text that are like one that a look over it has passed.
-#[derive(Default)]
-pub(super) struct Passed {
-    form: Option<Form>,
-    /// For each number of the form whether it is that of a place.
-    places: Vec<bool>,
-    numbers: Vec<Plain>,
-}
-
-impl Passed {
-    /// Whether line `k` is like the one that was noted last: only how its numbers are written is new.
-    pub(super) fn again(&mut self, text: &Text, k: usize, survey: &mut Survey) -> bool {
-        let span = span(text, k);
-        let read = self.form.as_ref().and_then(|form| form.read(&text.bytes, span.start, &mut self.numbers));
-        if read != Some(span.end) {
-            return false;
-        }
-        let bare = |(n, place): (&Plain, &bool)| *place && !n.style.point && n.value != 0.0;
-        survey.bare |= self.numbers.iter().zip(&self.places).any(bare);
-        true
-    }
-
-    /// Notes a line of words of which nothing is new but its numbers.
-    pub(super) fn note(&mut self, text: &Text, k: usize, words: &[super::lex::Word]) {
-        let varying = || words.iter().filter(|w| varies(w.letter));
-        self.form = Form::of_words(&text.bytes, span(text, k), varying().map(|w| w.number()));
-        self.places.clear();
-        self.places.extend(varying().map(|w| AXES.contains(&w.letter)));
     }
 }

@@ -5,6 +5,8 @@
 //! name may be any, one of the control's own among them. Variables of the control move frames, make the machine signal, or
 //! are not followed. A line that stands beside other words, or that is none of these, hides what it does.
 
+use super::lex::expression_end;
+
 /// First parameter that is the control's own.
 pub(super) const SYSTEM: u32 = 1000;
 
@@ -174,18 +176,7 @@ fn bracket_end(text: &str) -> Option<usize> {
         let after = text.trim_start_matches('#').trim_start_matches(|c: char| c.is_ascii_digit());
         return (text.starts_with('#') && after.len() < text.len()).then(|| text.len() - after.len());
     }
-    let mut depth = 0i32;
-    for (at, c) in text.char_indices() {
-        match c {
-            '[' => depth += 1,
-            ']' => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return Some(at + 1);
-        }
-    }
-    None
+    expression_end(text.as_bytes())
 }
 
 /// The number of `[5221]`.

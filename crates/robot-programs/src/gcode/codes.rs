@@ -1,4 +1,7 @@
-//! G words by what they do, times ten.
+//! Letters of axes, and G words by what they do, times ten.
+
+/// Letters of axes.
+pub(super) const AXES: &[u8] = b"XYZABCUVW";
 
 /// G words without effect on where a block leads, times ten.
 pub(super) const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130, 1870];
@@ -23,4 +26,14 @@ pub(super) fn is_followed(c: u32) -> bool {
     ];
     let known = [ACTIONS, MODES, HARMLESS, CANNED, SPLINES, TOUCHES].iter().any(|list| list.contains(&c));
     known || (540..600).contains(&c)
+}
+
+/// A G word times ten; what is no such word becomes one that is not known.
+pub(super) fn code(v: f64) -> u32 {
+    let tenths = (v * 10.0).round();
+    if (v * 10.0 - tenths).abs() < 1e-6 && (0.0..99_990.0).contains(&tenths) { tenths as u32 } else { 99_999 }
+}
+
+pub(super) fn code_text(code: u32) -> String {
+    if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
 }

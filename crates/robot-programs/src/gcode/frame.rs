@@ -1,8 +1,8 @@
 //! What moves the meaning of words: work frames, shifts, tool lengths, mirrors.
 
+use super::codes::code_text;
 use super::lex::Block;
 use super::read::Reader;
-use super::survey::code_text;
 use crate::script::{Break, StepKind};
 
 impl Reader<'_> {

@@ -1,13 +1,10 @@
 //! Where a block leads: frames, arcs, and why it cannot be determined.
 
-use super::arc::Arc;
-use super::arc::NoArc;
-use super::codes::SPLINES;
+use super::arc::{Arc, Centre, NoArc};
+use super::codes::{AXES, SPLINES, code_text};
 use super::lex::{Block, Word};
 use super::read::Reader;
-use super::statements::{axis_words, motion_word};
-use super::survey::{AXES, code_text};
-use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
+use super::statements::{MIXED, Statement, axis_words, canonical, most, motion_word};
 use crate::axes::JointKind;
 use crate::error::Result;
 use crate::script::number::last_digit;
@@ -18,9 +15,6 @@ use std::sync::Arc as Shared;
 const NEAR_DIGITS: f64 = 10.0;
 /// A number with coarser digits is meant as it is written, mm.
 const COARSE_MM: f64 = 1e-3;
-
-/// Why a number that ends in a point must stay: it says how those without one are to be read.
-pub(super) const MIXED: &str = "numbers with and without a point stand in the program";
 
 impl Reader<'_> {
     /// By axis of the robot: the block's words, mm or deg; `Err`: an axis word that is no literal.
@@ -211,7 +205,7 @@ impl Reader<'_> {
         if !self.has_noted {
             self.has_noted = true;
             let text = "positions are taken as those of the axes: work offsets and tool lengths are not in the program";
-            self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+            self.script.notes.push(Note { place: At::of_line(k), text: text.into() });
         }
     }
 
@@ -292,17 +286,7 @@ impl Reader<'_> {
         };
         let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
         let path = if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint };
-        let how = How {
-            path,
-            fixed: None,
-            closed,
-            speed,
-            blend_m: exact.then_some(0.0),
-            tool: None,
-            turns_known: true,
-            relative: false,
-            circle: None,
-        };
+        let how = How { path, closed, speed, blend_m: exact.then_some(0.0), turns_known: true, ..How::default() };
         Move::new(how, Goal::Joints(self.script.targets.len()), way)
     }
 
@@ -347,16 +331,7 @@ impl Reader<'_> {
             }
         };
         let values = (0..s.goal.len()).map(value).collect();
-        self.script.targets.push(Target { at: At { file: 0, line: s.line as u64 + 1 }, values, ..Target::default() });
-    }
-}
-
-/// Most decimals that a changed word of an axis gets.
-pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
-    match kind {
-        JointKind::Revolute => MOST_DEG,
-        JointKind::Prismatic if unit > 1.0 => MOST_INCH,
-        JointKind::Prismatic => MOST_MM,
+        self.script.targets.push(Target { at: At::of_line(s.line), values, ..Target::default() });
     }
 }
 

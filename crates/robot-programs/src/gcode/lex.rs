@@ -1,8 +1,9 @@
 //! A line to words: letter and number, with or without spaces; comments, expressions and the words of flow control are
 //! recognised and not evaluated.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::script::Text;
+use crate::script::cursor::Cursor;
 use crate::script::number::{self, Style};
 use std::ops::Range;
 
@@ -55,8 +56,6 @@ pub(super) struct Block {
 
 /// Words of a block for which memory is reserved at once.
 const ROOM: usize = 8;
-/// What some editors put before UTF-8.
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Reads line `k` (from 0).
 ///
@@ -68,206 +67,214 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
     let (base, line) = (text.line_span(k).start, text.line(k));
     let mut block = Block { words: Vec::with_capacity(ROOM), ..Block::default() };
-    let mut at = if k == 0 && line.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
-    while let Some(&b) = line.get(at) {
+    let mut cursor = Cursor::of_line(text, k);
+    while let Some(b) = cursor.peek() {
+        let at = cursor.at();
         match b {
-            b' ' | b'\t' | b'\r' | 0x0c | 0x1a | 0 => at += 1,
+            b' ' | b'\t' | b'\r' | 0x0c | 0x1a | 0 => cursor.skip(1),
             b'%' if block.words.is_empty() => return Ok(Block { percent: true, ..block }),
-            b'(' => match line[at..].iter().position(|&b| b == b')') {
-                Some(len) => {
-                    block.comments.push(base + at..base + at + len + 1);
-                    at += len + 1;
-                }
-                None if block.words.last().is_some_and(is_message) => return Ok(block),
-                None => return Err(text.bad(base + at, "a comment without its end", "`)`")),
-            },
+            b'(' if cursor.past(b")") => block.comments.push(base + at..base + cursor.at()),
+            b'(' if block.words.last().is_some_and(is_message) => return Ok(block),
+            b'(' => return Err(text.bad(base + at, "a comment without its end", "`)`")),
             b';' => {
+                cursor.end();
                 block.comments.push(base + at..base + line.len());
-                at = line.len();
             }
             b'/' if block.words.iter().all(|w| w.letter == b'N') => {
                 block.optional = true;
-                at += 1;
+                cursor.skip(1);
                 // `/2`: which switch
-                at += line[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+                cursor.digits();
             }
             b'#' if block.words.iter().all(|w| w.letter == b'N') => return Ok(Block { assignment: true, ..block }),
             b'*' => return Ok(Block { special: Some("a checksum"), ..block }),
             b',' => {
                 block.special = Some("a chamfer or corner");
-                at += 1;
+                cursor.skip(1);
             }
             b'@' | b'^' => {
                 block.special = Some("polar coordinates");
-                at = word(text, base, line, at, &mut block)?;
+                word(text, base, &mut cursor, &mut block)?;
             }
             // after an M or S word: which spindle
             b'$' if block.words.iter().any(|w| matches!(w.letter, b'M' | b'S'))
-                && line.get(at + 1).is_some_and(u8::is_ascii_digit) =>
+                && cursor.second().is_some_and(|b| b.is_ascii_digit()) =>
             {
-                at += 1 + line[at + 1..].iter().take_while(|b| b.is_ascii_digit()).count();
+                cursor.skip(1);
+                cursor.digits();
             }
             b'$' => return Ok(Block { keyword: Some("$".into()), ..block }),
-            b'O' | b'o' if block.words.iter().all(|w| w.letter == b'N') => {
-                at = flow(text, base, line, at, &mut block)?;
-            }
+            b'O' | b'o' if block.words.iter().all(|w| w.letter == b'N') => flow(text, base, &mut cursor, &mut block)?,
             _ if b.is_ascii_alphabetic() => {
-                block.keyword = keyword(&line[at..]);
+                block.keyword = keyword(cursor.rest());
                 if block.keyword.is_some() {
                     return Ok(block);
                 }
-                at = word(text, base, line, at, &mut block)?;
+                word(text, base, &mut cursor, &mut block)?;
             }
-            _ if block.words.last().is_some_and(is_message) => at = line.len(),
-            _ => return Err(no_word(text, base, line, at)),
+            _ if block.words.last().is_some_and(is_message) => cursor.end(),
+            _ => return Err(text.bad(base + at, shown(cursor.rest()), "a word: a letter and a number")),
         }
     }
     Ok(block)
 }
 
-fn no_word(text: &Text, base: usize, line: &[u8], at: usize) -> Error {
-    let found = format!("`{}`", String::from_utf8_lossy(&line[at..(at + 12).min(line.len())]));
-    text.bad(base + at, found, "a word: a letter and a number")
+/// The first bytes of what cannot be read.
+fn shown(found: &[u8]) -> String {
+    format!("`{}`", String::from_utf8_lossy(found.get(..12).unwrap_or(found)))
 }
 
-/// An `O` word; returns where reading goes on.
+/// An `O` word.
 ///
 /// `flow = "O" (number | "<" name ">" | "#" ... | "[" ... "]") [keyword ...]`
-fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> Result<usize> {
-    let rest = &line[at + 1..];
-    let blank = rest.iter().take_while(|b| **b == b' ').count();
-    let name = match rest.get(blank) {
-        Some(b'<') => rest.iter().position(|&b| b == b'>').map(|k| k + 1),
-        Some(b'#' | b'[') => Some(rest.len()),
-        _ => Some(blank + rest[blank..].iter().take_while(|b| b.is_ascii_digit()).count()).filter(|&n| n > blank),
+fn flow(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Result<()> {
+    let (at, whole) = (cursor.at(), cursor.rest());
+    cursor.skip(1);
+    let from = cursor.at();
+    cursor.while_is(|b| b == b' ');
+    let named = match cursor.peek() {
+        Some(b'<') => cursor.past(b">"),
+        Some(b'#' | b'[') => {
+            cursor.end();
+            true
+        }
+        _ => !cursor.digits().is_empty(),
     };
-    let Some(len) = name else {
-        let found = String::from_utf8_lossy(line.get(at..).unwrap_or_default()).chars().take(12).collect::<String>();
+    if !named {
+        let found = String::from_utf8_lossy(whole).chars().take(12).collect::<String>();
         return Err(text.bad(base + at, format!("`{found}`"), "a number or `<name>` after `O`"));
-    };
-    let after = rest[len..].trim_ascii_start();
-    let letters = after.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-    let word = String::from_utf8_lossy(&after[..letters]).to_ascii_uppercase();
-    let single = letters <= 1;
-    block.label = String::from_utf8_lossy(rest[..len].trim_ascii()).trim_start_matches('0').to_ascii_lowercase();
-    block.flow = Some(if single { String::new() } else { word });
+    }
+    let label = cursor.since(from).trim_ascii();
+    block.label = String::from_utf8_lossy(label).trim_start_matches('0').to_ascii_lowercase();
+    let word = keyword(cursor.rest().trim_ascii_start());
     // `O1000 (TITLE)` goes on after the number; `o100 call [1]` does not
-    Ok(if single { at + 1 + len } else { line.len() })
+    if word.is_some() {
+        cursor.end();
+    }
+    block.flow = Some(word.unwrap_or_default());
+    Ok(())
 }
 
 /// More letters than one: a word of a language.
 ///
 /// `keyword = letter letter {letter}`
 fn keyword(line: &[u8]) -> Option<String> {
-    let letters = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-    (letters > 1).then(|| String::from_utf8_lossy(&line[..letters]).to_ascii_uppercase())
+    let letters = Cursor::new(line).letters();
+    (letters.len() > 1).then(|| String::from_utf8_lossy(letters).to_ascii_uppercase())
 }
 
-/// After the bracket that closes the one at `k`.
+/// After the bracket that closes the one with which a text begins.
 ///
 /// `expression = "[" {any | expression} "]"`
-pub(super) fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
+pub(super) fn expression_end(text: &[u8]) -> Option<usize> {
     let mut depth = 0i32;
-    loop {
-        match line.get(k)? {
-            b'[' => depth += 1,
-            b']' => depth -= 1,
-            _ => {}
-        }
-        k += 1;
-        if depth == 0 {
-            return Some(k);
-        }
-    }
+    let closes = |b: &u8| {
+        depth += i32::from(*b == b'[') - i32::from(*b == b']');
+        depth == 0
+    };
+    Some(text.iter().position(closes)? + 1)
 }
 
-/// A variable, `-#1`, `#<name>`, `-[...]`: to the end of what belongs to it.
+/// Passes a variable, `-#1`, `#<name>`, `-[...]`: to the end of what belongs to it.
 ///
 /// `variable = {"+" | "-" | "#" | digit | "_" | "." | "[" {any} "]" | "<" {any} ">"}`
-fn variable_end(line: &[u8], mut k: usize) -> usize {
+fn variable(cursor: &mut Cursor) {
     let mut depth = 0i32;
-    while let Some(&b) = line.get(k) {
+    cursor.while_is(|b| {
         match b {
             b'[' | b'<' => depth += 1,
             b']' | b'>' => depth -= 1,
-            b'#' | b'+' | b'-' | b'0'..=b'9' | b'_' | b'.' => {}
-            _ if depth > 0 => {}
-            _ => break,
+            _ => return depth > 0 || matches!(b, b'#' | b'+' | b'-' | b'0'..=b'9' | b'_' | b'.'),
         }
-        k += 1;
-    }
-    k
+        true
+    });
 }
 
-/// Letters of a function's name before its bracket, more than one.
+/// Passes an expression in brackets; `false`: it has no end.
+fn expression(cursor: &mut Cursor) -> bool {
+    let end = expression_end(cursor.rest());
+    cursor.skip(end.unwrap_or_default());
+    end.is_some()
+}
+
+/// Passes a number; stays where there is none.
 ///
-/// `function = letter letter {letter} "["`
-fn function(line: &[u8]) -> Option<usize> {
-    let letters = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-    (letters > 1 && line.get(letters) == Some(&b'[')).then_some(letters)
+/// `number = ["+" | "-"] {digit | "."}`
+fn plain(cursor: &mut Cursor) -> Option<(f64, Style)> {
+    let from = cursor.at();
+    let _ = cursor.eat(b'+') || cursor.eat(b'-');
+    cursor.while_is(|b| b.is_ascii_digit() || b == b'.');
+    let value = number::read(cursor.since(from));
+    if value.is_none() {
+        cursor.go_to(from);
+    }
+    value
 }
 
-/// A letter and what follows; returns where reading goes on.
+/// Passes what may stand in place of a number after the letter at `at`; `false`: a number is missing.
+///
+/// `rest = (letter | ";" | "(" | end) | {any}`
+fn stands_alone(cursor: &mut Cursor, at: usize, block: &Block) -> bool {
+    // `G28 X Y`: axes to be homed
+    if cursor.peek().is_none_or(|b| b.is_ascii_alphabetic() || b";(\r".contains(&b)) && flags(block) {
+        cursor.go_to(at + 1);
+        return true;
+    }
+    // `M115 U3.8.1`, `M104 S{temperature}`
+    let own = cursor.peek().is_some() && block.words.iter().any(is_firmware);
+    if own {
+        cursor.while_is(|b| !b.is_ascii_whitespace() && b != b';');
+    }
+    own
+}
+
+/// A letter and what follows.
 ///
 /// `word = letter {blank} (number | expression | variable | function expression | text | "=" {any})`,
-/// `number = ["+" | "-"] {digit | "."}`
-fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> Result<usize> {
-    let mut k = at + 1;
-    while matches!(line.get(k), Some(b' ' | b'\t')) {
-        k += 1;
-    }
-    let from = k;
-    let bad = |found: &[u8]| {
-        let found = String::from_utf8_lossy(found.get(..12).unwrap_or(found)).into_owned();
-        text.bad(base + at, format!("`{found}`"), format!("a number after `{}`", line[at] as char))
-    };
+/// `function = letter letter {letter}`
+fn word(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Result<()> {
+    let (at, whole) = (cursor.at(), cursor.rest());
+    let letter = cursor.peek().unwrap_or_default();
+    cursor.skip(1);
+    cursor.while_is(|b| matches!(b, b' ' | b'\t'));
+    let (from, rest) = (cursor.at(), cursor.rest());
+    let function = |rest| Some(Cursor::new(rest).letters().len()).filter(|n| *n > 1 && rest.get(*n) == Some(&b'['));
     let mut value = None;
-    match line.get(k) {
-        Some(b'[') => k = expression_end(line, k).ok_or_else(|| bad(&line[at..]))?,
-        Some(b'#' | b'-' | b'+')
-            if line[k..].iter().find(|b| !b"+-".contains(b)).is_some_and(|b| b"#[".contains(b)) =>
-        {
-            k = variable_end(line, k);
+    let ended = match cursor.peek() {
+        Some(b'[') => expression(cursor),
+        Some(b'#' | b'-' | b'+') if rest.iter().find(|b| !b"+-".contains(b)).is_some_and(|b| b"#[".contains(b)) => {
+            variable(cursor);
+            true
         }
         Some(b'"') => {
-            let Some(len) = line[k + 1..].iter().position(|&b| b == b'"') else { return Err(bad(&line[at..])) };
-            k += len + 2;
+            cursor.skip(1);
+            cursor.past(b"\"")
         }
-        // a function: `X EXISTS[#1]`
-        Some(b) if b.is_ascii_alphabetic() && function(&line[k..]).is_some() => {
-            let letters = function(&line[k..]).unwrap_or_default();
-            k = expression_end(line, k + letters).ok_or_else(|| bad(&line[at..]))?;
+        // `X EXISTS[#1]`
+        Some(_) if function(rest).is_some() => {
+            cursor.letters();
+            expression(cursor)
         }
-        Some(b'=') => k += line[k..].iter().take_while(|b| !b.is_ascii_whitespace()).count(),
+        Some(b'=') => {
+            cursor.while_is(|b| !b.is_ascii_whitespace());
+            true
+        }
         _ => {
-            k += usize::from(matches!(line.get(k), Some(b'+' | b'-')));
-            k += line[k..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
-            value = number::read(&line[from..k]);
-            if value.is_none() {
-                k = match line.get(from).copied() {
-                    // `G28 X Y`: axes to be homed
-                    next if next.is_none_or(|b| b.is_ascii_alphabetic() || b";(\r".contains(&b)) && flags(block) => {
-                        at + 1
-                    }
-                    // `M115 U3.8.1`, `M104 S{temperature}`
-                    Some(_) if block.words.iter().any(is_firmware) => {
-                        let rest = &line[from..];
-                        from + rest.iter().position(|&b| b.is_ascii_whitespace() || b == b';').unwrap_or(rest.len())
-                    }
-                    _ => return Err(bad(&line[at..])),
-                };
-            }
+            value = plain(cursor);
+            value.is_some() || stands_alone(cursor, at, block)
         }
+    };
+    if !ended {
+        return Err(text.bad(base + at, shown(whole), format!("a number after `{}`", letter as char)));
     }
-    let from = from.min(k);
     block.words.push(Word {
-        letter: line[at].to_ascii_uppercase(),
+        letter: letter.to_ascii_uppercase(),
         value,
         from: (base + at) as u32,
-        number: (base + from) as u32,
-        to: (base + k) as u32,
+        number: (base + from.min(cursor.at())) as u32,
+        to: (base + cursor.at()) as u32,
     });
-    Ok(k)
+    Ok(())
 }
 
 /// An M word of printer firmware, whose words are its own.

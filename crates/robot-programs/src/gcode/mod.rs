@@ -1,7 +1,7 @@
 //! G-code of gantries and other machines whose axes have letters: `G1 X10.5 Y-3 F600`.
 //!
 //! ```text
-//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning)
+//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning; certain: what ends it)
 //!      -> goal: positions, steps (statements: what is kept of them)
 //! edits -> write: words; pieces: arcs -> patches
 //! ```
@@ -13,7 +13,7 @@
 //! and Fanuc dialects where they differ. Assumes that the work frame in which the first motion stands is the frame of the
 //! axes (its offset is not in the program), G17 until a plane is named, and G91.1.
 //!
-//! Blocks that differ in their numbers alone are read once ([`alike`]); [`codes`] has the G words by what they do.
+//! Blocks that differ in their numbers alone are read once ([`alike`], [`passed`]); [`codes`] has the G words by what they do.
 //!
 //! Variables and expressions that have one value whatever runs are folded ([`variables`]); [`assignments`] looks at what a line assigns
 //! and what it may do besides. What cannot be determined stays as it is and says why: units or distance mode that no word has set, other
@@ -23,10 +23,12 @@
 mod alike;
 mod arc;
 mod assignments;
+mod certain;
 mod codes;
 mod frame;
 mod goal;
 mod lex;
+mod passed;
 mod pieces;
 mod read;
 mod statements;
@@ -41,9 +43,8 @@ use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 pub use crate::control::{Control, UnknownWord};
 use crate::error::{Error, Place, Result};
-use arc::Arc;
 use lex::Word;
-use statements::{Statement, Statements};
+use statements::Program;
 
 /// The format.
 pub struct Gcode;
@@ -83,33 +84,6 @@ impl Format for Gcode {
     }
 }
 
-/// Most decimals that a changed number gets, by unit: controls keep 10 nm or less, and 1e-5 deg.
-const MOST_MM: u8 = 5;
-const MOST_INCH: u8 = 6;
-const MOST_DEG: u8 = 5;
-
-/// How an arc's centre is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Centre {
-    /// I, J, K from the start of the arc.
-    Relative,
-    /// I, J, K in the frame of the words (G90.1).
-    Absolute,
-    Radius,
-}
-
-/// A program that has been read.
-struct Program {
-    script: Script,
-    statements: Statements,
-    /// By axis: letter of its word.
-    letters: Vec<u8>,
-    /// By axis: edge unit to SI.
-    si: Vec<f64>,
-    /// Numbers with and without a point stand in it: those that end in a point say how the others are to be read.
-    mixed: bool,
-}
-
 impl Document for Program {
     fn script(&self) -> &Script {
         &self.script
@@ -131,10 +105,4 @@ impl Document for Program {
         let place = self.statements.on_arc(step, self.letters.len(), share)?;
         Some(place.into_iter().zip(&self.si).map(|(v, si)| v * si).collect())
     }
-}
-
-/// A length or angle without the noise of sums: the same place has the same number, however it was reached.
-fn canonical(x: f64) -> f64 {
-    let rounded = (x * 1e9).round() / 1e9;
-    if rounded == 0.0 { 0.0 } else { rounded }
 }

@@ -4,10 +4,9 @@
 //! and one that is not short an arc whose centre lies on the middle perpendicular of its new ends. The last piece is always an
 //! arc, so that the modal motion after it stays. What was written is read as a control would read it before it is taken.
 
-use super::arc::Arc;
-use super::arc::NoArc;
+use super::arc::{Arc, Centre, NoArc};
+use super::statements::{Statement, most};
 use super::write::{SAME, Writer, Written};
-use super::{Centre, Statement, goal};
 use crate::axes::JointKind;
 use crate::script::number::{self, Style};
 use crate::script::{EditRef, Patch};
@@ -195,7 +194,7 @@ impl Writer<'_> {
     /// What rounding alone makes of two equal offsets of an arc, mm.
     fn arc_noise(&self, s: &Statement, axes: [usize; 2]) -> f64 {
         let digit = axes.map(|a| self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a]);
-        let coarse = axes.map(|a| 10f64.powi(-i32::from(self.style(s, a).decimals)) * s.unit[a]);
+        let coarse = axes.map(|a| number::last_digit(self.style(s, a).decimals) * s.unit[a]);
         1.5 * digit[0].max(digit[1]).max(1e-6).min(coarse[0].max(coarse[1]).max(1e-6)) + 1e-6
     }
 
@@ -268,7 +267,7 @@ impl Writer<'_> {
         let mm = s.unit[arc.u];
         let letter = |axis: usize| b'I' + (self.program.letters[axis] - b'X');
         let own = |l: u8| s.words.iter().find(|w| w.letter == l).and_then(|w| w.value).map(|v| v.1);
-        let most = goal::most(JointKind::Prismatic, mm);
+        let most = most(JointKind::Prismatic, mm);
         let style = |l: u8| {
             own(l)
                 .or_else(|| own(letter(arc.u)))
@@ -277,7 +276,7 @@ impl Writer<'_> {
         };
         // as few digits as hold it
         let decimals = |l: u8, v: f64| {
-            let off = |d: u8| (v - (v * 10f64.powi(d.into())).round() / 10f64.powi(d.into())).abs() * mm;
+            let off = |d: u8| (v - number::rounded(v, d)).abs() * mm;
             let own = style(l).decimals;
             (own..most).find(|&d| off(d) < CENTRE_MM).unwrap_or(own.max(most))
         };
@@ -287,21 +286,21 @@ impl Writer<'_> {
             Centre::Radius => {
                 let r = (from[0] - centre[0]).hypot(from[1] - centre[1]).max(0.5 * length) / mm;
                 let r = if turn > PI { -r } else { r };
-                let text = number::write(r, style(b'R'), decimals(b'R', r));
-                let back = text.parse::<f64>().unwrap_or(r) * mm;
+                let digits = decimals(b'R', r);
+                let back = number::rounded(r, digits) * mm;
+                let text = number::write(r, style(b'R'), digits);
                 (vec![(b'R', text)], Arc::of_radius(axes, from, to, back, ccw))
             }
             Centre::Relative | Centre::Absolute => {
                 let zero = |k: usize| if form == Centre::Relative { from[k] } else { s.shift[axes[k]] };
-                let word = |k: usize| {
+                let words = [0, 1].map(|k| {
                     let l = letter(axes[k]);
                     let v = (centre[k] - zero(k)) / mm;
-                    (l, number::write(v, style(l), decimals(l, v)))
-                };
-                let words = vec![word(0), word(1)];
-                let back = |k: usize| zero(k) + words[k].1.parse::<f64>().unwrap_or(0.0) * mm;
+                    (l, v, decimals(l, v))
+                });
+                let back = |k: usize| zero(k) + number::rounded(words[k].1, words[k].2) * mm;
                 let made = Arc::about(axes, from, to, [back(0), back(1)], ccw);
-                (words, made)
+                (words.map(|(l, v, digits)| (l, number::write(v, style(l), digits))).to_vec(), made)
             }
         }
     }
@@ -314,14 +313,11 @@ impl Writer<'_> {
     pub(super) fn replace_centre(&mut self, s: &Statement, words: &[(u8, String)]) {
         let mut added = String::new();
         for (letter, text) in words {
+            let new = number::read(text.as_bytes()).map(|v| v.0);
             match s.words.iter().find(|w| w.letter == *letter) {
-                Some(w) => {
-                    let same = w.value.map(|v| v.0) == text.parse::<f64>().ok();
-                    if !same {
-                        self.patches.push(Patch::new(0, w.number(), text.as_bytes()));
-                    }
-                }
-                None if text.parse::<f64>().is_ok_and(|v| v == 0.0) => {}
+                Some(w) if w.value.map(|v| v.0) == new => {}
+                Some(w) => self.patches.push(Patch::new(0, w.number(), text.as_bytes())),
+                None if new == Some(0.0) => {}
                 None => added.push_str(&format!(" {}{text}", self.cased(s, (*letter as char).to_string()))),
             }
         }

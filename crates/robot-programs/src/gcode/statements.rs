@@ -1,11 +1,47 @@
-//! What is needed to write moves again, in little memory: the words of a block are read again from its line when they are asked for.
+//! A program that has been read: what is needed to write its moves again, in little memory: the words of a block are read again from its line when they are asked for.
 
+use super::arc::{Arc, Centre};
+use super::codes::code;
 use super::lex::{self, Word};
-use super::survey::code;
-use super::{Arc, Centre};
-use crate::script::Text;
+use crate::axes::JointKind;
 use crate::script::blocks::BySteps;
+use crate::script::{Script, Text};
 use std::sync::Arc as Shared;
+
+/// A program that has been read.
+pub(super) struct Program {
+    pub(super) script: Script,
+    pub(super) statements: Statements,
+    /// By axis: letter of its word.
+    pub(super) letters: Vec<u8>,
+    /// By axis: edge unit to SI.
+    pub(super) si: Vec<f64>,
+    /// Numbers with and without a point stand in it: those that end in a point say how the others are to be read.
+    pub(super) mixed: bool,
+}
+
+/// Most decimals that a changed number gets, by unit: controls keep 10 nm or less, and 1e-5 deg.
+const MOST_MM: u8 = 5;
+const MOST_INCH: u8 = 6;
+const MOST_DEG: u8 = 5;
+
+/// Most decimals that a changed word of an axis gets.
+pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
+    match kind {
+        JointKind::Revolute => MOST_DEG,
+        JointKind::Prismatic if unit > 1.0 => MOST_INCH,
+        JointKind::Prismatic => MOST_MM,
+    }
+}
+
+/// Why a number that ends in a point must stay: it says how those without one are to be read.
+pub(super) const MIXED: &str = "numbers with and without a point stand in the program";
+
+/// A length or angle without the noise of sums: the same place has the same number, however it was reached.
+pub(super) fn canonical(x: f64) -> f64 {
+    let rounded = (x * 1e9).round() / 1e9;
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
 
 /// What is needed to write a move again. Lengths in mm, angles in degrees.
 #[derive(Debug, Clone)]

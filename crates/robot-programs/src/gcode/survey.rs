@@ -1,15 +1,13 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
-use super::alike::Passed;
 use super::assignments::Assignments;
-use super::codes::{PROBES, is_followed};
+use super::codes::{AXES, PROBES, code, is_followed};
 use super::lex::{self, Block};
+use super::passed::Passed;
 use crate::error::Result;
 use crate::script::Text;
 use std::collections::BTreeSet;
 
-/// Letters of axes.
-pub(super) const AXES: &[u8] = b"XYZABCUVW";
 /// G words, times ten, that a subprogram in the text may pass and whose modes a look over the text settles.
 const PLAIN: &[u32] = &[
     0, 10, 20, 30, 40, 100, 170, 180, 190, 200, 210, 280, 300, 400, 410, 411, 420, 421, 430, 431, 440, 490, 520, 530,
@@ -54,7 +52,8 @@ impl Survey {
         let mut look = Look::default();
         let mut passed = Passed::default();
         for k in 0..text.line_count() {
-            if passed.again(text, k, &mut look.survey) {
+            if let Some(bare) = passed.again(text, k) {
+                look.survey.bare |= bare;
                 continue;
             }
             let block = lex::block(text, k)?;
@@ -240,7 +239,7 @@ fn behind_label(line: &str) -> Option<&str> {
         line.trim_start_matches(['N', '/']).trim_start_matches(|c: char| c.is_ascii_digit()).strip_prefix('O')?;
     let end = match label.bytes().next()? {
         b'<' => label.find('>')? + 1,
-        b'[' => lex::expression_end(label.as_bytes(), 0)?,
+        b'[' => lex::expression_end(label.as_bytes())?,
         _ => label.bytes().take_while(|b| b.is_ascii_digit() || *b == b'#').count(),
     };
     Some(&label[end..])
@@ -248,7 +247,7 @@ fn behind_label(line: &str) -> Option<&str> {
 
 /// Expressions in brackets, one after the other, and nothing else.
 fn is_brackets(mut rest: &str) -> bool {
-    while let Some(end) = lex::expression_end(rest.as_bytes(), 0).filter(|_| rest.starts_with('[')) {
+    while let Some(end) = lex::expression_end(rest.as_bytes()).filter(|_| rest.starts_with('[')) {
         rest = &rest[end..];
     }
     rest.is_empty()
@@ -275,7 +274,7 @@ fn is_plain_flow(line: &str) -> bool {
         (_, Some(rest)) => (rest, true),
         _ => return false,
     };
-    let Some(end) = lex::expression_end(condition.as_bytes(), 0).filter(|_| condition.starts_with('[')) else {
+    let Some(end) = lex::expression_end(condition.as_bytes()).filter(|_| condition.starts_with('[')) else {
         return false;
     };
     let after = &condition[end..];
@@ -363,14 +362,4 @@ pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
         },
         _ => c,
     }
-}
-
-/// A G word times ten; what is no such word becomes one that is not known.
-pub(super) fn code(v: f64) -> u32 {
-    let tenths = (v * 10.0).round();
-    if (v * 10.0 - tenths).abs() < 1e-6 && (0.0..99_990.0).contains(&tenths) { tenths as u32 } else { 99_999 }
-}
-
-pub(super) fn code_text(code: u32) -> String {
-    if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
 }

@@ -8,11 +8,11 @@
 
 use super::assignments::Assignments;
 use crate::script::Text;
+use crate::script::cursor::{Cursor, integer};
+use crate::script::fold::{self, Known, Part};
 use crate::script::number::{self, Style};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Deepest nesting that is read.
-const DEEPEST: usize = 32;
 /// Decimals of a folded number at least and at most.
 const DECIMALS: std::ops::RangeInclusive<u8> = 4..=6;
 
@@ -67,11 +67,9 @@ impl Variables {
     ///
     /// `assignment = "#" name "=" expression [comment]`
     fn value(&self, line: &[u8]) -> Option<f64> {
-        let from = line.iter().position(|&b| b == b'=')? + 1;
-        let mut read = Reader { line, at: from, known: self, depth: 0 };
-        let value = read.sum().filter(|v| v.is_finite())?;
-        let rest = line.get(read.at..)?.trim_ascii_start();
-        matches!(rest.first(), None | Some(b';' | b'(')).then_some(value)
+        let after = line.get(memchr::memchr(b'=', line)? + 1..)?;
+        let end = after.iter().position(|b| matches!(b, b';' | b'(')).unwrap_or(after.len());
+        fold::fold(&parts(after.get(..end)?.trim_ascii_end())?, self)
     }
 
     /// Control may come from elsewhere.
@@ -89,139 +87,22 @@ impl Variables {
 
     /// The value of what stands after a letter, and a style for its number.
     pub(super) fn fold(&self, expression: &[u8]) -> Option<(f64, Style)> {
-        let mut read = Reader { line: expression, at: 0, known: self, depth: 0 };
-        let value = read.one()?;
-        read.blanks();
-        if read.at < expression.len() || !value.is_finite() {
-            return None;
-        }
-        let off = |d: u8| (value - (value * 10f64.powi(d.into())).round() / 10f64.powi(d.into())).abs();
-        let decimals = DECIMALS.clone().find(|&d| off(d) < 1e-9).unwrap_or(*DECIMALS.end());
+        let value = fold::operand(&parts(expression)?, self)?;
+        let rounded = DECIMALS.map(|d| (d, number::rounded(value, d))).find(|(_, r)| (value - r).abs() < 1e-9);
         // the noise of sums is none of the program's
-        let rounded =
-            if off(decimals) < 1e-9 { number::write(value, Style::default(), decimals).parse().ok()? } else { value };
-        Some((rounded, Style { decimals, point: true, ..Style::default() }))
+        let (decimals, value) = rounded.unwrap_or((*DECIMALS.end(), value));
+        Some((value, Style { decimals, point: true, ..Style::default() }))
     }
 }
 
-/// The name of a variable at a `#`, and where it ends; `None`: it is computed.
-///
-/// `name = "#" ("<" {any} ">" | digit {digit})`
-fn name(line: &[u8], hash: usize) -> Option<(String, usize)> {
-    let rest = &line[hash + 1..];
-    match rest.first()? {
-        b'<' => {
-            let len = rest.iter().position(|&b| b == b'>')?;
-            let own = rest[1..len].iter().filter(|b| !b.is_ascii_whitespace()).map(|b| b.to_ascii_lowercase());
-            Some((format!("#<{}>", String::from_utf8_lossy(&own.collect::<Vec<u8>>())), hash + len + 2))
-        }
-        b'0'..=b'9' => {
-            let len = rest.iter().take_while(|b| b.is_ascii_digit()).count();
-            let n: u32 = std::str::from_utf8(&rest[..len]).ok()?.parse().ok()?;
-            Some((format!("#{n}"), hash + 1 + len))
-        }
-        _ => None,
-    }
-}
-
-/// An expression while it is read.
-struct Reader<'a> {
-    line: &'a [u8],
-    at: usize,
-    known: &'a Variables,
-    depth: usize,
-}
-
-impl Reader<'_> {
-    fn blanks(&mut self) {
-        while matches!(self.line.get(self.at), Some(b' ' | b'\t')) {
-            self.at += 1;
-        }
+impl Known for Variables {
+    fn name(&self, name: &str) -> Option<f64> {
+        self.values.get(name).copied()
     }
 
-    fn mark(&mut self, marks: &[u8]) -> Option<u8> {
-        self.blanks();
-        let mark = *self.line.get(self.at).filter(|b| marks.contains(b))?;
-        // `**` is a power, which is not read
-        if mark == b'*' && self.line.get(self.at + 1) == Some(&b'*') {
-            return None;
-        }
-        self.at += 1;
-        Some(mark)
-    }
-
-    /// `sum = product {("+" | "-") product}`
-    fn sum(&mut self) -> Option<f64> {
-        let mut value = self.product()?;
-        while let Some(m) = self.mark(b"+-") {
-            let next = self.product()?;
-            value = if m == b'+' { value + next } else { value - next };
-        }
-        Some(value)
-    }
-
-    /// `product = one {("*" | "/") one}`
-    fn product(&mut self) -> Option<f64> {
-        let mut value = self.one()?;
-        while let Some(m) = self.mark(b"*/") {
-            let next = self.one()?;
-            value = if m == b'*' { value * next } else { value / next };
-        }
-        Some(value)
-    }
-
-    /// `bracket = "[" sum "]"`
-    fn bracket(&mut self) -> Option<f64> {
-        self.mark(b"[")?;
-        let value = self.sum()?;
-        self.mark(b"]")?;
-        Some(value)
-    }
-
-    /// An operand.
-    ///
-    /// `one = ("+" | "-") one | bracket | name | number | function`
-    fn one(&mut self) -> Option<f64> {
-        self.depth += 1;
-        if self.depth > DEEPEST {
-            return None;
-        }
-        self.blanks();
-        let value = match *self.line.get(self.at)? {
-            m @ (b'+' | b'-') => {
-                self.at += 1;
-                let value = self.one()?;
-                Some(if m == b'-' { -value } else { value })
-            }
-            b'[' => self.bracket(),
-            b'#' => {
-                let (name, end) = name(self.line, self.at)?;
-                self.at = end;
-                self.known.values.get(&name).copied()
-            }
-            b'0'..=b'9' | b'.' => {
-                let rest = &self.line[self.at..];
-                let len = rest.iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
-                self.at += len;
-                number::read(&rest[..len]).map(|v| v.0)
-            }
-            b if b.is_ascii_alphabetic() => self.function(),
-            _ => None,
-        };
-        self.depth -= 1;
-        value
-    }
-
-    /// A function and its value.
-    ///
-    /// `function = ("SIN" | "COS" | "TAN" | "ABS" | "SQRT") bracket`
-    fn function(&mut self) -> Option<f64> {
-        let rest = &self.line[self.at..];
-        let len = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-        let name = String::from_utf8_lossy(&rest[..len]).to_ascii_uppercase();
-        self.at += len;
-        let value = self.bracket()?;
-        match name.as_str() {
+    /// `function = ("SIN" | "COS" | "TAN" | "ABS" | "SQRT") "[" expression "]"`
+    fn call(&self, name: &str, value: f64) -> Option<f64> {
+        match name {
             "SIN" => Some(value.to_radians().sin()),
             "COS" => Some(value.to_radians().cos()),
             "TAN" => Some(value.to_radians().tan()),
@@ -230,6 +111,48 @@ impl Reader<'_> {
             _ => None,
         }
     }
+}
+
+/// The parts of an expression; `None`: one of them is none that is read.
+///
+/// `expression = {blank | "+" | "-" | "*" | "/" | "[" | "]" | number | name | function}`,
+/// `name = "#" ("<" {any} ">" | digit {digit})`, `function = letter {letter}`
+fn parts(expression: &[u8]) -> Option<Vec<Part>> {
+    let mut cursor = Cursor::new(expression);
+    let mut found = Vec::new();
+    while let Some(b) = cursor.peek() {
+        let from = cursor.at();
+        cursor.skip(1);
+        found.push(match b {
+            b' ' | b'\t' => continue,
+            b'[' => Part::Mark(b'('),
+            b']' => Part::Mark(b')'),
+            b'+' | b'-' | b'*' | b'/' => Part::Mark(b),
+            b'#' => Part::Name(name(&mut cursor)?),
+            b'0'..=b'9' | b'.' => {
+                cursor.while_is(|b| b.is_ascii_digit() || b == b'.');
+                Part::Number(number::read(cursor.since(from))?.0)
+            }
+            _ if b.is_ascii_alphabetic() => {
+                cursor.letters();
+                Part::Name(String::from_utf8_lossy(cursor.since(from)).to_ascii_uppercase())
+            }
+            _ => return None,
+        });
+    }
+    Some(found)
+}
+
+/// The name of a variable after its `#`; `None`: it is computed.
+fn name(cursor: &mut Cursor) -> Option<String> {
+    let from = cursor.at();
+    if cursor.eat(b'<') {
+        cursor.past(b">").then_some(())?;
+        let own = cursor.since(from).iter().filter(|b| !b.is_ascii_whitespace()).map(|b| b.to_ascii_lowercase());
+        return Some(format!("#{}", String::from_utf8_lossy(&own.collect::<Vec<u8>>())));
+    }
+    let n: u32 = integer(cursor.digits())?;
+    Some(format!("#{n}"))
 }
 
 #[cfg(test)]

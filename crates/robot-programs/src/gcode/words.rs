@@ -1,10 +1,10 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
-use super::codes::{CANNED, HARMLESS, PROBES, SPLINES, TOUCHES};
+use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text};
 use super::goal::opaque;
 use super::lex::{self, Block, Word};
 use super::read::Reader;
-use super::survey::{AXES, Survey, code, code_text, has_axes, homes, work_frame};
+use super::survey::{Survey, has_axes, homes, work_frame};
 use crate::error::Result;
 use crate::script::{Break, StepKind};
 

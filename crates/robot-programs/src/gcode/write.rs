@@ -5,9 +5,8 @@
 //! an arc between ends that moved differently gets a centre that fits both. So the place after every block is the wanted one, and
 //! rounding never adds up.
 
-use super::goal::{self, MIXED};
 use super::lex::Word;
-use super::{Program, Statement, canonical};
+use super::statements::{MIXED, Program, Statement, canonical, most};
 use crate::axes::JointKind;
 use crate::decimal::POW10;
 use crate::error::{Error, Result};
@@ -259,7 +258,7 @@ impl Writer<'_> {
             let Some(want) = want[a] else { continue };
             let word = s.axis_word(a);
             let style = self.style(s, a);
-            let most = goal::most(self.kind(a), s.unit[a]).max(style.decimals);
+            let most = most(self.kind(a), s.unit[a]).max(style.decimals);
             let digit = self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a] / s.unit[a];
             let mut decimals = number::decimals_for(style, digit, most);
             let from = self.now[a];

@@ -5,10 +5,11 @@
 //! other, and steps that end an arc by a tag of their own, follow rules that differ by controller: these are left out, and so is
 //! everything that is not plain in such a group.
 
-use super::flow::{self, Flow, StillJobs};
+use super::flow::{self, Flow};
+use super::job::{Kind, Meaning, Position};
 use super::list::List;
-use super::read::{PROCESS, STANDS, STILL, sets_frame, upper, words};
-use super::{Kind, Meaning, Position};
+use super::words::{PROCESS, STANDS, STILL, sets_frame, upper, upper_words, words};
+use crate::script::called::Called;
 use crate::script::{Goal, PathKind, Script, StepKind, Text, number};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -30,7 +31,7 @@ enum Between {
 /// The lines of a job that are arcs of three steps, from line `begin` on; `overlaid`: what is laid over the path before each line.
 ///
 /// `arc = ("MOVJ" | "MOVL") ... {still} circular {still} circular {still} circular {still} move`
-pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &StillJobs, overlaid: &[u32]) -> Circles {
+pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid: &[u32]) -> Circles {
     let mut found = Circles::new();
     let labelled = label_leads_to_a_circular_step(text, begin, jobs);
     if list.foreign.is_some() {
@@ -64,7 +65,7 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &StillJobs, overl
         } else if !is_still(&word) || !sets_frame(text, k).is_empty() {
             // what is jumped to may be reached from an arc, too
             after_plain &= word == "JUMP";
-            let goes_on = match flow::read(&flow::upper_words(text, k)) {
+            let goes_on = match flow::read(&upper_words(text, k)) {
                 Flow::Jump { label: Some(_), .. } => labelled,
                 Flow::Jump { label: None, .. } => word == "JUMP",
                 Flow::Call(job) => jobs.waits(&job).is_none(),
@@ -82,10 +83,10 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &StillJobs, overl
 }
 
 /// Whether a circular step, or a job that may begin with one, may come first after a label.
-fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &StillJobs) -> bool {
+fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &Called) -> bool {
     let mut after_label = false;
     for k in begin..text.line_count() {
-        let words = flow::upper_words(text, k);
+        let words = upper_words(text, k);
         match (words.first().map(String::as_str), flow::read(&words)) {
             (_, Flow::Label(_)) => after_label = true,
             (Some(word), _) if after_label && word.ends_with("MOVC") => return true,

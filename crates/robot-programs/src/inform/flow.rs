@@ -3,12 +3,12 @@
 //!
 //! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
 
-use super::read::{begin_of, is_plain_move, stands, still, upper, words};
 use super::shared::job_name;
+use super::words::{begin_of, is_plain_move, stands, still, upper_words};
+use crate::script::called::{Called, Does};
 use crate::script::held::{self, Event};
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Flow {
@@ -65,67 +65,37 @@ pub(super) fn read(words: &[String]) -> Flow {
     }
 }
 
-/// Words of a line in upper case; none of a comment.
-pub(super) fn upper_words(text: &Text, k: usize) -> Vec<String> {
-    words(text, k).iter().map(|w| upper(text, w)).collect()
-}
-
-/// What a job does.
-#[derive(Debug, Clone, Default)]
-struct Does {
-    name: String,
-    moves: bool,
-    /// It holds a relative move.
-    counts: bool,
-    waits: bool,
-    calls: BTreeSet<String>,
-}
-
-impl Does {
-    /// Reads a job; one that cannot be read may do anything.
-    ///
-    /// `instruction = "CALL" job ... | "JUMP" job ... | flow | word {word}`
-    fn of(text: &Text) -> Self {
-        let (Some(name), Some(begin), false) = (job_name(text), begin_of(text), text.unread) else {
-            return Self { moves: true, ..Self::default() };
-        };
-        let mut does = Self { name, ..Self::default() };
-        for k in begin..text.line_count() {
-            let words = upper_words(text, k);
-            match read(&words) {
-                _ if words.is_empty() => {}
-                Flow::Call(name) => drop(does.calls.insert(name)),
-                // what the other job does is done here
-                Flow::Jump { label: None, .. } if words[0] == "JUMP" => {
-                    does.calls.extend(words.get(1).and_then(|w| job_of(w)));
-                }
-                Flow::Other if stands(&words[0]) => does.waits = true,
-                Flow::Other => {
-                    does.moves |= !still(text, k, &words);
-                    does.counts |= words[0].contains("IMOV");
-                }
-                _ => {}
+/// What a job does; one that cannot be read may do anything.
+///
+/// `instruction = "CALL" job ... | "JUMP" job ... | flow | word {word}`
+fn does(text: &Text) -> Does {
+    let (Some(name), Some(begin), false) = (job_name(text), begin_of(text), text.unread) else {
+        return Does { moves: true, ..Does::default() };
+    };
+    let mut does = Does { name, ..Does::default() };
+    for k in begin..text.line_count() {
+        let words = upper_words(text, k);
+        match read(&words) {
+            _ if words.is_empty() => {}
+            Flow::Call(name) => drop(does.calls.insert(name)),
+            // what the other job does is done here
+            Flow::Jump { label: None, .. } if words[0] == "JUMP" => {
+                does.calls.extend(words.get(1).and_then(|w| job_of(w)));
             }
+            Flow::Other if stands(&words[0]) => does.waits = true,
+            Flow::Other => {
+                does.moves |= !still(text, k, &words);
+                does.counts |= words[0].contains("IMOV");
+            }
+            _ => {}
         }
-        does
     }
+    does
 }
 
-/// Jobs beside one that move nothing, whether they wait; and those that may begin with a relative move.
-#[derive(Debug, Default)]
-pub(super) struct StillJobs {
-    waits: BTreeMap<String, bool>,
-    counts: BTreeSet<String>,
-}
-
-/// Jobs that hold a relative move, or run one that does.
-fn counting(all: &[Arc<Does>]) -> BTreeSet<String> {
-    let mut found: BTreeSet<String> = all.iter().filter(|d| d.counts).map(|d| d.name.clone()).collect();
-    loop {
-        let calls = |d: &&Arc<Does>| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
-        let Some(next) = all.iter().find(calls).map(|d| d.name.clone()) else { return found };
-        found.insert(next);
-    }
+/// What the jobs beside one do.
+pub(super) fn beside(texts: &[Text]) -> Called {
+    Called::of(&texts.iter().map(|t| t.known(does)).collect::<Vec<_>>())
 }
 
 /// Overlaid motions (bits, in the order of `overlaid`) that may be on before each line, whichever way the job came there; empty: never.
@@ -172,42 +142,11 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 
-impl StillJobs {
-    pub(super) fn of(beside: &[Text]) -> Self {
-        let all: Vec<_> = beside.iter().map(|t| t.known(Does::of)).collect();
-        let mut by_name: BTreeMap<&str, Option<&Does>> = BTreeMap::new();
-        for does in &all {
-            // two jobs of one name: which is loaded is not known
-            by_name.entry(&does.name).and_modify(|d| *d = None).or_insert((!does.moves).then_some(does));
-        }
-        let mut found: BTreeMap<String, bool> = BTreeMap::new();
-        // a job is still once all that it calls are; one that calls itself never is
-        loop {
-            let next = by_name.values().flatten().find_map(|d| {
-                let fresh = !found.contains_key(&d.name) && d.calls.iter().all(|c| found.contains_key(c));
-                fresh.then(|| (d.name.clone(), d.waits || d.calls.iter().any(|c| found[c])))
-            });
-            let Some((name, waits)) = next else { return Self { waits: found, counts: counting(&all) } };
-            found.insert(name, waits);
-        }
-    }
-
-    /// Whether the job of this name moves nothing, and then whether it waits.
-    pub(super) fn waits(&self, name: &str) -> Option<bool> {
-        self.waits.get(name).copied()
-    }
-
-    /// Whether the job of this name may begin with a relative move.
-    pub(super) fn counts(&self, name: &str) -> bool {
-        self.counts.contains(name)
-    }
-}
-
 /// Labels to which nothing jumps but from instructions between which and the label nothing moves: a job that waits there comes from
 /// where it stands.
 ///
 /// `instruction = flow | "JUMP" ... | {word | label}`
-pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &StillJobs) -> BTreeSet<String> {
+pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet<String> {
     let mut stretch = 0_u64;
     let mut defined: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut jumps: Vec<(String, Option<u64>)> = Vec::new();

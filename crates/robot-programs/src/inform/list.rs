@@ -1,7 +1,8 @@
 //! The list of positions with the headers in force at each of them, and its counts.
 
-use super::{Kind, Meaning, Position, Section};
+use super::job::{KINDS, Kind, Meaning, Position, Section};
 use crate::error::Result;
+use crate::script::cursor::unmarked;
 use crate::script::{Span, Text, number};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,7 +34,7 @@ impl List {
                 continue;
             }
             if !begun {
-                let line = line.strip_prefix(super::BYTE_ORDER_MARK).unwrap_or(line);
+                let line = unmarked(line);
                 if !line.eq_ignore_ascii_case(b"/JOB") {
                     return Err(text.bad(at, shown(line), "`/JOB`, the first line of an INFORM job"));
                 }
@@ -179,7 +180,7 @@ impl List {
                 Err(text.bad(at, "no `///NPOS`", "the counts of the positions"))
             };
         }
-        for ((kind, word), span) in super::KINDS.iter().zip(&self.counts) {
+        for ((kind, word), span) in KINDS.iter().zip(&self.counts) {
             let real = self.positions.iter().filter(|p| p.kind == *kind).count();
             let said = String::from_utf8_lossy(text.slice(span.clone())).parse::<usize>().ok();
             if said != Some(real) {

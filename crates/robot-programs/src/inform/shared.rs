@@ -4,10 +4,11 @@
 //! in force where no instruction sets another. So a variable may be edited where this job does not set it, no job beside it
 //! names it, and every job that any of them runs stands there; it is then known as well as a C position.
 
-use super::Kind;
-use super::read::{STARTS, is_known, is_plain_move, upper, words};
-use crate::files::{Folders, of_folder};
+use super::job::Kind;
+use super::words::{STARTS, is_known, is_plain_move, upper_words};
+use crate::files::{self, Folders, of_folder};
 use crate::script::Text;
+use crate::script::cursor::strip_word;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,9 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let own = std::fs::read(path).unwrap_or_default();
     if !moves_to_variables(&own) {
-        return called_files(path, folder, &own, seen);
+        let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
+        let look = || of_folder(folder, usize::MAX).into_iter().filter(is_job).collect();
+        return files::called(path, called(&own), called, || seen.of("inform", folder, look));
     }
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
     let own = path.file_name();
@@ -28,31 +31,6 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     }
     here.into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
 }
-
-/// Files beside a job that hold the jobs that it calls, and those that these call.
-fn called_files(path: &Path, folder: &Path, own: &[u8], seen: &Folders) -> Vec<PathBuf> {
-    let mut open = called(own);
-    if open.is_empty() {
-        return Vec::new();
-    }
-    let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
-    let here = seen.of("inform", folder, || of_folder(folder, usize::MAX).into_iter().filter(is_job).collect());
-    let (mut found, mut asked) = (BTreeSet::new(), BTreeSet::new());
-    while let Some(name) = open.pop_first() {
-        if found.len() >= MOST_CALLED || !asked.insert(name.clone()) {
-            continue;
-        }
-        let stem = |p: &Path| p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(name.as_str()));
-        for file in here.iter().filter(|p| stem(p) && *p != path) {
-            open.extend(called(&std::fs::read(file).unwrap_or_default()));
-            found.insert(file.clone());
-        }
-    }
-    found.into_iter().collect()
-}
-
-/// Most jobs that one may call, itself or by others.
-const MOST_CALLED: usize = 256;
 
 /// Names after `CALL JOB:`, in upper case.
 ///
@@ -126,7 +104,7 @@ impl Shared {
         if !own && let Some((Kind::P, n, _)) = Kind::read(head) {
             self.named.insert(n);
         }
-        let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
+        let words = upper_words(text, k);
         // an instruction may stand after a label
         let first = words.iter().find(|w| !w.starts_with('*'));
         let Some(first) = first.map(String::as_str) else { return };
@@ -221,10 +199,8 @@ pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
 ///
 /// `name = "//NAME" name`
 pub(super) fn job_name(text: &Text) -> Option<String> {
-    let line = (0..text.line_count().min(8))
-        .map(|k| text.line(k).trim_ascii())
-        .find(|l| l.get(..6).is_some_and(|head| head.eq_ignore_ascii_case(b"//NAME")))?;
-    Some(String::from_utf8_lossy(line[6..].trim_ascii()).to_ascii_uppercase())
+    let line = (0..text.line_count().min(8)).find_map(|k| strip_word(text.line(k).trim_ascii(), b"//NAME"))?;
+    Some(String::from_utf8_lossy(line.trim_ascii()).to_ascii_uppercase())
 }
 
 #[cfg(test)]

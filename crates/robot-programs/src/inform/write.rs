@@ -7,16 +7,13 @@
 //! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number
 //! that stands anywhere changes its meaning, the numbers rise through the list, and `///NPOS` grows.
 
-use super::read::ANGLE_DECIMALS;
-use super::{Job, Kind, Meaning, Section, Statement, ends};
-use crate::error::{Error, Result};
-use crate::script::{EditRef, Edits, NewPoint, Patch, Patches, PathKind, StepKind, number};
-use std::collections::BTreeMap;
+mod corners;
+mod lines;
 
-/// Corner of each position level, m, as the factory sets it.
-const LEVELS_M: [f64; 9] = [0.0, 0.0125, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5];
-/// Smallest corner radius `CR=`, mm.
-const LEAST_CR_MM: f64 = 1.0;
+use super::job::{ANGLE_DECIMALS, Job, Kind, Meaning, Section, Statement, ends};
+use crate::error::{Error, Result};
+use crate::script::{EditRef, Edits, Patch, Patches, StepKind, number};
+use std::collections::BTreeMap;
 
 /// New texts of a line's numbers; what is not named stays.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -274,35 +271,6 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// A new line like `model` with other numbers; its name.
-    fn add(&mut self, step: usize, model: usize, form: &Form) -> Result<String> {
-        let job = self.job;
-        let text = &job.script.texts[0];
-        let position = &job.positions[model];
-        if let Some(header) = self.ends.get(&position.kind).and_then(|end| position.section.lacks(end)) {
-            let why = format!("no {header} before its position, which a new one after the others would get");
-            return Err(self.refused(step, &why));
-        }
-        let of_kind = job.positions.iter().filter(|p| p.kind == position.kind);
-        let next = self.next.entry(position.kind);
-        let number = *next.and_modify(|n| *n += 1).or_insert_with(|| of_kind.map(|p| p.number).max().unwrap_or(0) + 1);
-        let name = format!("{}{number:0w$}", position.kind.word(), w = position.digits);
-        if name.len() > position.kind.word().len() + position.digits {
-            return Err(self.refused(step, &format!("no number is left for a new {} position", position.kind.word())));
-        }
-        let line = text.line_span(position.line);
-        let mut bytes = name.clone().into_bytes();
-        let equals = text.slice(line.clone()).iter().position(|&b| b == b'=').unwrap_or(0);
-        let mut at = line.start + equals;
-        for (n, span) in position.numbers.iter().enumerate() {
-            bytes.extend_from_slice(text.slice(at..span.start()));
-            bytes.extend_from_slice(form.get(n).map_or(text.slice(*span), str::as_bytes));
-            at = span.end();
-        }
-        self.new.push(NewLine { kind: position.kind, number, section: position.section, text: bytes, model });
-        Ok(name)
-    }
-
     /// The new moves before a step.
     fn points(&mut self, step: usize, edit: EditRef) -> Result<()> {
         let Some(statement) = self.statement(step) else { return Ok(()) };
@@ -322,149 +290,5 @@ impl<'a> Writer<'a> {
             self.patches.push(Patch::new(0, at..at, line));
         }
         Ok(())
-    }
-
-    /// Speed and the like of a new point, with the finest corner that fits. Where the move gives no corner, neither does the new
-    /// point: the controller's own choice holds for both.
-    fn tags(&self, step: usize, statement: &Statement, point: &NewPoint) -> String {
-        let mut out = String::new();
-        // a copy of an exact stop stops, but a straight TCP move is not stopped on its way
-        let kind = self.job.script.steps.get(step).map(|s| &s.kind);
-        let straight = matches!(kind, Some(StepKind::Move(m)) if m.path == PathKind::Linear);
-        let corner = |stops: bool| {
-            if stops && !straight {
-                "PL=0".into()
-            } else if point.clearance_m >= LEVELS_M[1] {
-                "PL=1".into()
-            } else if straight && self.knows_radii() {
-                radius("", point.clearance_m)
-            } else {
-                "PL=0".to_string()
-            }
-        };
-        for tag in &statement.tags {
-            let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span)).into_owned();
-            out.push(' ');
-            match tag.key {
-                "PL" => out.push_str(&corner(level(&word) == Some(0))),
-                "CR" => out.push_str(&radius(&word, point.clearance_m)),
-                _ => out.push_str(&word),
-            }
-        }
-        out
-    }
-
-    /// Corner radii are written on a controller only if the job has some: older ones do not know them.
-    fn knows_radii(&self) -> bool {
-        self.job.statements.values().flat_map(|s| &s.tags).any(|t| t.key == "CR")
-    }
-
-    /// Narrows the corner at a move's own goal. A move that gives none keeps none: no size may be chosen for it.
-    fn blend(&mut self, step: usize, edit: EditRef) {
-        let (Some(at_most), Some(statement)) = (edit.blend_at_most_m, self.statement(step)) else { return };
-        let text = &self.job.script.texts[0];
-        let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
-        let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
-        let word = String::from_utf8_lossy(text.slice(tag.span)).into_owned();
-        // a size that is computed stays: any number in its place may be a wider corner
-        if word.split_once('=').is_none_or(|w| w.1.parse::<f64>().is_err()) {
-            return;
-        }
-        let new = match (tag.key, level(&word)) {
-            ("CR", _) => radius(&word, at_most),
-            (_, Some(own)) if own <= fits => word.clone(),
-            _ => format!("PL={fits}"),
-        };
-        if new != word {
-            self.patches.push(Patch::new(0, tag.span, new));
-        }
-    }
-
-    /// New lines after the last of their kind, under the right headers.
-    fn lines(&mut self) {
-        let text = &self.job.script.texts[0];
-        let mut by_kind: BTreeMap<Kind, Vec<&NewLine>> = BTreeMap::new();
-        for line in &self.new {
-            by_kind.entry(line.kind).or_default().push(line);
-        }
-        for (kind, mut lines) in by_kind {
-            lines.sort_by_key(|l| l.number);
-            let Some(last) = self.job.positions.iter().rfind(|p| p.kind == kind) else { continue };
-            let at = text.line_span(last.line);
-            let ending = text.ending(at.start);
-            let mut bytes = Vec::new();
-            let mut now = last.section;
-            for line in &lines {
-                let joints = matches!(line.section.meaning, Meaning::Pulse | Meaning::Angle);
-                self.headers(&mut bytes, &mut now, line.section, !joints, ending);
-                // what the model line has after its numbers is its own
-                debug_assert_eq!(self.job.positions[line.model].kind, kind);
-                bytes.extend_from_slice(&line.text);
-                bytes.extend_from_slice(ending);
-            }
-            if self.job.positions.iter().any(|p| p.line > last.line) {
-                self.headers(&mut bytes, &mut now, last.section, true, ending);
-            }
-            self.patches.push(Patch::new(0, at.end..at.end, bytes));
-        }
-    }
-
-    /// Headers that lead from the section `now` to another; `pose`: also those that joint values do not need.
-    fn headers(&self, bytes: &mut Vec<u8>, now: &mut Section, to: Section, pose: bool, ending: &[u8]) {
-        let text = &self.job.script.texts[0];
-        let words = |line: Option<u32>| line.map(|k| text.line(k as usize).trim_ascii());
-        let mut say = |line: Option<u32>| {
-            if let Some(k) = line {
-                bytes.extend_from_slice(text.line(k as usize).trim_ascii());
-                bytes.extend_from_slice(ending);
-            }
-        };
-        let joints = matches!(to.meaning, Meaning::Pulse | Meaning::Angle);
-        let postype = words(now.postype) != words(to.postype) || words(now.form) != words(to.form);
-        if pose && words(now.user) != words(to.user) {
-            say(to.user);
-            now.user = to.user;
-        }
-        if words(now.tool) != words(to.tool) {
-            say(to.tool);
-            now.tool = to.tool;
-        }
-        if postype {
-            say(to.postype);
-            say(to.form);
-            (now.meaning, now.postype, now.form) = (to.meaning, to.postype, to.form);
-        }
-        if pose && ((postype && !joints) || words(now.rconf) != words(to.rconf)) {
-            say(to.rconf);
-            now.rconf = to.rconf;
-        }
-    }
-
-    fn counts(&mut self) {
-        let text = &self.job.script.texts[0];
-        for (k, (kind, _)) in super::KINDS.iter().enumerate() {
-            let more = self.new.iter().filter(|l| l.kind == *kind).count();
-            let Some(span) = self.job.counts.get(k).filter(|_| more > 0) else { continue };
-            let own = String::from_utf8_lossy(text.slice(span.clone())).parse::<usize>().unwrap_or(0);
-            self.patches.push(Patch::new(0, span.clone(), (own + more).to_string()));
-        }
-    }
-}
-
-/// `PL=2`.
-fn level(word: &str) -> Option<usize> {
-    word.split_once('=')?.1.parse().ok()
-}
-
-/// `CR=` no wider than `at_most_m`; an exact stop where that is less than the least.
-fn radius(word: &str, at_most_m: f64) -> String {
-    let own = word.split_once('=').and_then(|w| w.1.parse::<f64>().ok()).unwrap_or(f64::INFINITY);
-    let fits = (at_most_m * 1e4).floor() * 0.1;
-    if own <= fits {
-        word.to_string()
-    } else if fits < LEAST_CR_MM {
-        "PL=0".into()
-    } else {
-        format!("CR={fits:.1}")
     }
 }

@@ -148,7 +148,7 @@ impl Aggregate {
         let form = PoseForm::EulerZyx;
         let value = |(k, name): (usize, &&str)| {
             let (span, value, style) = self.component(name)?.value.clone()?;
-            let (unit, digit) = (form.unit(k), 10_f64.powi(-i32::from(style.decimals)));
+            let (unit, digit) = (form.unit(k), number::last_digit(style.decimals));
             let finest = finest(value).min(digit) * unit;
             Some(Some(Value { si: value * unit, start: span.start, end: span.end, style, digit: digit * unit, finest }))
         };

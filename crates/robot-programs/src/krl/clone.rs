@@ -3,13 +3,16 @@
 use super::aggregate::Aggregate;
 use super::form::{Reference, references};
 use super::lex::{Kind, tokens, upper};
+use super::motion::Motion;
 use super::name::Name;
-use super::write::{Change, motion_of, place, texts};
-use super::{Motion, Program, Source};
+use super::program::{Program, Source};
 use crate::error::{Error, Result};
 use crate::script::{Patch, Patches, Text};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
+
+/// Numbers of a point and their new text.
+pub(super) type Change = Vec<(Range<usize>, String)>;
 
 /// KRL's longest name.
 const LONGEST: usize = 24;
@@ -77,15 +80,8 @@ fn renamed(text: &Text, line: usize, name: &str, new: &str) -> Vec<u8> {
     let mut words = Vec::new();
     tokens(text, line, &mut words);
     let span = text.line_span(line);
-    let mut out = Vec::new();
-    let mut from = span.start;
-    for t in words.iter().filter(|t| t.kind == Kind::Word && upper(text, t) == name) {
-        out.extend_from_slice(text.slice(from..t.start));
-        out.extend_from_slice(new.as_bytes());
-        from = t.end;
-    }
-    out.extend_from_slice(text.slice(from..span.start + text.line(line).len()));
-    out
+    let same = words.iter().filter(|t| t.kind == Kind::Word && upper(text, t) == name);
+    text.substituted(span.start..span.start + text.line(line).len(), same.map(|t| (t.span(), new)))
 }
 
 /// Declares a point anew with other values, or gives its values in line where it is a variable of the routine.
@@ -98,7 +94,7 @@ pub(super) fn clone(
     out: &mut Patches,
 ) -> Result<Clone> {
     let parting = Parting::of(program, step, target)?;
-    let values = replaced(texts(program, parting.value.file)?, &parting.value.span, change);
+    let values = replaced(program.text(parting.value.file)?, &parting.value.span, change);
     if parting.is_in_line()? {
         return Ok(Clone::Inline(values));
     }
@@ -106,7 +102,7 @@ pub(super) fn clone(
     let (file, line) = parting.place_of_clone()?;
     let mut lines = vec![parting.declaration(&new.point, &values)?];
     lines.extend(parting.frame_data(&new)?);
-    below(texts(program, file)?, file, line, &lines, out);
+    below(program.text(file)?, file, line, &lines, out);
     Ok(Clone::Name { old: parting.name.text.clone(), new: new.point })
 }
 
@@ -132,7 +128,7 @@ impl<'a> Parting<'a> {
         let Some(Source::Name(n)) = program.sources.get(target) else { return Err(refused("the point has no name")) };
         let name = &program.data.names[*n as usize];
         let value = name.value().map_err(|_| refused("the point's value is not certain"))?;
-        Ok(Self { program, step, target, motion: motion_of(program, step)?, name, value })
+        Ok(Self { program, step, target, motion: program.motion(step)?, name, value })
     }
 
     fn refused(&self, why: &str) -> Error {
@@ -167,7 +163,7 @@ impl<'a> Parting<'a> {
         }
         // the form may write the name in another case than its declaration
         let spelled =
-            fold.map(|fold| Ok(shown(texts(self.program, 0)?, fold, self.motion.line(), self.body()))).transpose()?;
+            fold.map(|fold| Ok(shown(self.program.text(0)?, fold, self.motion.line(), self.body()))).transpose()?;
         let stem = taken
             .fresh(spelled.as_deref().unwrap_or(self.body()), fold.is_some())
             .ok_or_else(|| self.refused("no name is free for a clone of the point"))?;
@@ -187,7 +183,7 @@ impl<'a> Parting<'a> {
     /// `DECL E6AXIS XP1_2={A1 ...}`.
     fn declaration(&self, point: &str, values: &[u8]) -> Result<Vec<u8>> {
         let mut line = b"DECL ".to_vec();
-        line.extend_from_slice(texts(self.program, self.name.file)?.slice(self.name.type_word.clone()));
+        line.extend_from_slice(self.program.text(self.name.file)?.slice(self.name.type_word.clone()));
         line.extend_from_slice(format!(" {point}=").as_bytes());
         line.extend_from_slice(values);
         Ok(line)
@@ -197,7 +193,7 @@ impl<'a> Parting<'a> {
     fn frame_data(&self, new: &NewName) -> Result<Option<Vec<u8>>> {
         let Some(fold) = self.motion.fold() else { return Ok(None) };
         let framed = |r: &Reference| r.head.is_some_and(|h| h.eq_ignore_ascii_case(&b'F'));
-        let text = texts(self.program, 0)?;
+        let text = self.program.text(0)?;
         if !references(text, fold, self.motion.line(), self.body()).iter().any(framed) {
             return Ok(None);
         }
@@ -206,7 +202,7 @@ impl<'a> Parting<'a> {
         let Some(&(file, at)) = self.program.data.frames.get(&frame) else {
             return Err(refused("is not declared in the data list"));
         };
-        let from = texts(self.program, file)?;
+        let from = self.program.text(file)?;
         if from.context && words_of(from, at).iter().any(|w| w == "GLOBAL") {
             return Err(refused("another module declares GLOBAL"));
         }
@@ -216,8 +212,8 @@ impl<'a> Parting<'a> {
 
 fn refused(program: &Program, step: usize, target: usize, why: &str) -> Error {
     let uses = program.script.uses().get(target).cloned().unwrap_or_default();
-    let uses: Vec<String> = uses.into_iter().map(|s| place(program, s)).collect();
-    Error::Refused(format!("{}: {why}; it is used at {}", place(program, step), uses.join(", ")))
+    let uses: Vec<String> = uses.into_iter().map(|s| program.place(s)).collect();
+    Error::Refused(format!("{}: {why}; it is used at {}", program.place(step), uses.join(", ")))
 }
 
 /// The program's own data list, and the line before its `ENDDAT`.
@@ -256,16 +252,9 @@ fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Patche
 
 /// An aggregate's text with other numbers.
 pub(super) fn replaced(text: &Text, whole: &Range<usize>, change: &Change) -> Vec<u8> {
-    let mut change: Vec<_> = change.iter().collect();
+    let mut change = change.clone();
     change.sort_by_key(|c| c.0.start);
-    let (mut out, mut at) = (Vec::new(), whole.start);
-    for (span, new) in change {
-        out.extend_from_slice(text.slice(at..span.start));
-        out.extend_from_slice(new.as_bytes());
-        at = span.end;
-    }
-    out.extend_from_slice(text.slice(at..whole.end));
-    out
+    text.substituted(whole.clone(), change)
 }
 
 /// The point's name as the fold's line writes it.
@@ -277,7 +266,7 @@ fn shown(text: &Text, fold: usize, to: usize, name: &str) -> String {
 
 /// Makes a motion lead to a clone: the whole fold of an inline form, else the goal alone.
 pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Patches) -> Result<()> {
-    let motion = motion_of(program, step)?;
+    let motion = program.motion(step)?;
     let (old, new) = match clone {
         Clone::Inline(values) => {
             out.push(Patch::new(0, motion.point, values.clone()));
@@ -293,9 +282,9 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Pat
     let following = program.motions.after(step).is_some_and(|m| m.fold() == Some(fold));
     if before || following {
         let why = "its inline form holds several motions, and the point must part from its other uses";
-        return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+        return Err(Error::Refused(format!("{}: {why}", program.place(step))));
     }
-    let text = texts(program, 0)?;
+    let text = program.text(0)?;
     let (old, new) = (&old[1..], &new[1..]);
     let head = text.line_span(fold);
     let mut named = false;
@@ -309,5 +298,5 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Pat
         return Ok(());
     }
     let why = "its inline form names another point than its motion; put them in order first";
-    Err(Error::Refused(format!("{}: {why}", place(program, step))))
+    Err(Error::Refused(format!("{}: {why}", program.place(step))))
 }

@@ -2,10 +2,10 @@
 
 use super::aggregate::{Aggregate, aggregate};
 use super::calls::calls;
+use super::frame::numbered_field;
 use super::lex::{Kind, Token, first_word, in_upper, index, tokens, upper};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
-use super::settings::numbered_field;
 use super::statement::{assignment, comma, declaration, is_routine, item, may_declare, statements};
 use crate::error::Result;
 use crate::script::Text;

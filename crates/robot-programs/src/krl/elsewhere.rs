@@ -10,6 +10,7 @@ use super::lex::{Kind, Token, tokens, upper};
 use super::project::is_read;
 use super::statement::{assignment, declaration, is_routine, statements};
 use crate::script::Text;
+use crate::script::lex::outside;
 use std::collections::HashSet;
 
 impl Data {
@@ -208,15 +209,6 @@ fn of_module(texts: &[Text], text: &Text) -> HashSet<String> {
 ///
 /// `declaration = ... type name ["=" value] {"," name ["=" value]}`
 fn declared(text: &Text, line: &[Token], at: usize) -> Vec<String> {
-    let mut depth = 0_usize;
-    let mut names = Vec::new();
-    for (i, t) in line.iter().enumerate().skip(at + 1) {
-        match t.kind {
-            Kind::Mark(b'{' | b'[' | b'(') => depth += 1,
-            Kind::Mark(b'}' | b']' | b')') => depth = depth.saturating_sub(1),
-            Kind::Word if depth == 0 && (i == at + 1 || line[i - 1].is(b',')) => names.push(upper(text, t)),
-            _ => {}
-        }
-    }
-    names
+    let name = |k: &usize| line[*k].kind == Kind::Word && (*k == at + 1 || line[*k - 1].is(b','));
+    outside(at + 1..line.len(), |k| line[k].mark()).filter(name).map(|k| upper(text, &line[k])).collect()
 }

@@ -5,7 +5,7 @@
 //! all of them, from their start; what it ends without having begun it, too.
 
 use super::lex::{Kind, Token, first_word, tokens, upper};
-use super::statement::is_routine;
+use super::statement::{is_label, is_routine};
 use crate::script::Text;
 use crate::script::held::{self, Event};
 
@@ -95,7 +95,7 @@ fn event(text: &Text, line: &[Token], word: &str) -> Event {
         "ENDIF" | "ENDSWITCH" | "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => Event::Close,
         "EXIT" => Event::Leave,
         "GOTO" => Event::Jump(line.get(1).map(|t| upper(text, t))),
-        _ if line.len() == 2 && line[0].kind == Kind::Word && line[1].is(b':') => Event::Label(word.to_string()),
+        _ if is_label(line) => Event::Label(word.to_string()),
         _ => Event::Other,
     }
 }

@@ -1,6 +1,7 @@
 //! Tokens of a line. KRL has one statement a line; `;` begins a comment; words have no case.
 
 use crate::script::Text;
+use crate::script::cursor::{Cursor, integer};
 use crate::script::lex::upper_of;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -25,6 +26,11 @@ pub(super) struct Token {
 }
 
 impl Token {
+    /// The byte of a mark.
+    pub fn mark(&self) -> Option<u8> {
+        if let Kind::Mark(b) = self.kind { Some(b) } else { None }
+    }
+
     pub fn span(&self) -> Range<usize> {
         self.start..self.end
     }
@@ -39,14 +45,16 @@ fn word_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_' || b == b'$' || !b.is_ascii()
 }
 
+/// `blank = " " | tab | ... | the byte 0x1A`, with which files of old controllers end
+fn is_blank(b: u8) -> bool {
+    b.is_ascii_whitespace() || b == 0x1a
+}
+
 /// The word with which line `k` begins; empty: it begins with none.
 pub(super) fn first_word(text: &Text, k: usize) -> &[u8] {
-    let bytes = text.line(k);
-    let bytes = if k == 0 { bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes) } else { bytes };
-    let start = bytes.iter().take_while(|b| b.is_ascii_whitespace() || **b == 0x1a).count();
-    let bytes = bytes.get(start..).unwrap_or_default();
-    let len = bytes.iter().take_while(|b| word_byte(**b)).count();
-    bytes.get(..len).unwrap_or_default()
+    let mut cursor = Cursor::of_line(text, k);
+    cursor.while_is(is_blank);
+    cursor.while_is(word_byte)
 }
 
 /// The tokens of line `k` into `out`.
@@ -57,48 +65,38 @@ pub(super) fn first_word(text: &Text, k: usize) -> &[u8] {
 pub(super) fn tokens(text: &Text, k: usize, out: &mut Vec<Token>) {
     out.clear();
     let start = text.line_span(k).start;
-    let bytes = text.line(k);
-    let bytes_from = if k == 0 && bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-    let mut at = bytes_from;
-    while at < bytes.len() {
-        let b = bytes[at];
-        let rest = &bytes[at..];
-        let (kind, len) = if b.is_ascii_whitespace() || b == 0x1a {
-            at += 1;
-            continue;
-        } else if b == b';' {
-            (Kind::Comment, rest.len())
-        } else if b == b'"' || b == b'\'' {
-            (Kind::Quoted, memchr::memchr(b, &rest[1..]).map_or(rest.len(), |n| n + 2))
-        } else if b.is_ascii_digit() || (b == b'.' && rest.get(1).is_some_and(u8::is_ascii_digit)) {
-            (Kind::Number, number_len(rest))
-        } else if word_byte(b) {
-            (Kind::Word, rest.iter().take_while(|b| word_byte(**b)).count())
-        } else {
-            (Kind::Mark(b), 1)
+    let mut cursor = Cursor::of_line(text, k);
+    cursor.while_is(is_blank);
+    while let Some(b) = cursor.peek() {
+        let from = cursor.at();
+        let kind = match b {
+            b';' => {
+                cursor.end();
+                Kind::Comment
+            }
+            b'"' | b'\'' => {
+                cursor.skip(1);
+                if !cursor.past(&[b]) {
+                    cursor.end();
+                }
+                Kind::Quoted
+            }
+            _ if cursor.begins_number() => {
+                cursor.decimal();
+                Kind::Number
+            }
+            _ if word_byte(b) => {
+                cursor.while_is(word_byte);
+                Kind::Word
+            }
+            _ => {
+                cursor.skip(1);
+                Kind::Mark(b)
+            }
         };
-        out.push(Token { kind, start: start + at, end: start + at + len });
-        at += len;
+        out.push(Token { kind, start: start + from, end: start + cursor.at() });
+        cursor.while_is(is_blank);
     }
-}
-
-/// Length of a number: digits, point, digits, exponent.
-///
-/// `number = {digit} ["." {digit}] [("E" | "e") ["+" | "-"] digit {digit}]`
-fn number_len(bytes: &[u8]) -> usize {
-    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
-    let mut len = digits(0);
-    if bytes.get(len) == Some(&b'.') {
-        len += 1 + digits(len + 1);
-    }
-    if matches!(bytes.get(len), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(bytes.get(len + 1), Some(b'+' | b'-')));
-        let exponent = digits(len + 1 + sign);
-        if exponent > 0 {
-            len += 1 + sign + exponent;
-        }
-    }
-    len
 }
 
 /// A word in upper case.
@@ -119,5 +117,5 @@ pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usiz
     if !(open.is(b'[') && close.is(b']') && n.kind == Kind::Number) {
         return None;
     }
-    Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
+    Some((integer(text.slice(n.span()))?, at + 3))
 }

@@ -12,9 +12,9 @@
 //! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`statement`] the parts of a statement; [`data`] declarations; [`elsewhere`]
 //! what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
 //! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds,
-//! sensors; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`relative`] relative motions; [`led`] what leads the robot
+//! sensors; [`settings`] speeds and frames in force, with [`lists`] of the controller and values of a [`frame`]; [`target`] axis values; [`product`] products of frames; [`relative`] relative motions; [`led`] what leads the robot
 //! away from its points;
-//! [`read`] makes the script (motions in `read/moves.rs`, blocks and calls in `read/flow.rs`); [`write`] the patches; [`clone`] a point's
+//! [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's
 //! second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
@@ -46,12 +46,15 @@ mod clone;
 mod data;
 mod elsewhere;
 mod form;
+mod frame;
 mod going;
 mod led;
 mod lex;
+mod lists;
 mod motion;
 mod name;
 mod product;
+mod program;
 mod project;
 mod read;
 mod relative;
@@ -67,12 +70,11 @@ mod props;
 mod tests;
 
 use super::files::{Files, Folders};
-use super::script::blocks::BySteps;
-use super::script::{Document, Edits, Format, Patches, Script, Span, Text};
-use crate::axes::{Axes, JointKind};
+use super::script::cursor::unmarked;
+use super::script::{Document, Edits, Format, Patches, Script, Text};
+use crate::axes::Axes;
 use crate::error::Result;
-use data::Data;
-use motion::Motion;
+use program::Program;
 use std::path::{Path, PathBuf};
 
 /// KUKA KRL (`.src` with its `.dat`).
@@ -92,7 +94,7 @@ impl Format for Krl {
     }
 
     fn recognises(&self, bytes: &[u8]) -> bool {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let bytes = unmarked(bytes);
         for line in bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).take(200) {
             let upper = line.get(..line.len().min(16)).unwrap_or_default().to_ascii_uppercase();
             if upper.is_empty() || upper.starts_with(b";") {
@@ -140,27 +142,6 @@ fn companion(path: &Path, there: &dyn Fn(&Path) -> bool) -> Option<PathBuf> {
     let stems = [stem.to_string(), stem.to_lowercase(), stem.to_uppercase(), capital];
     let names = ["dat", "DAT", "Dat", "dat.gz"].iter().flat_map(|e| stems.iter().map(move |s| format!("{s}.{e}")));
     names.map(|n| path.with_file_name(n)).find(|p| there(p))
-}
-
-/// Where a target's numbers stand.
-enum Source {
-    /// In the motion: file, and bytes of the aggregate.
-    Inline(u16, Span),
-    /// In the declaration (or the only assignment) of a name.
-    Name(u32),
-}
-
-/// A program that has been read.
-struct Program {
-    script: Script,
-    kinds: Vec<JointKind>,
-    /// Axis names as KRL has them: A1, ..., A6, E1, ...
-    axes: Vec<String>,
-    /// By step.
-    motions: BySteps<Motion>,
-    data: Data,
-    /// One per target.
-    sources: Vec<Source>,
 }
 
 impl Document for Program {

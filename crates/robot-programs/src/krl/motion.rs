@@ -1,6 +1,7 @@
 //! A motion instruction: `PTP XP1 C_PTP`, `SPTP {A1 5} WITH $VEL_AXIS[1]=SVEL_JOINT(50)`, `CIRC XAUX, XP2, CA 180`.
 
 use super::lex::{Kind, Token};
+use crate::script::lex::outside;
 use crate::script::{PathKind, Span, Text};
 
 /// Where a motion stands.
@@ -84,16 +85,7 @@ pub(super) fn stands(text: &Text, line: &[Token]) -> bool {
 ///
 /// `motion = keyword via "," goal`
 pub(super) fn second(line: &[Token]) -> Option<usize> {
-    let mut depth = 0_usize;
-    for (i, t) in line.iter().enumerate() {
-        match t.kind {
-            Kind::Mark(b'{' | b'(' | b'[') => depth += 1,
-            Kind::Mark(b'}' | b')' | b']') => depth = depth.saturating_sub(1),
-            Kind::Mark(b',') if depth == 0 => return Some(i + 1),
-            _ => {}
-        }
-    }
-    None
+    outside(0..line.len(), |k| line[k].mark()).find(|k| line[*k].is(b',')).map(|k| k + 1)
 }
 
 /// Whether the goal ends before token `at`: nothing follows but `C_PTP`, `WITH` or `, CA`.

@@ -99,3 +99,10 @@ pub(super) fn assignment(line: &[Token]) -> Option<usize> {
     }
     None
 }
+
+/// A place that GOTO names.
+///
+/// `label = name ":"`
+pub(super) fn is_label(line: &[Token]) -> bool {
+    matches!(line, [name, colon] if name.kind == Kind::Word && colon.is(b':'))
+}

@@ -1,19 +1,18 @@
 //! Edits as patches: numbers of goals, cloned points, new motions in line.
 
 use super::aggregate::{finest, most_decimals};
-use super::clone::{Clone, Taken, clone, refer, replaced, words};
+use super::clone::{Change, Clone, Taken, clone, refer, replaced, words};
 use super::form;
 use super::lex::tokens;
-use super::{Motion, Program, Source};
+use super::motion::Motion;
+use super::program::{Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
+use crate::script::cursor::strip_word;
 use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, number};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
-
-/// Numbers of a point and their new text.
-pub(super) type Change = Vec<(Range<usize>, String)>;
 
 pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     let mut out = Patches::with_capacity(edits.steps.likely_patches());
@@ -42,19 +41,6 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
         Some((step, format!("its inline form cannot take a clone of {}, which other uses need as it is", name.text)))
     };
     edits.steps.iter().filter_map(alone).collect()
-}
-
-pub(super) fn place(program: &Program, step: usize) -> String {
-    program.script.steps.get(step).map(|s| program.script.place(s.at).to_string()).unwrap_or_default()
-}
-
-pub(super) fn motion_of(program: &Program, step: usize) -> Result<&Motion> {
-    let no = || Error::Refused(format!("{}: this motion cannot be rewritten", place(program, step)));
-    program.motions.get(step).ok_or_else(no)
-}
-
-pub(super) fn texts(program: &Program, file: usize) -> Result<&Text> {
-    program.script.texts.get(file).ok_or_else(|| Error::Refused("a text that is not there".into()))
 }
 
 /// An axis value in deg or mm, after what stands in `out`.
@@ -157,12 +143,12 @@ fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a
         };
         if edit.as_joint_moves {
             let why = "a Cartesian motion is not written as joint motions";
-            return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+            return Err(Error::Refused(format!("{}: {why}", program.place(step))));
         }
         let Some(numbers) = edit.goal else { continue };
         let (Some(target), None) = (m.goal.target(), &m.fixed) else {
             let why = "the goal's numbers are not in the program";
-            return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+            return Err(Error::Refused(format!("{}: {why}", program.place(step))));
         };
         all.push(Wanted { step, target, numbers });
     }
@@ -192,7 +178,7 @@ fn part(
     // a form needs a clone of its frame data, too
     let mut clones: HashMap<(Change, bool), Clone> = HashMap::new();
     for (step, change) in list {
-        let form = motion_of(program, step)?.fold.is_some();
+        let form = program.motion(step)?.fold.is_some();
         let clone = match clones.entry((change, form)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(place) => {
@@ -228,14 +214,14 @@ fn insert(
         _ => None,
     });
     if let Some(why) = why {
-        return Err(Error::Refused(format!("{}: no point can be added on the way: {why}", place(program, step))));
+        return Err(Error::Refused(format!("{}: no point can be added on the way: {why}", program.place(step))));
     }
-    let motion = motion_of(program, step)?;
+    let motion = program.motion(step)?;
     if motion.via.is_some() && edit.vias.len() != points.len() + 1 {
         let why = "a piece of its arc has no point on its way";
-        return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+        return Err(Error::Refused(format!("{}: {why}", program.place(step))));
     }
-    let text = texts(program, 0)?;
+    let text = program.text(0)?;
     let start = text.line_span(motion.line()).start;
     let indent = text.slice(start..motion.keyword.start());
     let indent = &indent[indent.len() - indent.iter().rev().take_while(|b| b.is_ascii_whitespace()).count()..];
@@ -304,7 +290,7 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
         match values.get(axis) {
             Some(v) if (v.si - q).abs() <= 1e-13 => {
                 let file = target.map_or(0, |t| t.at.file);
-                all.extend_from_slice(texts(program, file)?.slice(v.span()));
+                all.extend_from_slice(program.text(file)?.slice(v.span()));
             }
             Some(v) => written(program, edits, axis, *q, v.style, &mut all),
             None => written(program, edits, axis, *q, usual, &mut all),
@@ -333,8 +319,8 @@ fn poses<'a>(
         }
         None => return Err(missing()),
     };
-    let text = texts(program, 0)?;
-    let own = texts(program, file)?;
+    let text = program.text(0)?;
+    let own = program.text(file)?;
     let line = |(n, q): (usize, &[f64])| {
         let piece = edit.piece(n);
         let mut bytes = text.slice(motion.keyword).to_vec();
@@ -378,9 +364,8 @@ fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
     if motion.spline {
         return tail.to_vec();
     }
-    let approximates = tail
-        .split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
-        .any(|w| w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"C_")));
+    let approximates =
+        tail.split(|b| !(b.is_ascii_alphanumeric() || *b == b'_')).any(|w| strip_word(w, b"C_").is_some());
     let of_tcp = !text.slice(motion.keyword).eq_ignore_ascii_case(b"PTP");
     match (approximates, of_tcp) {
         (false, _) => Vec::new(),

@@ -3,6 +3,7 @@
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::words::{self, Leads, Motion};
+use crate::script::lex::outside;
 use std::ops::Range;
 
 /// An argument: its expression and its switches.
@@ -75,20 +76,18 @@ fn point_of(p: &Parsed, span: &Span) -> Span {
 pub fn arguments(p: &Parsed, span: Span) -> Vec<Arg> {
     let mut out = Vec::with_capacity(4);
     let mut start = span.start;
-    let mut depth = 0usize;
-    for i in span.start..=span.end {
-        let kind = if i == span.end { Some(Kind::Mark(b',')) } else { p.tokens.get(i).map(|t| t.kind) };
-        match kind {
-            Some(Kind::Mark(b'(' | b'[' | b'{')) => depth += 1,
-            Some(Kind::Mark(b')' | b']' | b'}')) => depth = depth.saturating_sub(1),
-            Some(Kind::Mark(b',')) if depth == 0 || i == span.end => {
-                out.push(argument(p, start..i));
-                start = i + 1;
-            }
-            _ => {}
-        }
+    let end = span.end;
+    for end in marks(p, span, b',').chain([end]) {
+        out.push(argument(p, start..end));
+        start = end + 1;
     }
     out
+}
+
+/// Places of a mark outside of brackets.
+fn marks(p: &Parsed, span: Span, mark: u8) -> impl Iterator<Item = usize> {
+    let of = |k: usize| p.tokens.get(k).and_then(|t| t.kind.mark());
+    outside(span, of).filter(move |k| of(*k) == Some(mark))
 }
 
 /// Splits an argument into its expression and its switches.
@@ -101,16 +100,7 @@ pub fn argument(p: &Parsed, span: Span) -> Arg {
         (Some(a), _) => a.start()..a.start(),
         _ => 0..0,
     };
-    let mut cuts = Vec::new();
-    let mut depth = 0usize;
-    for i in span.clone() {
-        match p.tokens[i].kind {
-            Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
-            Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
-            Kind::Mark(b'\\') if depth == 0 => cuts.push(i),
-            _ => {}
-        }
-    }
+    let cuts: Vec<usize> = marks(p, span.clone(), b'\\').collect();
     let mut expression = span.start..cuts.first().copied().unwrap_or(span.end);
     let mut name = String::new();
     let assigned = |at: usize| p.tokens.get(at).is_some_and(|t| t.kind == Kind::Assign);

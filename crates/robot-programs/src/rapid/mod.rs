@@ -9,7 +9,8 @@
 //! - [`rules`]: what holds for the file: where the program starts, configurations, external axes.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
-//! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
+//! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
+//! - [`built`]: what is needed to write the moves again.
 //! - [`steps`]: statements to moves, waits and whatever ends a known direction.
 //! - [`write`]: edits to patches.
 //!
@@ -37,9 +38,11 @@
 //! ```
 
 mod arguments;
+mod built;
 mod facts;
 mod goals;
 mod lex;
+mod poses;
 mod project;
 mod read;
 mod rules;
@@ -57,6 +60,7 @@ mod tests;
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::files::Folders;
+use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, LeastArc, Patches, Script, Text};
 use lex::Like;
 use project::Project;
@@ -83,7 +87,7 @@ impl Format for Rapid {
     fn recognises(&self, bytes: &[u8]) -> bool {
         let mut header = false;
         for line in bytes.split(|&b| b == b'\n') {
-            let line = line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line).trim_ascii();
+            let line = unmarked(line).trim_ascii();
             if line.starts_with(b"%%%") {
                 header = !header;
             } else if !(header || line.is_empty() || line.starts_with(b"!")) {
@@ -128,7 +132,7 @@ impl Format for Rapid {
 }
 
 struct Doc {
-    built: steps::Built,
+    built: built::Built,
     words: HashSet<String>,
     kinds: Vec<JointKind>,
 }

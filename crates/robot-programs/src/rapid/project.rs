@@ -14,6 +14,7 @@ use super::facts::{Facts, value_of};
 use super::lex::{self, Like};
 use super::read::{self, Parsed, Storage};
 use crate::files::{Folders, of_folder};
+use crate::script::cursor::unmarked;
 use crate::script::{At, Text};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -226,7 +227,7 @@ impl Project {
         for (k, fellow, _) in &fellows {
             bytes.push(b'\n');
             starts.push((bytes.len(), *k));
-            bytes.extend_from_slice(fellow.bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&fellow.bytes));
+            bytes.extend_from_slice(unmarked(&fellow.bytes));
         }
         let joined = Text::new(text.name.clone(), bytes);
         match lex::lex(&joined, Like::Read).and_then(|l| read::parse(&joined, l)) {

@@ -7,6 +7,7 @@ mod alike;
 mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
+use super::built::{Built, Literal, Site};
 use super::facts::{self, Facts};
 use super::lex::Kind;
 use super::project::Project;
@@ -17,77 +18,12 @@ use super::words::{self, Motion};
 use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::alike::Passed;
-use crate::script::blocks::{BySteps, Steps};
+use crate::script::blocks::Steps;
 use crate::script::fold;
-use crate::script::sites::Time;
-use crate::script::{At, Break, Few, Note, Script, Span as Bytes, StepKind, Targets, Text, number};
+use crate::script::{At, Break, Note, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// A target as it can be written: bytes of its list, and where it is declared.
-#[derive(Debug, Clone)]
-pub struct Literal {
-    /// In the text of the program with its context.
-    pub bytes: Bytes,
-    pub owner: Option<Box<Owner>>,
-    /// Its text where it stands in another module, or is computed: numbers count from its start.
-    pub foreign: Option<Box<[u8]>>,
-}
-
-/// Declaration of a target.
-#[derive(Debug, Clone)]
-pub struct Owner {
-    /// From `LOCAL` or `CONST` to after the `;`.
-    pub bytes: Range<usize>,
-    /// `LOCAL CONST jointtarget`, as it is written.
-    pub head: String,
-    pub name: String,
-    /// Its value is read elsewhere, or other modules may use it: it must stay.
-    pub keep: bool,
-}
-
-/// Where a move stands.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Site {
-    /// Instruction to after the `;`.
-    pub bytes: Bytes,
-    pub word: Bytes,
-    pub args: Box<[Written]>,
-    /// Which of `args` are target and zone.
-    pub goal: u16,
-    pub zone: Option<u16>,
-    /// Of an arc that may be split: which of `args` is the point on its way.
-    pub via: Option<u16>,
-    /// Name or list of the target within it: that of the point in `Offs(p1,0,0,100)`.
-    pub point: Bytes,
-    /// `\T:=` of the whole move: bytes of the number, s, style.
-    pub time: Option<Box<Time>>,
-    /// External axes of a robtarget as text, for joint moves in its place.
-    pub external: Option<Box<str>>,
-}
-
-/// An argument as it is written, with names and bytes of its switches.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Written {
-    pub bytes: Bytes,
-    pub switches: Few<(Box<str>, Bytes)>,
-}
-
-impl From<Arg> for Written {
-    fn from(arg: Arg) -> Self {
-        let switches = arg.switches.into_iter().map(|s| (s.name.into(), s.bytes.into())).collect();
-        Self { bytes: arg.bytes.into(), switches }
-    }
-}
-
-#[derive(Default)]
-pub struct Built {
-    pub script: Script,
-    pub sites: BySteps<Site>,
-    /// One per target of the script.
-    pub literals: Vec<Literal>,
-}
 
 /// Reads the items of a file as steps. `None`: lines without tokens are more than the numbers in which they differ from the statement
 /// before them, so that all have to be read.

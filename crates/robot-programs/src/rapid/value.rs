@@ -197,7 +197,7 @@ pub fn pose(node: &Node) -> Option<Vec<Option<Value>>> {
     }
     let value = |(k, item): (usize, &Node)| {
         let Node::Number(v, style, b) = item else { return None };
-        let (unit, digit) = (form.unit(k), 10f64.powi(-i32::from(style.decimals)));
+        let (unit, digit) = (form.unit(k), number::last_digit(style.decimals));
         // single precision holds seven digits of a part of a quaternion
         let finest = if k < 3 { finest(*v, *style) } else { finest(*v, *style).min(QUATERNION) };
         Some(Some(Value {
@@ -218,7 +218,7 @@ const QUATERNION: f64 = 1e-7;
 /// Weight of the last digit that is written of a number that stands there as `v`, in its own unit.
 fn finest(v: f64, style: number::Style) -> f64 {
     // an exponent says nothing about how fine the number is meant
-    let written = if style.exponent { 1.0 } else { 10f64.powi(-i32::from(style.decimals)) };
+    let written = if style.exponent { 1.0 } else { number::last_digit(style.decimals) };
     seventh(v).min(written)
 }
 

@@ -6,14 +6,14 @@
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
 
-use super::steps::{Built, Site, Written};
+use super::built::{Built, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
-use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
-use crate::script::{CLONE, EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
+use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place};
+use crate::script::{CLONE, EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -40,24 +40,7 @@ impl OneText for Writer<'_> {
     fn sites(&self) -> &BySteps<Site> {
         &self.built.sites
     }
-}
 
-impl Writer<'_> {
-    pub fn patches(&self) -> Result<Patches> {
-        let mut out = self.goals()?;
-        for (k, edit) in self.edits.steps.iter() {
-            let (m, site) = self.at(k)?;
-            if edit.as_joint_moves {
-                let q = self.asked().joints_for_pose(k, m, edit)?;
-                out.push(Patch::new(0, site.word, "MoveAbsJ"));
-                out.push(Patch::new(0, site.args[usize::from(site.goal)].bytes, self.plain(k, site, q)?));
-            }
-            self.points(k, m, site, edit, &mut out)?;
-        }
-        Ok(out)
-    }
-
-    /// New texts of a target's numbers, with their bytes.
     fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
         let Some(target) = self.built.script.targets.get(t) else { return Vec::new() };
         if target.pose.is_some() {
@@ -78,17 +61,51 @@ impl Writer<'_> {
         .collect()
     }
 
-    /// A target's list with other numbers, on one line.
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
         if let Some(foreign) = &literal.foreign {
             let own = Text::new("", foreign.to_vec());
             let start = literal.bytes.start();
-            let moved: Vec<Number> = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n.clone())).collect();
-            let all = 0..foreign.len();
-            return Ok(flat(&substituted(&own, &all, moved.iter().map(|(s, n)| (s, n.as_str())))));
+            let moved = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n));
+            return Ok(flat(&own.substituted(0..foreign.len(), moved)));
         }
-        Ok(flat(&substituted(self.text()?, &literal.bytes.range(), numbers.iter().map(|(s, n)| (s, n.as_str())))))
+        Ok(flat(&self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
+    }
+
+    /// `[[..],[..]]` for a move whose own target is Cartesian.
+    fn plain(&self, k: usize, site: &Site, q: &[f64]) -> Result<String> {
+        let external =
+            site.external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
+        if q.len() != 6 {
+            return Err(self.refused(k, "Cartesian moves are written as joint moves for six axes only"));
+        }
+        let style = number::Style { decimals: 4, point: true, ..number::Style::default() };
+        let axes = q.iter().zip(self.kinds).enumerate().map(|(axis, (q, kind))| {
+            let si = kind.si_per_user_unit();
+            number::write(q / si, style, number::decimals_for(style, self.digit(axis) / si, 6))
+        });
+        let axes: Vec<String> = axes.collect();
+        Ok(format!("[[{}],{}]", axes.join(","), flat(external.as_bytes())))
+    }
+
+    fn via(&self, site: &Site) -> Option<Span> {
+        site.via.map(|via| site.args[usize::from(via)].bytes)
+    }
+}
+
+impl Writer<'_> {
+    pub fn patches(&self) -> Result<Patches> {
+        let mut out = self.goals()?;
+        for (k, edit) in self.edits.steps.iter() {
+            let (m, site) = self.at(k)?;
+            if edit.as_joint_moves {
+                let q = self.asked().joints_for_pose(k, m, edit)?;
+                out.push(Patch::new(0, site.word, "MoveAbsJ"));
+                out.push(Patch::new(0, site.args[usize::from(site.goal)].bytes, self.plain(k, site, q)?));
+            }
+            self.points(k, m, site, edit, &mut out)?;
+        }
+        Ok(out)
     }
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
@@ -140,14 +157,7 @@ impl Writer<'_> {
 
     /// Writes the new points of a move, and its share of a time.
     fn points(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
-        if edit.before.is_empty() && edit.vias.is_empty() {
-            return Ok(());
-        }
-        if let Some(why) = &m.closed {
-            return Err(self.refused(k, why));
-        }
-        self.last_piece(k, m, site, edit, out)?;
-        if edit.before.is_empty() {
+        if !self.has_new_points(k, m, site, edit, out)? {
             return Ok(());
         }
         let text = self.text()?;
@@ -185,52 +195,6 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Inline target of a new point.
-    fn target(&self, k: usize, m: &Move, site: &Site, point: &NewPoint, as_joints: bool) -> Result<String> {
-        match (m.goal.target(), &m.goal) {
-            (_, Goal::Pose(_)) if as_joints => self.plain(k, site, &point.q),
-            (Some(t), _) => self.literal(t, &self.numbers(t, &point.q)),
-            (_, Goal::Opaque(why)) => Err(self.refused(k, why)),
-            _ => Err(self.refused(k, "the numbers of its target cannot be written")),
-        }
-    }
-
-    /// The point on the way of the last piece of an arc, which the motion itself goes.
-    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
-        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
-            return Err(self.refused(k, "a piece of its arc has no point on its way"));
-        }
-        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), site.via) {
-            let q = edit.goal.or(edit.before.last().map(|p| p.q.as_slice()));
-            out.push(Patch::new(0, site.args[usize::from(via)].bytes, self.on_arc(k, m, q, at)?));
-        }
-        Ok(())
-    }
-
-    /// Inline target of a point on the way of an arc: the numbers of a pose beside it (else those of the goal), but for its position.
-    fn on_arc(&self, k: usize, m: &Move, beside: Option<&[f64]>, at_m: &[f64]) -> Result<String> {
-        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
-        let beside = beside.unwrap_or_default();
-        let numbers: Vec<f64> = at_m.iter().chain(beside.get(at_m.len()..).unwrap_or_default()).copied().collect();
-        self.literal(t, &self.numbers(t, &numbers))
-    }
-
-    /// `[[..],[..]]` for a move whose own target is Cartesian.
-    fn plain(&self, k: usize, site: &Site, q: &[f64]) -> Result<String> {
-        let external =
-            site.external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
-        if q.len() != 6 {
-            return Err(self.refused(k, "Cartesian moves are written as joint moves for six axes only"));
-        }
-        let style = number::Style { decimals: 4, point: true, ..number::Style::default() };
-        let axes = q.iter().zip(self.kinds).enumerate().map(|(axis, (q, kind))| {
-            let si = kind.si_per_user_unit();
-            number::write(q / si, style, number::decimals_for(style, self.digit(axis) / si, 6))
-        });
-        let axes: Vec<String> = axes.collect();
-        Ok(format!("[[{}],{}]", axes.join(","), flat(external.as_bytes())))
-    }
-
     /// The statement of a new point.
     fn copy(
         &self,
@@ -250,7 +214,7 @@ impl Writer<'_> {
             } else if n == usize::from(site.goal) {
                 // joint moves take no displacement
                 let point = if word == "MoveAbsJ" { arg.bytes } else { site.point }.range();
-                flat(&substituted(text, &arg.bytes.range(), [(&point, target)]))
+                flat(&text.substituted(arg.bytes.range(), [(point, target)]))
             } else if is(site.zone) {
                 self.zone(m, point, &flat(text.slice(arg.bytes)))
             } else {

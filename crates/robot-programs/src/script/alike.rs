@@ -13,7 +13,7 @@
 //! `1e3`), and whatever else differs, is read in full.
 
 use super::Span;
-use super::lex::line_end;
+use super::cursor::line_end;
 use super::number::Style;
 use crate::decimal::Decimal;
 use std::ops::Range;

@@ -3,7 +3,9 @@
 //! Nearly every move of a program may get another goal, and few get more than that: goals stand one after the other
 //! ([`StepEdits`]), the rest has a separate list. A caller gets an [`EditRef`], which shows an [`Edit`] as it was put in.
 
-use super::{Quantity, TargetRef};
+use super::number;
+use super::pose::Quantity;
+use super::targets::TargetRef;
 
 /// What shall be different, by step. A step that is not named stays as it is.
 #[derive(Debug, Clone, Default)]
@@ -296,6 +298,38 @@ impl FromIterator<(usize, Edit)> for StepEdits {
 impl<const N: usize> From<[(usize, Edit); N]> for StepEdits {
     fn from(all: [(usize, Edit); N]) -> Self {
         all.into_iter().collect()
+    }
+}
+
+/// Numbers of a pose that differ by less are the same, m, rad or 1: rounding of the arithmetic.
+const SAME_NUMBER: f64 = 1e-11;
+
+impl TargetRef<'_> {
+    /// SI value of the unit in which number `k` of a pose is written; `None`: it holds joint values.
+    pub fn pose_unit(&self, k: usize) -> Option<f64> {
+        self.pose.map(|form| form.unit(k))
+    }
+
+    /// New text of number `k` of a pose for a value in SI; `None`: it stays as it is.
+    pub fn pose_number(&self, k: usize, value: f64, edits: &Edits) -> Option<String> {
+        self.pose_number_of_size(k, value, edits, |_| f64::INFINITY)
+    }
+
+    /// The same where a number's size says how fine it can be: `finest` gives the weight of the last digit, both in the
+    /// number's own unit.
+    pub fn pose_number_of_size(
+        &self,
+        k: usize,
+        value: f64,
+        edits: &Edits,
+        finest: impl Fn(f64) -> f64,
+    ) -> Option<String> {
+        let (unit, own) = (self.pose_unit(k)?, self.values.get(k)?);
+        if (value - own.si).abs() <= SAME_NUMBER {
+            return None;
+        }
+        let finest = (own.finest / unit).min(finest(value / unit));
+        number::changed(own.si / unit, own.style, value / unit, edits.digit_of(self, k) / unit, finest)
     }
 }
 

@@ -45,18 +45,25 @@ pub trait Known {
 
 /// The value of an expression; `None`: it is none of plain numbers.
 pub fn fold(parts: &[Part], known: &dyn Known) -> Option<f64> {
-    let mut at = Cursor { parts, k: 0, known };
+    let mut at = Reader { parts, k: 0, known };
     let value = at.sum(0)?;
     (at.k == parts.len() && value.is_finite()).then_some(value)
 }
 
-struct Cursor<'a> {
+/// The value of one operand: a number, a name, a function, an expression in brackets; `None`: it is another expression.
+pub fn operand(parts: &[Part], known: &dyn Known) -> Option<f64> {
+    let mut at = Reader { parts, k: 0, known };
+    let value = at.one(0)?;
+    (at.k == parts.len() && value.is_finite()).then_some(value)
+}
+
+struct Reader<'a> {
     parts: &'a [Part],
     k: usize,
     known: &'a dyn Known,
 }
 
-impl Cursor<'_> {
+impl Reader<'_> {
     fn mark(&mut self, marks: &[u8]) -> Option<u8> {
         match self.parts.get(self.k) {
             Some(Part::Mark(m)) if marks.contains(m) => {

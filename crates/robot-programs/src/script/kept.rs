@@ -1,10 +1,55 @@
 //! Ends of moves that stay where they are, as the program takes on from there what it goes to later: it reads where the robot stands
-//! (`here:=CRobT()`), and the offset of the move before would be carried along.
+//! (`here:=CRobT()`), or a relative motion counts from there. The offset of the move before would be carried along.
 
-use super::{Break, Script, StepKind};
+use super::{Break, Script, Step, StepKind};
 use std::collections::BTreeSet;
 
 impl Script {
+    /// Keeps the ends of moves where they are from which a relative motion counts: an offset there would be carried along. Where a label, a
+    /// branch, a loop or the start of a routine (or a call, in a text of several routines) stands before the relative motion, the motion may follow
+    /// any move that ends before such a place; `jumps`: jumps of the language are no steps, so that it may follow any. `calls`: lines of calls of routines in
+    /// which one may come first. Gives the steps that it kept.
+    pub fn keep_before_relative(&mut self, why: &str, calls: &BTreeSet<u64>, jumps: bool) -> Vec<usize> {
+        let ends = |s: &Step| matches!(s.kind, StepKind::Break(kind) if kind != Break::Frame);
+        let counts = |s: &Step| match &s.kind {
+            StepKind::Move(m) => m.relative,
+            StepKind::Break(Break::Call) => calls.contains(&s.at.line),
+            _ => false,
+        };
+        let starts = self.steps.iter().filter(|s| matches!(s.kind, StepKind::Break(Break::Start))).count();
+        let (mut kept, mut anywhere) = (BTreeSet::new(), false);
+        // the move before, and whether others may have come before
+        let (mut last, mut others) = (None, false);
+        for (k, step) in self.steps.iter().enumerate() {
+            if counts(step) {
+                kept.extend(last);
+                anywhere |= others;
+            }
+            match &step.kind {
+                StepKind::Move(_) => (last, others) = (Some(k), false),
+                // by a word of the move itself, which may end before its goal
+                _ if last.and_then(|k| self.steps.get(k)).is_some_and(|m: &Step| m.at == step.at) => {}
+                // what is called stands elsewhere
+                StepKind::Break(Break::Call) => others |= starts > 1,
+                _ if ends(step) => (last, others) = (None, true),
+                _ => {}
+            }
+        }
+        if anywhere {
+            let (mut before, all) = (None, jumps);
+            for (k, step) in self.steps.iter().enumerate() {
+                if let StepKind::Move(_) = step.kind {
+                    before = Some(k);
+                    kept.extend(before.filter(|_| all));
+                } else if ends(step) {
+                    kept.extend(before.take());
+                }
+            }
+            kept.extend(before);
+        }
+        self.fix(kept, why)
+    }
+
     /// Keeps the goal of the move before each of the lines (of the first text) at which the program reads where the robot stands, and those
     /// of moves on that line, in whatever order they stand there. Where a label, a branch or the start of a routine comes between, the
     /// move before is not known, and none is kept; a call may move nothing, so the move before it is. Gives the steps that it kept.
@@ -18,16 +63,18 @@ impl Script {
                 StepKind::Break(kind) => !matches!(kind, Break::Frame | Break::Call),
                 _ => false,
             };
-            for k in (0..before).rev().find(ends).into_iter().chain(before..after) {
-                if let Some(StepKind::Move(m)) = self.steps.get_mut(k).map(|s| &mut s.kind)
-                    && m.fixed.is_none()
-                {
-                    m.fixed = Some(why.into());
-                    kept.push(k);
-                }
-            }
+            kept.extend((0..before).rev().find(ends).into_iter().chain(before..after));
         }
-        kept
+        self.fix(kept, why)
+    }
+
+    /// Fixes the goals of moves that are not fixed yet; gives their steps.
+    fn fix(&mut self, steps: impl IntoIterator<Item = usize>, why: &str) -> Vec<usize> {
+        let mut fixes = |k: &usize| match self.steps.get_mut(*k).map(|s| &mut s.kind) {
+            Some(StepKind::Move(m)) if m.fixed.is_none() => m.fixed.replace(why.into()).is_none(),
+            _ => false,
+        };
+        steps.into_iter().filter(|k| fixes(k)).collect()
     }
 }
 

@@ -91,7 +91,7 @@ fn general(text: &[u8]) -> Option<(f64, Style)> {
 
 /// A number with `decimals` digits after the point, otherwise in `style`. A number that rounds to zero has no sign.
 pub fn write(value: f64, style: Style, decimals: u8) -> String {
-    let mut text = rounded(value, decimals);
+    let mut text = digits_of(value, decimals);
     if style.bare {
         let (sign, digits) = text.strip_prefix('-').map_or(("", text.as_str()), |d| ("-", d));
         if let Some(fraction) = digits.strip_prefix("0.") {
@@ -116,8 +116,14 @@ pub fn append(out: &mut Vec<u8>, value: f64, style: Style, decimals: u8) {
     }
 }
 
+/// The decimal of so many digits after the point that is nearest to the number; zero has no sign.
+pub fn rounded(value: f64, decimals: u8) -> f64 {
+    let exact = || digits_of(value, decimals).parse().unwrap_or(value);
+    nearest(value, decimals).map_or_else(exact, |d| d.value() + 0.0)
+}
+
 /// The digits of the decimal that is nearest to the number, exactly; zero has no sign.
-fn rounded(value: f64, decimals: u8) -> String {
+fn digits_of(value: f64, decimals: u8) -> String {
     if let Some(text) = nearest(value, decimals).and_then(text_of) {
         return text;
     }

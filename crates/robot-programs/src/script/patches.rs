@@ -1,6 +1,6 @@
 //! New bytes instead of others: most are the digits of a number, of which a program may have a million.
 
-use super::Text;
+use super::text::Text;
 use crate::error::{Error, Result};
 use std::ops::Range;
 

@@ -2,7 +2,7 @@
 //! and what under another name, and how a written time is shared out over new points.
 
 use super::blocks::BySteps;
-use super::{EditRef, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
+use super::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, Script, Span, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -154,9 +154,59 @@ pub trait OneText {
     /// The places of the moves.
     fn sites(&self) -> &BySteps<Self::Site>;
 
+    /// New texts of a target's numbers, with their bytes.
+    fn numbers(&self, target: usize, q: &[f64]) -> Vec<Number>;
+
+    /// A target's list with other numbers, on one line.
+    fn literal(&self, target: usize, numbers: &[Number]) -> Result<String>;
+
+    /// A list of joint values for a move whose own target is Cartesian.
+    fn plain(&self, k: usize, site: &Self::Site, q: &[f64]) -> Result<String>;
+
+    /// Bytes of the point on the way of an arc.
+    fn via(&self, site: &Self::Site) -> Option<Span>;
+
     /// The one text of the program.
     fn text(&self) -> Result<&Text> {
         self.asked().text()
+    }
+
+    /// Whether a move gets new points before it. Writes the point on the way of the last piece of an arc, which the motion itself goes.
+    fn has_new_points(&self, k: usize, m: &Move, site: &Self::Site, edit: EditRef, out: &mut Patches) -> Result<bool> {
+        if edit.before.is_empty() && edit.vias.is_empty() {
+            return Ok(false);
+        }
+        if let Some(why) = &m.closed {
+            return Err(self.refused(k, why));
+        }
+        if let Some(via) = self.via(site) {
+            if edit.vias.len() != edit.before.len() + 1 {
+                return Err(self.refused(k, "a piece of its arc has no point on its way"));
+            }
+            if let Some(at) = edit.piece(edit.before.len()) {
+                let q = edit.goal.or(edit.before.last().map(|p| p.q.as_slice()));
+                out.push(Patch::new(0, via, self.on_arc(k, m, q, at)?));
+            }
+        }
+        Ok(!edit.before.is_empty())
+    }
+
+    /// Target of a new point, in line.
+    fn target(&self, k: usize, m: &Move, site: &Self::Site, point: &NewPoint, as_joints: bool) -> Result<String> {
+        match (m.goal.target(), &m.goal) {
+            (_, Goal::Pose(_)) if as_joints => self.plain(k, site, &point.q),
+            (Some(t), _) => self.literal(t, &self.numbers(t, &point.q)),
+            (_, Goal::Opaque(why)) => Err(self.refused(k, why)),
+            _ => Err(self.refused(k, "the numbers of its target cannot be written")),
+        }
+    }
+
+    /// Target of a point on the way of an arc: the numbers of a pose beside it (else those of the goal), but for its position.
+    fn on_arc(&self, k: usize, m: &Move, beside: Option<&[f64]>, at_m: &[f64]) -> Result<String> {
+        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
+        let beside = beside.unwrap_or_default();
+        let numbers: Vec<f64> = at_m.iter().chain(beside.get(at_m.len()..).unwrap_or_default()).copied().collect();
+        self.literal(t, &self.numbers(t, &numbers))
     }
 
     /// The move of a step, and its place.
@@ -179,23 +229,6 @@ pub trait OneText {
 /// Numbers written where they stand.
 pub fn in_place(numbers: Vec<Number>) -> impl Iterator<Item = Patch> {
     numbers.into_iter().map(|(span, new)| Patch::new(0, span, new))
-}
-
-/// Bytes of a span with some of them replaced, in order.
-pub fn substituted<'a>(
-    text: &Text,
-    span: &Range<usize>,
-    patches: impl IntoIterator<Item = (&'a Range<usize>, &'a str)>,
-) -> Vec<u8> {
-    let mut out = Vec::with_capacity(span.len() + 32);
-    let mut at = span.start;
-    for (p, new) in patches {
-        out.extend_from_slice(text.slice(at..p.start));
-        out.extend_from_slice(new.as_bytes());
-        at = p.end;
-    }
-    out.extend_from_slice(text.slice(at..span.end));
-    out
 }
 
 #[cfg(test)]

@@ -5,8 +5,47 @@
 
 use super::number::Style;
 use super::pose::PoseForm;
-use super::{At, Target, Text, Value};
+use super::step::At;
+use super::text::Text;
 use std::collections::HashMap;
+use std::ops::Range;
+
+/// A target as it is written: joint values, or the numbers of a pose.
+#[derive(Debug, Clone, Default)]
+pub struct Target {
+    /// `None`: joint values, one per axis of the robot. Else the numbers of a pose in this form.
+    pub pose: Option<PoseForm>,
+    /// Name where it has one: `C00003`, `jHome`, `P[4]`.
+    pub name: Option<String>,
+    /// Line at which it stands.
+    pub at: At,
+    /// One per axis of the robot; `None`: this target does not command the axis, it stays where it is.
+    pub values: Vec<Option<Value>>,
+}
+
+/// A number of a target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// rad or m.
+    pub si: f64,
+    /// Bytes of the number (sign included) in the target's text.
+    pub start: usize,
+    /// Byte after the number.
+    pub end: usize,
+    /// How it is written.
+    pub style: Style,
+    /// Weight of the last digit as it is written, rad or m.
+    pub digit: f64,
+    /// The finest weight of a last digit that the format can hold here, rad or m (a pulse; 0.001 deg in a fixed field).
+    pub finest: f64,
+}
+
+impl Value {
+    /// Bytes of the number.
+    pub fn span(&self) -> Range<usize> {
+        self.start..self.end
+    }
+}
 
 /// What follows the name of a target in the name of its clone, before a number.
 pub const CLONE: &str = "_lm";

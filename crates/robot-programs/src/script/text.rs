@@ -157,6 +157,23 @@ impl Text {
         self.bytes.get(span.into()).unwrap_or_default()
     }
 
+    /// Bytes of a span with some of them replaced, in order.
+    pub fn substituted<B: AsRef<[u8]>>(
+        &self,
+        span: Range<usize>,
+        changes: impl IntoIterator<Item = (Range<usize>, B)>,
+    ) -> Vec<u8> {
+        let mut out = Vec::with_capacity(span.len() + 32);
+        let mut at = span.start;
+        for (old, new) in changes {
+            out.extend_from_slice(self.slice(at..old.start));
+            out.extend_from_slice(new.as_ref());
+            at = old.end;
+        }
+        out.extend_from_slice(self.slice(at..span.end));
+        out
+    }
+
     /// Place of a byte for a message: line and column in bytes, both from 1.
     pub fn place(&self, byte: usize) -> Place {
         let line = self.line_of(byte);

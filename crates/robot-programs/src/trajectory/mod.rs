@@ -41,6 +41,7 @@ mod tests;
 mod tree;
 mod write;
 
+use super::script::cursor::unmarked;
 use super::script::lex::not_too_long;
 use super::script::{
     At, Break, Document, Edits, Format, Goal, How, Move, Note, Patches, PathKind, Script, Speed, Step, Way,
@@ -103,7 +104,7 @@ impl Format for Ros {
 /// Refuses a carriage return alone among line feeds: to YAML it ends a line, to an editor and to our lines it does not, so that what
 /// stands after it would be copied with a point to which it does not belong. In JSON it is a blank.
 fn lines_end_alike(text: &Text) -> Result<()> {
-    let bytes = text.bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text.bytes);
+    let bytes = unmarked(&text.bytes);
     let json = matches!(bytes.trim_ascii_start().first(), Some(b'{' | b'['));
     if json || memchr::memchr(b'\n', &text.bytes).is_none() {
         return Ok(());
@@ -313,21 +314,7 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
         () if stands => Speed::Seconds(0.0),
         () => Speed::Unknown,
     };
-    Move::new(
-        How {
-            path: PathKind::Joint,
-            fixed: None,
-            closed,
-            speed,
-            blend_m: Some(0.0),
-            tool: None,
-            turns_known: false,
-            relative: false,
-            circle: None,
-        },
-        goal,
-        way,
-    )
+    Move::new(How { path: PathKind::Joint, closed, speed, blend_m: Some(0.0), ..How::default() }, goal, way)
 }
 
 /// Why no point can be put before this one.
@@ -359,13 +346,12 @@ fn values(p: &Point, axes: &[Option<usize>], dof: usize) -> Vec<Option<Value>> {
 }
 
 fn value(n: &Num) -> Value {
-    let weight = |decimals: u8| 10f64.powi(-i32::from(decimals));
     Value {
         si: n.value,
         start: n.start,
         end: n.end,
         style: n.style,
-        digit: weight(n.style.decimals),
-        finest: weight(most_decimals(n.style)),
+        digit: number::last_digit(n.style.decimals),
+        finest: number::last_digit(most_decimals(n.style)),
     }
 }

@@ -9,6 +9,7 @@
 
 use super::plain;
 use crate::error::Result;
+use crate::script::cursor::unmarked;
 use crate::script::{Span, Text};
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError};
 use std::borrow::Cow;
@@ -113,7 +114,7 @@ impl Tree {
     ///
     /// `text = {document}`, `document = word | list | mapping | alias`, each with its anchor and its tag
     pub(super) fn parse(text: &Text) -> Result<Self> {
-        let skipped = if text.bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
+        let skipped = text.bytes.len() - unmarked(&text.bytes).len();
         let bytes = text.bytes.get(skipped..).unwrap_or_default();
         let characters = characters(bytes);
         let mut tree = Self::default();
@@ -154,17 +155,7 @@ impl Tree {
                     open.push((node(Kind::Map, anchor, tag.is_some()), Vec::new()));
                     None
                 }
-                Event::SequenceEnd | Event::MappingEnd => open.pop().map(|(mut n, items)| {
-                    let written = items.iter().filter(|i| i.end > i.start);
-                    let last = written.map(|i| i.end).max().unwrap_or(n.start) as usize;
-                    n.end = match text.bytes.get(n.at()) {
-                        Some(b'[') => closing(&text.bytes, last.max(n.at() + 1), b']'),
-                        Some(b'{') => closing(&text.bytes, last.max(n.at() + 1), b'}'),
-                        _ => last,
-                    } as u32;
-                    n.items = items.into_boxed_slice();
-                    n
-                }),
+                Event::SequenceEnd | Event::MappingEnd => open.pop().map(|(n, items)| whole(text, n, items)),
                 _ => None,
             };
             if open.len() > DEEPEST {
@@ -192,6 +183,21 @@ impl Tree {
         let to = self.comments.partition_point(|c| c.start < span.end);
         self.comments.get(from..to).unwrap_or_default()
     }
+}
+
+/// A list or a mapping that ends, with what is in it.
+///
+/// `node = "[" ... "]" | "{" ... "}" | {item}`
+fn whole(text: &Text, mut node: Node, items: Vec<Node>) -> Node {
+    let last = items.iter().filter(|i| i.end > i.start).map(|i| i.end).max().unwrap_or(node.start) as usize;
+    let after = last.max(node.at() + 1);
+    node.end = match text.bytes.get(node.at()) {
+        Some(b'[') => closing(&text.bytes, after, b']'),
+        Some(b'{') => closing(&text.bytes, after, b'}'),
+        _ => last,
+    } as u32;
+    node.items = items.into_boxed_slice();
+    node
 }
 
 /// A character for every byte.

@@ -7,8 +7,9 @@
 use crate::error::Result;
 use crate::script::Text;
 use crate::script::alike::{Passing, elements};
+use crate::script::cursor::{Cursor, begins_word};
+use crate::script::lex::not_too_long;
 pub use crate::script::lex::{Kind, Lexed, Like, Token, Words};
-use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, number_end, start, word_end};
 use std::ops::Range;
 
 /// Tokens and comments of a text; `like`: of lines that are joint motions like the one before them.
@@ -17,23 +18,21 @@ use std::ops::Range;
 pub fn lex(text: &Text, like: Like) -> Result<Lexed> {
     not_too_long(text)?;
     let bytes = text.bytes.as_slice();
-    let at = start(bytes);
     let tokens = Vec::with_capacity(if like == Like::Read { bytes.len() / 3 } else { 0 });
-    let mut lexer = Lexer { text, bytes, at, tokens, comments: Vec::new(), open: Vec::new() };
+    let mut lexer = Lexer { text, cursor: Cursor::of_text(bytes), tokens, comments: Vec::new(), open: Vec::new() };
     let mut passing = Passing::default();
-    while let Some(&b) = bytes.get(lexer.at) {
-        let mut start = lexer.at;
+    while let Some(b) = lexer.cursor.peek() {
+        let start = lexer.cursor.at();
         if like == Like::Passed && lexer.open.is_empty() && start.checked_sub(1).is_some_and(|k| bytes[k] == b'\n') {
             let next = passing.after(bytes, start, lexer.tokens.len(), places);
             if next > start {
                 // at the start of another line, or the end
-                lexer.at = next;
+                lexer.cursor.go_to(next);
                 continue;
             }
-            start = next;
         }
         if let Some(kind) = lexer.token(b)? {
-            lexer.tokens.push(Token::new(text, kind, start, lexer.at)?);
+            lexer.tokens.push(Token::new(text, kind, start, lexer.cursor.at())?);
         }
     }
     if let Some(at) = lexer.open.pop() {
@@ -62,8 +61,7 @@ fn places(line: &[u8]) -> Option<Vec<Range<usize>>> {
 /// A text that is read up to a byte.
 struct Lexer<'a> {
     text: &'a Text,
-    bytes: &'a [u8],
-    at: usize,
+    cursor: Cursor<'a>,
     tokens: Vec<Token>,
     comments: Vec<(usize, usize)>,
     /// Brackets that are open.
@@ -76,50 +74,65 @@ impl Lexer<'_> {
     /// `token = blank | newline | "#" comment | "$" ... | string | number | word | compare | mark`,
     /// `compare = ("=" | "!" | "<" | ">") "="`
     fn token(&mut self, b: u8) -> Result<Option<Kind>> {
-        let (bytes, at) = (self.bytes, self.at);
-        let (kind, end) = match b {
-            b' ' | b'\t' | b'\r' | 0x0B | 0x0C => (None, at + 1),
+        let at = self.cursor.at();
+        let kind = match b {
+            b' ' | b'\t' | b'\r' | 0x0B | 0x0C => None,
             // a line break within brackets ends nothing
-            b'\n' => (self.open.is_empty().then_some(Kind::Line), at + 1),
+            b'\n' => self.open.is_empty().then_some(Kind::Line),
             b'#' => {
-                let end = line_end(bytes, at);
-                self.comments.push((at, end));
-                (None, end)
+                self.cursor.line();
+                self.comments.push((at, self.cursor.at()));
+                return Ok(None);
             }
-            b'$' if self.tokens.last().is_none_or(|t| t.kind == Kind::Line) => (None, line_end(bytes, at)),
-            b'"' | b'\'' => (Some(Kind::String), self.string_end(b)?),
-            _ if begins_number(bytes, at) => (Some(Kind::Number), number_end(bytes, at)),
-            _ if begins_word(b) => (Some(Kind::Word), word_end(bytes, at)),
-            b'=' | b'!' | b'<' | b'>' if bytes.get(at + 1) == Some(&b'=') => (Some(Kind::Compare), at + 2),
+            b'$' if self.tokens.last().is_none_or(|t| t.kind == Kind::Line) => {
+                self.cursor.line();
+                return Ok(None);
+            }
+            b'"' | b'\'' => return self.string(b).map(Some),
+            _ if self.cursor.begins_number() => {
+                self.cursor.number();
+                return Ok(Some(Kind::Number));
+            }
+            _ if begins_word(b) => {
+                self.cursor.word();
+                return Ok(Some(Kind::Word));
+            }
+            b'=' | b'!' | b'<' | b'>' if self.cursor.second() == Some(b'=') => {
+                self.cursor.skip(2);
+                return Ok(Some(Kind::Compare));
+            }
             // what a template holds is not known before it is filled in, nor which of its branches stay
-            b'{' if matches!(bytes.get(at + 1), Some(b'{' | b'%' | b'#')) => {
+            b'{' if matches!(self.cursor.second(), Some(b'{' | b'%' | b'#')) => {
                 return Err(self.text.bad(at, "a mark of a template", "a script with its templates filled in"));
             }
             b'(' | b'[' | b'{' => {
                 self.open.push(at);
-                (Some(Kind::Mark(b)), at + 1)
+                Some(Kind::Mark(b))
             }
             b')' | b']' | b'}' => {
                 if self.open.pop().is_none() {
                     return Err(self.text.bad(at, format!("`{}`", char::from(b)), "the bracket that it closes"));
                 }
-                (Some(Kind::Mark(b)), at + 1)
+                Some(Kind::Mark(b))
             }
-            0x21..=0x7E => (Some(Kind::Mark(b)), at + 1),
+            0x21..=0x7E => Some(Kind::Mark(b)),
             _ => return Err(self.text.bad(at, format!("the character {:?}", char::from(b)), "URScript text")),
         };
-        self.at = end;
+        self.cursor.skip(1);
         Ok(kind)
     }
 
-    /// After the string whose quote `b` stands here.
+    /// Passes the string whose quote `b` stands here.
     ///
     /// `string = '"' {any} '"' | "'" {any} "'"`, on one line
-    fn string_end(&self, b: u8) -> Result<usize> {
-        let (bytes, at) = (self.bytes, self.at);
-        match memchr::memchr(b, &bytes[at + 1..line_end(bytes, at)]) {
-            Some(len) => Ok(at + len + 2),
-            None => Err(self.text.bad(at, "a string that is not closed on its line", format!("`{}`", char::from(b)))),
+    fn string(&mut self, b: u8) -> Result<Kind> {
+        let at = self.cursor.at();
+        self.cursor.skip(1);
+        self.cursor.while_is(|c| c != b && c != b'\n');
+        if !self.cursor.eat(b) {
+            let expected = format!("`{}`", char::from(b));
+            return Err(self.text.bad(at, "a string that is not closed on its line", expected));
         }
+        Ok(Kind::String)
     }
 }

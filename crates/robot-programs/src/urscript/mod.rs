@@ -4,7 +4,8 @@
 //! Modules:
 //! - [`lex`]: bytes to words, numbers, marks and line ends.
 //! - [`words`]: what URScript's own functions do: move, wait, or neither.
-//! - [`read`]: functions, blocks, assignments; which assignments make one variable.
+//! - [`read`]: functions, blocks, assignments.
+//! - [`scopes`]: which assignments make one variable.
 //! - [`value`]: lists of joint values (`d2r()` too) and poses.
 //! - [`arguments`]: calls and their arguments.
 //! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
@@ -40,6 +41,7 @@ mod goals;
 mod lex;
 mod moves;
 mod read;
+mod scopes;
 mod steps;
 mod value;
 mod words;
@@ -52,6 +54,7 @@ mod tests;
 
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
+use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, Patches, Script, Text};
 use lex::Like;
 use std::collections::HashSet;
@@ -74,7 +77,7 @@ impl Format for UrScript {
 
     /// The first line that is no comment starts a function or calls a motion.
     fn recognises(&self, bytes: &[u8]) -> bool {
-        let lines = bytes.split(|&b| b == b'\n').map(|l| l.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(l).trim_ascii());
+        let lines = bytes.split(|&b| b == b'\n').map(|l| unmarked(l).trim_ascii());
         let first = lines.into_iter().find(|l| !(l.is_empty() || l.starts_with(b"#") || l.starts_with(b"$")));
         first.is_some_and(|l| {
             let function = (l.starts_with(b"def ") || l.starts_with(b"sec ")) && l.contains(&b'(') && l.contains(&b':');

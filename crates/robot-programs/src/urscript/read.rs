@@ -9,6 +9,7 @@ use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
 use crate::script::alike::Passed;
+use crate::script::lex::outside;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -67,8 +68,8 @@ pub struct Parsed {
     /// Functions: name, and the function around them.
     pub defs: Vec<(String, Option<usize>)>,
     /// Parameters and `local` names by function.
-    locals: HashSet<(Option<usize>, String)>,
-    globals: HashSet<String>,
+    pub locals: HashSet<(Option<usize>, String)>,
+    pub globals: HashSet<String>,
     pub variables: HashMap<(Option<usize>, String), Variable>,
 }
 
@@ -238,20 +239,16 @@ impl Parsed {
         (i..self.tokens.len()).find(|&k| self.tokens[k].kind == Kind::Line).unwrap_or(self.tokens.len())
     }
 
+    /// The first place of a mark outside of brackets.
+    fn outside(&self, span: Span, mark: u8) -> Option<usize> {
+        outside(span, |k| self.tokens[k].kind.mark()).find(|k| self.tokens[*k].kind == Kind::Mark(mark))
+    }
+
     /// The `:` outside of brackets that ends a block's head.
     ///
     /// `head = {token | "(" {token} ")"} ":"`
     fn colon(&self, i: usize, end: usize) -> Option<usize> {
-        let mut depth = 0usize;
-        (i..end).find(|&k| {
-            match self.tokens[k].kind {
-                Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
-                Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
-                Kind::Mark(b':') => return depth == 0,
-                _ => {}
-            }
-            false
-        })
+        self.outside(i..end, b':')
     }
 
     /// Token after a call that begins a statement, where another statement follows on its line.
@@ -285,16 +282,7 @@ impl Parsed {
             at += 1;
         }
         let name = if at < span.end { self.words.at(at).to_string() } else { String::new() };
-        let mut depth = 0usize;
-        let equals = (at..span.end).find(|&k| {
-            match self.tokens[k].kind {
-                Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
-                Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
-                Kind::Mark(b'=') => return depth == 0,
-                _ => {}
-            }
-            false
-        });
+        let equals = self.outside(at..span.end, b'=');
         let call = self.tokens.get(at + 1).is_some_and(|t| t.kind == Kind::Mark(b'('));
         match qualifier {
             "global" => drop(self.globals.insert(name.clone())),
@@ -320,89 +308,6 @@ impl Parsed {
             }
             _ => self.push(def, span, ItemKind::Other),
         }
-    }
-
-    /// Settles which assignments belong to one variable, and which variables are read. `goals`: per item the token of the
-    /// name that a move leads to.
-    pub fn settle(&mut self, goals: &[Option<usize>]) {
-        let by_function = std::mem::take(&mut self.variables);
-        let mut keys: Vec<_> = by_function.keys().cloned().collect();
-        keys.sort();
-        let assigned: HashSet<(Option<usize>, String)> = keys.iter().cloned().collect();
-        let scopes: HashMap<_, _> = keys.iter().map(|(d, n)| ((*d, n.clone()), self.scope(*d, n, &assigned))).collect();
-        for key in keys {
-            let (Some(one), Some(scope)) = (by_function.get(&key), scopes.get(&key)) else { continue };
-            let all = self.variables.entry((*scope, key.1.clone())).or_default();
-            all.assigned.extend(&one.assigned);
-            if all.changed.is_none() {
-                all.changed.clone_from(&one.changed);
-            }
-        }
-        let items = std::mem::take(&mut self.items);
-        for ((_, name), v) in &mut self.variables {
-            if v.assigned.len() > 1 {
-                v.changed.get_or_insert_with(|| format!("`{name}` is assigned more than once"));
-            }
-        }
-        let names: HashSet<String> = self.variables.keys().map(|key| key.1.clone()).collect();
-        for (item, goal) in items.iter().zip(goals) {
-            let from = match item.kind {
-                ItemKind::Assign { value, whole: true, .. } => value,
-                ItemKind::Start => item.span.end,
-                _ => item.span.start,
-            };
-            for i in from..item.span.end {
-                let name = self.words.at(i);
-                if name.is_empty() || Some(i) == *goal || !names.contains(name) {
-                    continue;
-                }
-                if let Some(key) = self.key(item.def, name)
-                    && let Some(v) = self.variables.get_mut(&key)
-                {
-                    v.read = true;
-                }
-            }
-        }
-        self.items = items;
-    }
-
-    fn scope(&self, def: Option<usize>, name: &str, assigned: &HashSet<(Option<usize>, String)>) -> Option<usize> {
-        let own = |d: Option<usize>| (d, name.to_string());
-        if self.locals.contains(&own(def)) {
-            return def;
-        }
-        if self.globals.contains(name) {
-            return None;
-        }
-        let mut found = def;
-        let mut at = def;
-        while let Some(d) = at {
-            if assigned.contains(&own(at)) || self.locals.contains(&own(at)) {
-                found = at;
-            }
-            at = self.defs[d].1;
-        }
-        found
-    }
-
-    /// The variable that a name means in a function; `None`: nothing in the file assigns it there.
-    pub fn key(&self, def: Option<usize>, name: &str) -> Option<(Option<usize>, String)> {
-        let mut at = def;
-        loop {
-            let key = (at, name.to_string());
-            if self.variables.contains_key(&key) || self.locals.contains(&key) {
-                return self.variables.contains_key(&key).then_some(key);
-            }
-            match at {
-                Some(d) => at = self.defs[d].1,
-                None => return None,
-            }
-        }
-    }
-
-    /// Whether a name is a parameter of the function.
-    pub fn is_parameter(&self, def: Option<usize>, name: &str) -> bool {
-        self.locals.contains(&(def, name.to_string()))
     }
 
     /// Names of the functions that an item calls; `run` stands for a thread that starts.

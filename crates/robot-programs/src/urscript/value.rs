@@ -187,7 +187,7 @@ pub fn pose_values(text: &Text, tokens: &[Token], words: &Words, span: &Span) ->
     }
     let list = elements(text, tokens, words, &(span.start + 1..span.end))?.ok()?;
     let value = |e: &Element| {
-        let digit = 10f64.powi(-i32::from(e.style.decimals));
+        let digit = number::last_digit(e.style.decimals);
         let (start, end) = (e.bytes.start, e.bytes.end);
         // degrees in a pose have their own unit
         (!e.degrees).then_some(Some(Value { si: e.value, start, end, style: e.style, digit, finest: FINEST }))

@@ -9,16 +9,18 @@ use super::moves::CYCLE_S;
 use super::steps::{Built, Site};
 use super::words;
 use crate::axes::JointKind;
+use crate::decimal::Decimal;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
-use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place, substituted};
-use crate::script::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, number};
+use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place};
+use crate::script::{EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, number};
 use std::collections::HashSet;
 
 /// Largest blend of a new point, m: it must not cut what the point is there for.
 const BLEND_M: f64 = 1e-3;
-/// Blends are rounded down to this, m.
+/// Blends are rounded down to this, m, which is the last of so many decimals.
 const BLEND_STEP_M: f64 = 1e-5;
+const BLEND_DECIMALS: u8 = 5;
 /// Cycle of the e-Series, s.
 const SHORT_CYCLE_S: f64 = 0.002;
 
@@ -40,25 +42,7 @@ impl OneText for Writer<'_> {
     fn sites(&self) -> &BySteps<Site> {
         &self.built.sites
     }
-}
 
-impl Writer<'_> {
-    pub fn patches(&self) -> Result<Patches> {
-        let mut out = self.goals()?;
-        for (k, edit) in self.edits.steps.iter() {
-            let (m, site) = self.at(k)?;
-            if edit.as_joint_moves {
-                // `movel` and `movep` take joint values too: path, speed and acceleration stay
-                let q = self.asked().joints_for_pose(k, m, edit)?;
-                out.push(Patch::new(0, site.goal, self.plain(k, q)?));
-            }
-            self.points(k, m, site, edit, &mut out)?;
-            self.blend(k, m, site, edit, &mut out)?;
-        }
-        Ok(out)
-    }
-
-    /// New texts of a target's numbers, with their bytes.
     fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
         let (Some(target), Some(literal)) = (self.built.script.targets.get(t), self.built.literals.get(t)) else {
             return Vec::new();
@@ -80,10 +64,42 @@ impl Writer<'_> {
         .collect()
     }
 
-    /// A target's list with other numbers, on one line.
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
-        Ok(flat(substituted(self.text()?, &literal.bytes.range(), numbers.iter().map(|(s, n)| (s, n.as_str())))))
+        Ok(flat(self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
+    }
+
+    /// `[..]` for a move whose own target is a pose.
+    fn plain(&self, k: usize, _: &Site, q: &[f64]) -> Result<String> {
+        if q.len() != self.kinds.len() {
+            return Err(self.refused(k, "a point with another number of axes"));
+        }
+        let style = number::Style { decimals: 6, point: true, ..number::Style::default() };
+        let axis =
+            |(axis, q): (usize, &f64)| number::write(*q, style, number::decimals_for(style, self.digit(axis), 9));
+        let axes: Vec<String> = q.iter().enumerate().map(axis).collect();
+        Ok(format!("[{}]", axes.join(", ")))
+    }
+
+    fn via(&self, site: &Site) -> Option<Span> {
+        site.via
+    }
+}
+
+impl Writer<'_> {
+    pub fn patches(&self) -> Result<Patches> {
+        let mut out = self.goals()?;
+        for (k, edit) in self.edits.steps.iter() {
+            let (m, site) = self.at(k)?;
+            if edit.as_joint_moves {
+                // `movel` and `movep` take joint values too: path, speed and acceleration stay
+                let q = self.asked().joints_for_pose(k, m, edit)?;
+                out.push(Patch::new(0, site.goal, self.plain(k, site, q)?));
+            }
+            self.points(k, m, site, edit, &mut out)?;
+            self.blend(k, m, site, edit, &mut out)?;
+        }
+        Ok(out)
     }
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
@@ -125,14 +141,7 @@ impl Writer<'_> {
     }
 
     fn points(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
-        if edit.before.is_empty() && edit.vias.is_empty() {
-            return Ok(());
-        }
-        if let Some(why) = &m.closed {
-            return Err(self.refused(k, why));
-        }
-        self.last_piece(k, m, site, edit, out)?;
-        if edit.before.is_empty() {
+        if !self.has_new_points(k, m, site, edit, out)? {
             return Ok(());
         }
         let text = self.text()?;
@@ -148,17 +157,12 @@ impl Writer<'_> {
         let indent = text.slice(line.start..site.bytes.start());
         let mut bytes = Vec::new();
         for (n, point) in edit.before.iter().enumerate() {
-            let target = match (m.goal.target(), &m.goal) {
-                (_, Goal::Pose(_)) if edit.as_joint_moves => self.plain(k, &point.q)?,
-                (Some(t), _) => self.literal(t, &self.numbers(t, &point.q))?,
-                (_, Goal::Opaque(why)) => return Err(self.refused(k, why)),
-                _ => return Err(self.refused(k, "the numbers of its target cannot be written")),
-            };
+            let target = self.target(k, m, site, point, edit.as_joint_moves)?;
             let blend = self.room(m, point);
             let argument;
             let place = if edit.as_joint_moves { site.goal } else { site.point };
             let mut patches = vec![(place.range(), target.as_str())];
-            let via = edit.piece(n).map(|at| self.on_arc(k, m, &point.q, at)).transpose()?;
+            let via = edit.piece(n).map(|at| self.on_arc(k, m, Some(&point.q), at)).transpose()?;
             if let (Some(span), Some(via)) = (&site.via, &via) {
                 patches.push((span.range(), via.as_str()));
             }
@@ -176,32 +180,12 @@ impl Writer<'_> {
                 _ => {}
             }
             patches.sort_by_key(|p| p.0.start);
-            let patches = patches.iter().map(|(span, new)| (span, *new));
-            bytes.extend(flat(substituted(text, &site.bytes.range(), patches)).into_bytes());
+            bytes.extend(flat(text.substituted(site.bytes.range(), patches)).into_bytes());
             bytes.extend_from_slice(text.ending(site.bytes.start()));
             bytes.extend_from_slice(indent);
         }
         out.push(Patch::new(0, site.bytes.start()..site.bytes.start(), bytes));
         Ok(())
-    }
-
-    /// The point on the way of the last piece of an arc, which the motion itself goes.
-    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
-        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
-            return Err(self.refused(k, "a piece of its arc has no point on its way"));
-        }
-        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), &site.via) {
-            let beside = edit.goal.or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
-            out.push(Patch::new(0, *via, self.on_arc(k, m, beside, at)?));
-        }
-        Ok(())
-    }
-
-    /// Target of a point on the way of an arc: the numbers of a pose beside it, but for its position. Its orientation does not count.
-    fn on_arc(&self, k: usize, m: &Move, beside: &[f64], at_m: &[f64]) -> Result<String> {
-        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
-        let numbers: Vec<f64> = at_m.iter().chain(beside.get(at_m.len()..).unwrap_or_default()).copied().collect();
-        self.literal(t, &self.numbers(t, &numbers))
     }
 
     /// `r=` of a new point; `None`: the joint move stops exactly, and so does its copy. A straight TCP move is not stopped on
@@ -233,24 +217,12 @@ impl Writer<'_> {
             )),
         }
     }
-
-    /// `[..]` for a move whose own target is a pose.
-    fn plain(&self, k: usize, q: &[f64]) -> Result<String> {
-        if q.len() != self.kinds.len() {
-            return Err(self.refused(k, "a point with another number of axes"));
-        }
-        let style = number::Style { decimals: 6, point: true, ..number::Style::default() };
-        let axis =
-            |(axis, q): (usize, &f64)| number::write(*q, style, number::decimals_for(style, self.digit(axis), 9));
-        let axes: Vec<String> = q.iter().enumerate().map(axis).collect();
-        Ok(format!("[{}]", axes.join(", ")))
-    }
 }
 
 /// A blend rounded down, m.
 fn blend(most_m: f64) -> String {
-    let r = ((most_m / BLEND_STEP_M) + 1e-9).floor() * BLEND_STEP_M;
-    if r >= BLEND_STEP_M { format!("{r:.5}") } else { "0".into() }
+    let steps = (most_m / BLEND_STEP_M + 1e-9).floor() as i64;
+    Decimal::new(steps, BLEND_DECIMALS).filter(|_| steps > 0).map_or("0".into(), |r| r.to_string())
 }
 
 /// Text on one line: line breaks and comments become blanks.

@@ -5,9 +5,9 @@
 //! its line, are left to the full reader.
 
 use super::{Reader, Site};
-use crate::krl::Source;
 use crate::krl::lex::{Kind, Token};
 use crate::krl::motion::Motion;
+use crate::krl::program::Source;
 use crate::krl::target::axis_value;
 use crate::script::alike::{Anchors, Form, Moves, Plain};
 use crate::script::{At, Goal, StepKind, Value};
@@ -79,7 +79,7 @@ impl Alike {
             let number = numbers.get((*n)?)?;
             Some(axis_value(*kind, number.value, number.style, number.start..number.end))
         };
-        let at = At { file: 0, line: k as u64 + 1 };
+        let at = At::of_line(k);
         reader.targets.push_numbers(None, None, at, known.numbers.iter().zip(reader.axes).map(value));
         reader.sources.push(Source::Inline(0, motion.goal));
         reader.steps.place(reader.steps.next(), Site { motion: Some(motion), others });

@@ -3,8 +3,9 @@
 use super::Reader;
 use crate::krl::calls::calls;
 use crate::krl::lex::Token;
-use crate::krl::settings::{self, Settings};
-use crate::script::{At, Break, Note, StepKind};
+use crate::krl::lists::one_of;
+use crate::krl::settings::Settings;
+use crate::script::{At, Break, StepKind};
 
 /// A block that is open: the settings before it and with which it began.
 pub(super) struct Block {
@@ -20,43 +21,70 @@ impl Reader<'_> {
             && b != Break::Frame
         {
             self.set = self.later_settings(b);
-            self.set.merge_all(&self.lists, b != Break::Call);
+            self.set.lists.merge_all(&self.ahead.lists, b != Break::Call);
         }
         if matches!(kind, StepKind::Break(_)) {
             self.stands = None;
         }
-        self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
+        self.steps.push(At::of_line(k), kind);
     }
 
     /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
     fn later_settings(&mut self, kind: Break) -> Settings {
-        let [base, tool] = self.later.clone();
-        let (bases, tools, any) = (self.set.bases.clone(), self.set.tools.clone(), self.set.any);
+        let [base, tool] = self.ahead.later.clone();
+        let lists = self.set.lists.clone();
         self.frames_set |= kind == Break::Call;
         let first = self.routine <= 1 && !self.frames_set;
         let (base, tool) = match kind {
             // the program starts with the frames that are in force then
             Break::Start if self.routine <= 1 => (None, None),
             // nothing has set them yet, if the program has not come back from further down
-            _ if first => {
-                (settings::one_of(None, "$BASE", base.as_ref()), settings::one_of(None, "$TOOL", tool.as_ref()))
-            }
+            _ if first => (one_of(None, "$BASE", base.as_ref()), one_of(None, "$TOOL", tool.as_ref())),
             _ => (base, tool),
         };
-        let (carried, moved) = (self.carried_later.clone(), self.moved_later.clone());
-        let turning = self.turning_later;
+        let (carried, moved) = (self.ahead.carried.clone(), self.ahead.moved.clone());
+        let turning = self.ahead.turning;
         let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
-        Settings { base, tool, bases, tools, any, carried, moved, ..Settings::turning(turning) }
+        Settings { base, tool, lists, carried, moved, ..Settings::turning(turning) }
+    }
+
+    /// A block, a jump or an interrupt; `false`: it is none.
+    ///
+    /// `flow = ("IF" | "SWITCH" | "LOOP" | "FOR" | "WHILE" | "REPEAT") ... | middle | end | jump | ["GLOBAL"] "INTERRUPT" ... | "BRAKE"`,
+    /// `middle = "ELSE" | "CASE" ... | "DEFAULT"`, `jump = "GOTO" name | "EXIT" | "RETURN" [value] | "RESUME"`,
+    /// `end = "ENDIF" | "ENDSWITCH" | "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" ... | "END" | "ENDFCT"`
+    pub(super) fn flow(&mut self, k: usize, line: &[Token], word: &str, second: &str) -> bool {
+        match word {
+            "IF" | "SWITCH" => self.open(k, line, Break::Jump),
+            "ELSE" | "CASE" | "DEFAULT" => self.middle(k, line),
+            "ENDIF" | "ENDSWITCH" => self.close(k, line, Break::Jump),
+            "GOTO" | "EXIT" => {
+                self.jumps = true;
+                self.leave(k);
+            }
+            "RETURN" => {
+                self.jumps = true;
+                self.called(k, line);
+                self.leave(k);
+            }
+            "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
+            "LOOP" | "FOR" | "WHILE" | "REPEAT" => self.open(k, line, Break::Loop),
+            "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => self.close(k, line, Break::Loop),
+            "INTERRUPT" | "BRAKE" => self.stop(k, Break::Interrupt),
+            "GLOBAL" if second == "INTERRUPT" => self.stop(k, Break::Interrupt),
+            _ => return false,
+        }
+        true
     }
 
     /// A block opens; what its line calls belongs to it.
-    pub(super) fn open(&mut self, k: usize, line: &[Token], kind: Break) {
+    fn open(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         let before = self.set.clone();
-        self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
+        self.steps.open(At::of_line(k), kind);
         self.set = self.later_settings(kind);
         if kind == Break::Loop {
-            self.set.merge_all(&self.lists, false);
+            self.set.lists.merge_all(&self.ahead.lists, false);
         }
         let begins = self.set.clone();
         self.blocks.push(Block { before, begins, sets: false });
@@ -64,30 +92,30 @@ impl Reader<'_> {
     }
 
     /// Its next branch begins.
-    pub(super) fn middle(&mut self, k: usize, line: &[Token]) {
+    fn middle(&mut self, k: usize, line: &[Token]) {
         self.stands = None;
-        self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
+        self.steps.middle(At::of_line(k), Break::Jump);
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
             // the other branch begins with what was there before, or with both
-            self.set.merge_lists(&block.begins);
+            self.set.lists.merge(&block.begins.lists);
         }
         self.set = self.later_settings(Break::Jump);
         self.called(k, line);
     }
 
     /// It closes: where nothing in it moves, the directions stay, and where it sets nothing the settings do.
-    pub(super) fn close(&mut self, k: usize, line: &[Token], kind: Break) {
+    fn close(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         self.called(k, line);
-        let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
+        let busy = self.steps.close(At::of_line(k), kind);
         let block = self.blocks.pop();
         let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
         match block {
             Some(block) if !busy && !sets => self.set = block.before,
             block => {
                 if let Some(block) = block {
-                    self.set.merge_lists(&block.before);
+                    self.set.lists.merge(&block.before.lists);
                 }
                 self.set = self.later_settings(kind);
             }
@@ -98,24 +126,9 @@ impl Reader<'_> {
     }
 
     /// A jump away: what follows is reached by a label, or the end of its block.
-    pub(super) fn leave(&mut self, k: usize) {
+    fn leave(&mut self, k: usize) {
         self.stands = None;
-        if self.blocks.is_empty() {
-            self.stop(k, Break::Jump)
-        } else {
-            self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump)
-        }
-    }
-
-    /// Says which calls end nothing that is known of the joints.
-    pub(super) fn note_calls(&mut self) {
-        let Some(line) = self.met.values().min().copied() else { return };
-        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
-        let text = match names.as_slice() {
-            [one] => format!("the routine {one} that it calls moves nothing, by the files of the project"),
-            all => format!("the routines {} that it calls move nothing, by the files of the project", all.join(", ")),
-        };
-        self.notes.push(Note { place: At { file: 0, line }, text });
+        if self.blocks.is_empty() { self.stop(k, Break::Jump) } else { self.steps.middle(At::of_line(k), Break::Jump) }
     }
 
     pub(super) fn stop(&mut self, k: usize, kind: Break) {

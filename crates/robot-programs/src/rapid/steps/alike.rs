@@ -3,7 +3,8 @@
 //! They are read with the last of the two that have tokens, if both were found to go in the same way to joint values in them, with the same
 //! external axes, and to leave nothing behind: no step beside them, no note.
 
-use super::{Builder, Literal, Site, Written};
+use super::Builder;
+use crate::rapid::built::{Literal, Site, Written};
 use crate::rapid::read::{Item, ItemKind};
 use crate::rapid::value::axis_value;
 use crate::script::alike::{Anchors, Moves, Passed};

@@ -11,8 +11,9 @@ use super::super::read::{Item, Span};
 use super::super::rules::External;
 use super::super::value::Node;
 use super::super::words::{self, Leads, Motion};
-use super::{Builder, Site, Written, plain};
+use super::{Builder, plain};
 use crate::error::Result;
+use crate::rapid::built::{Site, Written};
 use crate::script::{Break, Few, Goal, How, Move, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
@@ -73,17 +74,7 @@ impl Builder<'_> {
         let switched_on =
             switch(&args, "on").is_some().then_some(true).or(switch(&args, "off").is_some().then_some(false));
         site.args = args.into_iter().map(Written::from).collect();
-        let how = How {
-            path: motion.path,
-            fixed: None,
-            closed,
-            speed,
-            blend_m,
-            tool: None,
-            turns_known: false,
-            relative: false,
-            circle: None,
-        };
+        let how = How { path: motion.path, closed, speed, blend_m, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, site);
         self.after_motion(token, &motion, switched_on);

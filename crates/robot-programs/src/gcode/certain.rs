@@ -1,0 +1,128 @@
+//! What is certain of the position and of the modes, and what ends that.
+//!
+//! A position is known as long as every word since it was is known. Whatever lets it slip (a call, a label, a block that cannot be
+//! determined) ends what is known, and with it what relative words lead to. Before such a place, and before a G92, the last move must
+//! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
+//! a loop): it is fixed.
+
+use super::codes::code_text;
+use super::read::Reader;
+use crate::script::{Break, Goal, StepKind, Value};
+
+impl Reader<'_> {
+    /// Nothing is known of the position any more.
+    pub(super) fn lose(&mut self, why: &str) {
+        if self.absolute != Some(true) || self.relative {
+            self.anchor(why);
+        }
+        self.last = None;
+        self.position.fill(None);
+        self.relative = false;
+    }
+
+    /// The last move must end where it always did, on every axis.
+    pub(super) fn anchor(&mut self, why: &str) {
+        let Some(step) = self.last else { return };
+        let Some(StepKind::Move(m)) = self.script.steps.get_mut(step).map(|s| &mut s.kind) else { return };
+        m.fixed.get_or_insert_with(|| format!("a change would stay in all that follows {why}"));
+        let Goal::Joints(t) = m.goal else { return };
+        let Some(s) = self.statements.get(step, self.text, self.letters) else { return };
+        // axes without a word may need one, to take back what was changed before
+        let at = s.words.last().map_or(0, |w| w.span().end);
+        for (a, &goal) in s.goal.iter().enumerate() {
+            if let (Some(goal), None) = (goal, self.script.targets.get(t).and_then(|t| t.values.get(a))) {
+                let (si, digit) = (goal * self.robot.axis(a).kind.si_per_user_unit(), self.digit[a]);
+                let value = Value { si, start: at, end: at, style: Default::default(), digit, finest: digit };
+                self.script.targets.set(t, a, Some(value));
+            }
+        }
+    }
+
+    pub(super) fn end(&mut self, k: usize, kind: Break, why: &str) {
+        self.lose(why);
+        self.step(k, StepKind::Break(kind), None);
+    }
+
+    /// Control may come from elsewhere: only what the whole text never changes is still certain.
+    pub(super) fn join(&mut self, k: usize, kind: Break) {
+        self.end(k, kind, if kind == Break::Call { "a call" } else { "a label, jump or loop" });
+        self.motion = None;
+        if matches!(kind, Break::Start | Break::Call) {
+            self.variables.forget();
+        } else {
+            self.variables.join();
+        }
+        if !self.survey.single(&[900, 910]) {
+            self.absolute = None;
+        }
+        if !self.survey.single(&[200, 210]) {
+            self.inch = None;
+        }
+        if !self.survey.single(&[170, 180, 190]) {
+            self.plane = None;
+        }
+        self.feed = None;
+        self.lost_frame |= self.survey.frames();
+        if [410, 420, 411, 421].iter().any(|c| self.survey.codes.contains(c)) {
+            self.compensation = Some("G41 or G42 may be on".into());
+        }
+        self.may_be_strange();
+        if [430, 431, 440].iter().any(|c| self.survey.codes.contains(c)) && self.length_reference.is_some() {
+            self.length = "unknown".into();
+        }
+    }
+
+    /// Something outside of this text runs: no mode is certain.
+    pub(super) fn call(&mut self, k: usize) {
+        if self.survey.whole {
+            // what runs stands in this text
+            return self.join(k, Break::Call);
+        }
+        self.end(k, Break::Call, "a call");
+        self.variables.forget();
+        self.may_be_strange();
+        self.forget_modes("modes after a call are not known");
+    }
+
+    /// What the text sets somewhere may be in force where control comes from elsewhere.
+    fn may_be_strange(&mut self) {
+        if self.strange.is_none() && self.survey.hidden {
+            self.strange = Some("a line of the program does what is not followed".into());
+        }
+        if let (None, Some(c)) = (&self.strange, self.survey.unfollowed) {
+            self.strange = Some(format!("{} may be on", code_text(c)));
+        }
+        if self.strange.is_none() && self.survey.mirrors {
+            self.strange = Some("M21 or M22 may be on, which mirror an axis on older controls".into());
+        }
+        // centres of arcs, and feeds, that another way there may take otherwise
+        for (set, words) in [(&[901, 911][..], "the centres of arcs"), (&[930, 940, 950], "the feed")] {
+            let other = set[0];
+            if self.strange.is_none() && self.survey.codes.contains(&other) {
+                self.strange = Some(format!("{} may be on, by which {words} count otherwise", code_text(other)));
+            }
+        }
+        if self.survey.macros > 0 {
+            self.modal_macro = Some("G66 may be on: a block may run a macro".into());
+        }
+    }
+
+    /// No mode is certain.
+    pub(super) fn forget_modes(&mut self, why: &str) {
+        self.motion = None;
+        self.absolute = None;
+        self.inch = None;
+        self.plane = None;
+        self.feed = None;
+        self.lost_frame = true;
+        self.compensation.get_or_insert_with(|| format!("{why} (G40)"));
+    }
+
+    /// What words mean, to be compared.
+    pub(super) fn modes(&self) -> String {
+        let words = (self.motion, self.absolute, self.inch, self.plane, self.centre_absolute, self.feed_mode);
+        let frames = (self.frame, self.lost_frame, &self.local, &self.moved, &self.length);
+        let doubts = (&self.strange, &self.modal_macro, &self.compensation, self.exact);
+        format!("{words:?} {frames:?} {doubts:?}")
+    }
+}

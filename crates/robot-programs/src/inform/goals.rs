@@ -1,0 +1,246 @@
+//! Where a move leads, by the positions that it names and the headers in force there.
+//!
+//! Fails where a position has too few numbers, or holds pulses of a joint of which the robot file does not say how many make a degree.
+
+use super::job::{ANGLE_DECIMALS, Kind, LENGTH_DECIMALS, Meaning, Number, Numbers, Position, Reference};
+use super::read::Reader;
+use crate::error::Result;
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{At, Goal, Move, Note, PoseForm, PoseGoal, Solution, Span, Target, Value, number};
+use nalgebra::{UnitQuaternion, Vector3};
+
+impl Reader<'_> {
+    /// Why a copy of a position at the end of its kind would mean something else.
+    pub(super) fn no_copy(&self, position: usize) -> Option<String> {
+        let p = &self.list.positions[position];
+        let header = p.section.lacks(self.ends.get(&p.kind)?)?;
+        Some(format!("no {header} before its position, which a copy after the other positions would get"))
+    }
+
+    /// Where a move leads; also says whether it is fixed or closed by what its positions are.
+    ///
+    /// `goal = (C_position | P_position) [BC_position | BP_position] [EC_position | EX_position]`
+    pub(super) fn goal(&mut self, k: usize, references: &[Reference], m: &mut Move) -> Result<Goal> {
+        let list = self.list;
+        let mut key: Vec<usize> = references.iter().map(Reference::position).collect();
+        key.sort_by_key(|&p| list.positions[p].kind);
+        let Some(first) = key.first().map(|&p| &list.positions[p]).filter(|p| matches!(p.kind, Kind::C | Kind::P))
+        else {
+            return Ok(Goal::Opaque("it names no position of the robot".into()));
+        };
+        if key.windows(2).any(|w| list.positions[w[0]].kind == list.positions[w[1]].kind) {
+            return Ok(Goal::Opaque("it names two positions of one kind".into()));
+        }
+        if first.kind == Kind::P {
+            if self.assigned.contains(&first.number) {
+                return Ok(Goal::Opaque(format!("position variable P{:03} is set in the job", first.number)));
+            }
+            m.fixed = self.shared.uncertain(first.number);
+            if m.fixed.is_none() && !self.has_noted {
+                self.has_noted = true;
+                let text = "position variables are taken and edited as the list of the job gives them: another job that sets or loads them \
+                            undoes that";
+                self.script.notes.push(Note { place: At::of_line(k), text: text.into() });
+            }
+            m.closed.get_or_insert_with(|| "its target is a position variable".into());
+        }
+        match first.section.meaning {
+            Meaning::Pulse | Meaning::Angle => self.joints(k, key, m),
+            Meaning::Unknown => Ok(Goal::Opaque("no ///POSTYPE before its position".into())),
+            meaning => {
+                let stations: Vec<f64> = key[1..]
+                    .iter()
+                    .flat_map(|&p| &list.positions[p].numbers)
+                    .filter_map(|r| number::read(self.text.slice(*r)))
+                    .map(|n| n.0)
+                    .collect();
+                if !stations.is_empty() {
+                    if self.still.as_ref() != Some(&stations) {
+                        m.closed.get_or_insert_with(|| "axes that the robot file does not have may move along".into());
+                    }
+                    self.still = Some(stations);
+                }
+                Ok(self.pose(key, meaning))
+            }
+        }
+    }
+
+    /// The number of the header on a line.
+    fn header(&self, line: Option<u32>) -> Option<u32> {
+        line.and_then(|k| header_number(self.text.line(k as usize)))
+    }
+
+    /// The user frame (`tool`: the tool) of the header on a line: `MFRAME UF#(1) ...` in the job makes it one that is known only while the job
+    /// runs.
+    fn as_set(&self, frame: Frame, line: Option<u32>, tool: bool) -> Frame {
+        match self.header(line) {
+            Some(n) if self.frames_set.has(tool, n) => frame.made("0", "as the job sets it"),
+            _ => frame,
+        }
+    }
+
+    /// The tool of a position.
+    pub(super) fn tool(&self, position: &Position) -> Frame {
+        let tool = match self.header(position.section.tool) {
+            Some(n) => Frame::Named(n.to_string()),
+            None => Frame::Unknown("no ///TOOL before its position".into()),
+        };
+        self.as_set(tool, position.section.tool, true)
+    }
+
+    /// A Cartesian target: X, Y, Z, Rx, Ry, Rz of the C line under the headers in force there.
+    ///
+    /// `position = name "=" x "," y "," z "," rx "," ry "," rz ["," ...]`
+    fn pose(&mut self, key: Vec<usize>, meaning: Meaning) -> Goal {
+        let list = self.list;
+        let position = &list.positions[key[0]];
+        let form = PoseForm::FixedXyz;
+        let value = |(n, span): (usize, &Span)| {
+            let (v, style) = number::read(self.text.slice(*span))?;
+            let (unit, weight) = (form.unit(n), number::last_digit);
+            let most = style.decimals.max(if n < 3 { LENGTH_DECIMALS } else { ANGLE_DECIMALS });
+            let (digit, finest) = (weight(style.decimals) * unit, weight(most) * unit);
+            Some(Value { si: v * unit, start: span.start(), end: span.end(), style, digit, finest })
+        };
+        let values: Option<Vec<Value>> = position.numbers.iter().take(6).enumerate().map(value).collect();
+        let Some(values) = values.filter(|v| v.len() == 6) else {
+            return Goal::Opaque("a Cartesian position of fewer than six numbers".into());
+        };
+        let n: Vec<f64> = values.iter().map(|v| v.si).collect();
+        let carried = key.iter().any(|&p| list.positions[p].kind == Kind::Bc) || self.base_axes;
+        let header = |line: Option<u32>| self.header(line);
+        let frame = match meaning {
+            _ if carried => Frame::Unknown("a robot on base axes".into()),
+            Meaning::Robot | Meaning::Base => Frame::Null,
+            Meaning::User => match header(position.section.user) {
+                Some(n) => Frame::Named(n.to_string()),
+                None => Frame::Unknown("no ///USER before its position".into()),
+            },
+            _ => Frame::Unknown("a tool frame, or one of another robot".into()),
+        };
+        let of_user = position.section.user.filter(|_| meaning == Meaning::User);
+        let (frame, tool) = (self.as_set(frame, of_user, false), self.tool(position));
+        let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k as usize)));
+        let target = match self.targets.get(&key) {
+            Some(t) => t,
+            None => {
+                let t = self.script.targets.len();
+                self.script.targets.push(Target {
+                    pose: Some(form),
+                    name: Some(format!("{}{:0w$}", position.kind.word(), position.number, w = position.digits)),
+                    at: At::of_line(position.line),
+                    values: values.into_iter().map(Some).collect(),
+                });
+                self.numbers.push(Numbers::of_line(key[0], 6));
+                self.targets.insert(key, t);
+                t
+            }
+        };
+        Goal::pose(PoseGoal {
+            target: Some(target),
+            position_m: Vector3::new(n[0], n[1], n[2]),
+            rotation: Some(UnitQuaternion::from_euler_angles(n[3], n[4], n[5])),
+            frame,
+            tool,
+            solution: solution.map_or(Solution::Same, Solution::Configured),
+            binding: true,
+            ..PoseGoal::default()
+        })
+    }
+
+    /// A joint target: numbers of the C line are axes first, then those of BC and EC.
+    ///
+    /// `position = name "=" axis {"," axis}`
+    fn joints(&mut self, k: usize, key: Vec<usize>, m: &mut Move) -> Result<Goal> {
+        let (text, robot, list) = (self.text, self.robot, self.list);
+        let all: Vec<Number> =
+            key.iter().flat_map(|&p| (0..list.positions[p].numbers.len()).map(move |n| (p as u32, n as u32))).collect();
+        let lead = &list.positions[key[0]];
+        if all.len() < robot.dof() {
+            let found = format!("{} numbers for the move on line {}", all.len(), k + 1);
+            let expected = format!("{}, one for each axis of {}", robot.dof(), robot.name);
+            return Err(text.bad(text.line_span(lead.line).start, found, expected));
+        }
+        let (axes, rest) = all.split_at(robot.dof());
+        let span = |n: &Number| list.positions[n.0 as usize].numbers[n.1 as usize].range();
+        let read = |n: &Number| number::read(text.slice(span(n))).map(|v| v.0);
+        if !rest.is_empty() {
+            let rest: Vec<f64> = rest.iter().filter_map(read).collect();
+            if self.still.as_ref() != Some(&rest) {
+                m.closed.get_or_insert_with(|| "axes that the robot file does not have may move along".into());
+            }
+            self.still = Some(rest);
+        }
+        if let Some(p) = axes
+            .iter()
+            .map(|n| &list.positions[n.0 as usize])
+            .find(|p| !matches!(p.section.meaning, Meaning::Pulse | Meaning::Angle))
+        {
+            return Ok(Goal::Opaque(format!("{}{:05} holds no joint values", p.kind.word(), p.number)));
+        }
+        if let Some(t) = self.targets.get(&key) {
+            return Ok(Goal::Joints(t));
+        }
+        let mut values = Vec::with_capacity(axes.len());
+        for (axis, n) in axes.iter().enumerate() {
+            values.push(Some(self.value(axis, *n)?));
+        }
+        let t = self.script.targets.len();
+        self.script.targets.push(Target {
+            pose: None,
+            name: Some(format!("{}{:0w$}", lead.kind.word(), lead.number, w = lead.digits)),
+            at: At::of_line(lead.line),
+            values,
+        });
+        self.numbers.push(Numbers::of(axes));
+        self.targets.insert(key, t);
+        Ok(Goal::Joints(t))
+    }
+
+    fn value(&self, axis: usize, n: Number) -> Result<Value> {
+        let position = &self.list.positions[n.0 as usize];
+        let span = position.numbers[n.1 as usize].range();
+        let joint = self.robot.axis(axis);
+        let (v, style) = number::read(self.text.slice(span.clone())).unwrap_or_default();
+        if position.section.meaning == Meaning::Pulse {
+            let Some(pulses) = joint.pulses else {
+                let key = format!("pulses_per_{}", joint.kind.unit());
+                return Err(self.text.bad(
+                    span.start,
+                    format!("pulses, and no `{key}` of joint {} in the file of {}", joint.name, self.robot.name),
+                    format!(
+                        "`{key}` of joint {} in the robot file (the controller's pulses per {})",
+                        joint.name,
+                        joint.kind.unit()
+                    ),
+                ));
+            };
+            let digit = 1.0 / pulses.abs();
+            return Ok(Value { si: v / pulses, start: span.start, end: span.end, style, digit, finest: digit });
+        }
+        let unit = joint.kind.si_per_user_unit();
+        let weight = |d: u8| unit * number::last_digit(d);
+        let finest = weight(style.decimals.max(ANGLE_DECIMALS));
+        Ok(Value { si: v * unit, start: span.start, end: span.end, style, digit: weight(style.decimals), finest })
+    }
+}
+
+/// The number of a header: `///TOOL 3`, `///USER 1`.
+///
+/// `header = word number ["," ...]`
+fn header_number(line: &[u8]) -> Option<u32> {
+    let words = String::from_utf8_lossy(line).into_owned();
+    words.split_ascii_whitespace().nth(1)?.split(',').next()?.parse().ok()
+}
+
+/// `///RCONF 0,0,0,0,0,0,...`; the first six are known.
+///
+/// `rconf = "///RCONF" bit "," bit "," bit "," bit "," bit "," bit ["," ...]`
+fn configuration(line: &[u8]) -> Option<Configuration> {
+    let words = String::from_utf8_lossy(line).into_owned();
+    let (_, list) = words.trim().split_once(|c: char| c.is_ascii_whitespace())?;
+    let bits =
+        list.split(',').take(6).map(|v| Some(v.trim().parse::<u8>().ok()? != 0)).collect::<Option<Vec<bool>>>()?;
+    let [no_flip, lower, rear, r, t, s] = bits[..] else { return None };
+    Some(Configuration::Yaskawa { no_flip, lower, rear, beyond: [r, t, s] })
+}

@@ -1,0 +1,218 @@
+//! Where motions lead: values in line, names, products of frames, increments.
+
+use super::Reader;
+use crate::error::Result;
+use crate::krl::aggregate::{Aggregate, aggregate};
+use crate::krl::lex::{Kind, Token};
+use crate::krl::motion::{self, Word};
+use crate::krl::name::Holds;
+use crate::krl::product;
+use crate::krl::program::Source;
+use crate::krl::relative;
+use crate::krl::target::{Others, target};
+use crate::script::pose::Frame;
+use crate::script::{At, Goal, Note, PathKind, PoseForm, PoseGoal, Shift, Target};
+use nalgebra::{Isometry3, Vector3};
+use std::sync::Arc;
+
+/// A goal, the token after it, and its external axes.
+type Found = (Goal, Option<usize>, Others);
+
+const COMPUTED: &str = "the goal is computed";
+
+/// A goal that is not known, as nothing is of where it ends.
+fn unknown(why: &str) -> Found {
+    (Goal::Opaque(why.into()), None, None)
+}
+
+impl Reader<'_> {
+    /// The goal of a relative motion.
+    ///
+    /// `relative = aggregate {"C_..."} ["#BASE" | "#TOOL"]`
+    fn relative(&self, line: &[Token], at: usize, word: Word) -> Found {
+        let given = line.get(at).filter(|t| t.is(b'{'));
+        let given = given.and_then(|_| aggregate(self.text, 0, line, at).ok()).zip(self.stands.as_ref());
+        let end = given.as_ref().map(|((_, next), _)| *next);
+        let goal =
+            given.and_then(|((a, next), stands)| stands.moved(self.text, word, &a, &line[next..], self.frames()));
+        (goal.map_or_else(|| Goal::Opaque(relative::UNKNOWN.into()), Goal::pose), end, None)
+    }
+
+    /// The goal of a motion at token `at`.
+    ///
+    /// `goal = product | aggregate | name [index]`
+    pub(super) fn goal(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
+        Ok(match line.get(at) {
+            _ if word.relative => self.relative(line, at, word),
+            None => unknown("the motion has no goal"),
+            Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word)?,
+            Some(t) if t.is(b'{') => {
+                let (a, next) = aggregate(self.text, 0, line, at)?;
+                let others = Some(a.others(&self.names, self.text).into());
+                (self.aggregate(k, a, word)?, Some(next), others)
+            }
+            Some(t) if t.kind == Kind::Word => {
+                let (name, next) = product::name(self.text, line, at);
+                let mut others = None;
+                let goal = match self.data.find(self.routine, &name) {
+                    // a call, an element of an array by a computed index, a sum of frames
+                    _ if !motion::ends(self.text, line, next) => Goal::Opaque(COMPUTED.into()),
+                    None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
+                    None => Goal::Opaque(format!("{name} is not declared in the files given")),
+                    Some(n) => {
+                        if let Ok(a) = self.data.names[n].value() {
+                            others = Some(a.others(&self.names, &self.texts[a.file]).into());
+                        }
+                        self.named(n, word)?
+                    }
+                };
+                (goal, Some(next), others)
+            }
+            Some(_) => unknown(COMPUTED),
+        })
+    }
+
+    /// `P1:{X 0,Y 4,...}`, `$NULLFRAME:P[2]:F`: the numbers of one factor are edited, the others displace it.
+    fn product(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
+        let (factors, next) = match product::factors(self.text, line, at, self.data, self.routine)? {
+            Ok(found) => found,
+            Err(why) => return Ok(unknown(&why)),
+        };
+        if !motion::ends(self.text, line, next) {
+            return Ok(unknown(COMPUTED));
+        }
+        let found = |goal| Ok((goal, Some(next), Some(Arc::default())));
+        // numbers in the motion itself belong to it alone
+        let chosen = factors.iter().position(|f| f.inline).or_else(|| factors.iter().position(|f| f.name.is_some()));
+        let Some(chosen) = chosen else { return found(Goal::Opaque(COMPUTED.into())) };
+        let factor = &factors[chosen];
+        let goal = match factor.name {
+            Some(n) => self.named(n, word)?,
+            None => self.aggregate(k, factor.value.clone(), word)?,
+        };
+        let Goal::Pose(mut pose) = goal else { return found(Goal::Opaque(COMPUTED.into())) };
+        let of = |list: &[product::Factor]| {
+            list.iter().try_fold(Isometry3::identity(), |all, f| Some(all * f.value.isometry()?))
+        };
+        let (Some(before), Some(after)) = (of(&factors[..chosen]), of(&factors[chosen + 1..])) else {
+            return found(Goal::Opaque("a part of its position is not given".into()));
+        };
+        // status and turn are those of the right operand, and a FRAME has none
+        let (frame, tool) = self.frames();
+        let last = factors.last().and_then(|f| f.value.pose(&frame, &tool, word.path, None));
+        pose.solution = last.map(|p| p.solution).unwrap_or_default();
+        self.point = Some(line[factor.tokens.start].start..line[factor.tokens.end - 1].end);
+        found(Goal::pose(pose.shifted(Shift { before, after })))
+    }
+
+    /// Frame and tool in force. What no line sets has the controller's name: the frame in which the program starts.
+    fn frames(&self) -> (Frame, Frame) {
+        let or = |k: usize, set: &Option<Frame>, name: &str| {
+            let own = self.with[k].as_ref().or(self.of_block[k].as_ref()).or(set.as_ref());
+            own.cloned().unwrap_or_else(|| Frame::Named(name.into()))
+        };
+        let base = match self.set.carried.as_ref().or(self.set.moved.as_ref()) {
+            Some(why) => Frame::Unknown(why.clone()),
+            None => or(0, &self.set.base, "$BASE"),
+        };
+        (base, or(1, &self.set.tool, "$TOOL"))
+    }
+
+    /// A Cartesian goal, with a target for its numbers.
+    fn pose(&mut self, a: &Aggregate, word: Word, name: Option<String>, at: At, source: Source) -> Option<PoseGoal> {
+        let (frame, tool) = self.frames();
+        let target = a.coordinates().map(|values| {
+            self.targets.push(Target { pose: Some(PoseForm::EulerZyx), name, at, values });
+            self.sources.push(source);
+            self.targets.len() - 1
+        });
+        a.pose(&frame, &tool, word.path, target)
+    }
+
+    /// The goal that a motion gives in line.
+    fn aggregate(&mut self, k: usize, a: Aggregate, word: Word) -> Result<Goal> {
+        if a.has_axes() {
+            return Ok(match target(self.axes, self.text, &a, None, At::of_line(k), word)? {
+                Err(why) => Goal::Opaque(why),
+                Ok(target) => {
+                    self.targets.push(target);
+                    self.sources.push(Source::Inline(a.file as u16, a.span.into()));
+                    Goal::Joints(self.targets.len() - 1)
+                }
+            });
+        }
+        let at = At::of_line(k);
+        let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span.clone().into()));
+        Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
+    }
+
+    /// Position of the point on the way of an arc, m.
+    ///
+    /// `via = (aggregate | name [index]) ","`
+    pub(super) fn via(&self, line: &[Token]) -> Option<Vector3<f64>> {
+        let t = line.get(1)?;
+        let of = |a: &Aggregate| {
+            let at = |name: &str| a.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1 * 1e-3);
+            Some(Vector3::new(at("X")?, at("Y")?, at("Z")?))
+        };
+        if t.is(b'{') {
+            let (point, next) = aggregate(self.text, 0, line, 1).ok()?;
+            // a product of frames goes on after the aggregate
+            return line.get(next).filter(|t| t.is(b',')).and_then(|_| of(&point));
+        }
+        let (name, next) = product::name(self.text, line, 1);
+        let comma = t.kind == Kind::Word && line.get(next).is_some_and(|t| t.is(b','));
+        let n = self.data.find(self.routine, &name).filter(|_| comma)?;
+        of(self.data.names[n].value().ok()?)
+    }
+
+    /// Says where the values of a point of another module come from.
+    fn elsewhere(&mut self, n: usize) {
+        let name = &self.data.names[n];
+        if name.context {
+            let file = self.texts.get(name.file).map_or("", |t| t.name.as_str());
+            let text = format!("the values of {} are those of another module ({file}:{})", name.text, name.line + 1);
+            self.notes.push(Note { place: At { file: name.file, line: name.line as u64 + 1 }, text });
+        }
+    }
+
+    /// The goal that a name gives.
+    fn named(&mut self, n: usize, word: Word) -> Result<Goal> {
+        let name = &self.data.names[n];
+        let a = match name.value() {
+            Ok(a) => a,
+            Err(why) => return Ok(Goal::Opaque(why)),
+        };
+        let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |a| a.line) };
+        let at = At { file: a.file, line: line as u64 + 1 };
+        if name.holds == Holds::Pose {
+            let (a, text) = (a.clone(), name.text.clone());
+            let (frame, tool) = self.frames();
+            let pose = match self.of_name.get(&n).copied() {
+                Some(t) => a.pose(&frame, &tool, word.path, Some(t)),
+                None => {
+                    let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n as u32));
+                    if let Some(t) = pose.as_ref().and_then(|p| p.target) {
+                        self.of_name.insert(n, t);
+                        self.elsewhere(n);
+                    }
+                    pose
+                }
+            };
+            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::pose));
+        }
+        if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
+            return Ok(Goal::Joints(t));
+        }
+        Ok(match target(self.axes, &self.texts[a.file], a, Some(name.text.clone()), at, word)? {
+            Err(why) => Goal::Opaque(why),
+            Ok(target) => {
+                self.targets.push(target);
+                self.sources.push(Source::Name(n as u32));
+                self.of_name.insert(n, self.targets.len() - 1);
+                self.elsewhere(n);
+                Goal::Joints(self.targets.len() - 1)
+            }
+        })
+    }
+}

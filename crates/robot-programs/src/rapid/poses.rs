@@ -1,0 +1,251 @@
+//! Cartesian targets of RAPID moves: poses with their frame and tool, displaced or not.
+
+use super::arguments::{Arg, Switch, arguments};
+use super::built::{Literal, Site};
+use super::lex::Kind;
+use super::read::{Item, Span};
+use super::rules::External;
+use super::steps::Builder;
+use super::value::{self, Node};
+use crate::axes::JointKind;
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Shift, Solution, Target};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
+
+impl Builder<'_> {
+    /// `Offs(p1,0,0,100)`, `RelTool(p1,0,0,-50\Rz:=90)` with numbers that are known: the point, the displacement, and whether it
+    /// counts along the tool. RelTool turns about the x, y and z of the tool, in this order, after it has moved.
+    ///
+    /// `displacement = ("Offs" | "RelTool") "(" point "," number "," number "," number {turn} ")"`,
+    /// `turn = "\" ("Rx" | "Ry" | "Rz") ":=" number`
+    fn displacement(&mut self, span: &Span, item: &Item) -> Option<(Span, Isometry3<f64>, bool)> {
+        let p = self.f.p;
+        let of_tool = match self.f.word(span.start) {
+            "offs" => false,
+            "reltool" => true,
+            _ => return None,
+        };
+        let mark = |k: usize, b: u8| p.tokens.get(k).is_some_and(|t| t.kind == Kind::Mark(b));
+        if span.len() < 4 || !mark(span.start + 1, b'(') || !mark(span.end - 1, b')') {
+            return None;
+        }
+        let args = arguments(p, span.start + 2..span.end - 1);
+        let [point, x, y, z] = args.as_slice() else { return None };
+        let mut turn = UnitQuaternion::identity();
+        let switches: Vec<Switch> = args.iter().flat_map(|a| a.switches.clone()).collect();
+        for name in ["rx", "ry", "rz"] {
+            let Some(s) = switches.iter().find(|s| s.name == name) else { continue };
+            let angle = self.number(&s.value.clone()?, item)?.to_radians();
+            let axis = match name {
+                "rx" => Vector3::x_axis(),
+                "ry" => Vector3::y_axis(),
+                _ => Vector3::z_axis(),
+            };
+            turn *= UnitQuaternion::from_axis_angle(&axis, angle);
+        }
+        if switches.iter().any(|s| !of_tool || !matches!(s.name.as_str(), "rx" | "ry" | "rz")) {
+            return None;
+        }
+        let [x, y, z] = [x, y, z].map(|a| self.number(&a.span, item));
+        let by = Translation3::from(Vector3::new(x?, y?, z?) * 1e-3);
+        Some((point.span.clone(), Isometry3::from_parts(by, turn), of_tool))
+    }
+
+    /// The configuration that a target of a six-axis arm orders: its third part.
+    ///
+    /// `confdata = "[" cf1 "," cf4 "," cf6 "," cfx "]"`
+    fn configuration(&self, node: &Node) -> Solution {
+        let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
+        let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
+        let conf = node.get(2).and_then(|n| n.numbers::<4>()).filter(|c| six && c.iter().all(|v| whole(*v)));
+        conf.map_or(Solution::Same, |c| {
+            let [cf1, cf4, cf6, cfx] = c.map(|v| v as i32);
+            Solution::Configured(Configuration::Abb { quarters: [cf1, cf4, cf6], cfx })
+        })
+    }
+
+    /// The pose of a move: written in it, declared, or displaced from one of these.
+    ///
+    /// `goal = displacement | robtarget | name ["{" index {"," index} "}"]`,
+    /// `robtarget = "[" trans "," rot "," confdata "," extax "]"`
+    pub fn pose_goal(
+        &mut self,
+        span: &Span,
+        tool: Option<Arg>,
+        wobj: Option<Switch>,
+        item: &Item,
+        path: PathKind,
+        (site, external_axes): (&mut Site, &mut Arc<External>),
+    ) -> Goal {
+        let p = self.f.p;
+        if let Some((base, by, of_tool)) = self.displacement(span, item) {
+            site.point = (p.tokens[base.start].start()..p.tokens[base.end - 1].end()).into();
+            let goal = self.pose_goal(&base, tool, wobj, item, path, (site, external_axes));
+            let Goal::Pose(goal) = goal else { return goal };
+            let shift = if of_tool { Shift::of_pose(by) } else { Shift::in_frame(by.translation.vector) };
+            return Goal::pose(goal.shifted(shift));
+        }
+        let inline = p.tokens[span.start].kind == Kind::Mark(b'[');
+        let declared = if inline { Ok(None) } else { self.name_of(span, item).map(Some) };
+        let declared = match declared {
+            Ok(declared) => declared,
+            Err(why) => return Goal::Opaque(why),
+        };
+        let node = match &declared {
+            None => value::aggregate(self.f.text, &p.tokens, span.clone()),
+            Some((d, indices)) => self.element(*d, indices),
+        };
+        let parts = node.as_ref().and_then(|n| Some((n.get(0)?.numbers::<3>()?, n.get(1)?.numbers::<4>()?, n.get(3)?)));
+        let (Some((xyz, [w, x, y, z], external)), Some(node)) = (parts, node.as_ref()) else {
+            return Goal::Opaque(self.opaque(span));
+        };
+        let Some(rotation) = unit(w, x, y, z) else {
+            return Goal::Opaque("its orientation is no quaternion".into());
+        };
+        *external_axes = self.like_before(External::of(self.f.text, Some(external)));
+        if matches!(**external_axes, External::Numbers(_)) {
+            site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into());
+        }
+        let frame = self.carried_frame(wobj, item, external_axes);
+        let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
+        let solution = self.configuration(node);
+        let at = self.at(span.start);
+        let target = self.pose_target(declared, node, at, external_axes);
+        let tool = self.tool(tool, item);
+        let position_m = Vector3::from(xyz) * 1e-3;
+        Goal::pose(PoseGoal {
+            target,
+            position_m,
+            rotation: Some(rotation),
+            frame,
+            tool,
+            solution,
+            binding: checked,
+            ..PoseGoal::default()
+        })
+    }
+
+    /// Position of the point on the way of an arc, m, and its orientation where it is known.
+    ///
+    /// `via = displacement | robtarget | name ["{" index {"," index} "}"]`
+    #[allow(clippy::type_complexity)]
+    pub fn via(&mut self, span: &Span, item: &Item) -> Option<(Vector3<f64>, Option<UnitQuaternion<f64>>)> {
+        if let Some((base, by, of_tool)) = self.displacement(span, item) {
+            let via = self.via(&base, item).filter(|_| !of_tool);
+            return via.map(|(at, turn)| (at + by.translation.vector, turn));
+        }
+        let p = self.f.p;
+        let node = match p.tokens[span.start].kind {
+            Kind::Mark(b'[') => value::aggregate(self.f.text, &p.tokens, span.clone()),
+            _ => self.name_of(span, item).ok().and_then(|(d, indices)| self.element(d, &indices)),
+        };
+        let node = node?;
+        let at = Vector3::from(node.get(0)?.numbers::<3>()?) * 1e-3;
+        let turn = node.get(1).and_then(|n| n.numbers::<4>()).filter(|q| q.iter().any(|v| *v != 0.0));
+        let turn = turn.map(|[w, x, y, z]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
+        Some((at, turn))
+    }
+
+    /// The frame of a goal. A track carries the base, a positioner may carry the work object.
+    fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, external_axes: &External) -> Frame {
+        let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.written(v));
+        let frame = self.frame(wobj, item);
+        match external_axes.standing() {
+            Some(axes) => frame.carried(&own, &axes),
+            None => {
+                Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
+            }
+        }
+    }
+
+    /// The numbers of a pose as a target that can be written; `declared`: where it has a name.
+    fn pose_target(
+        &mut self,
+        declared: Option<(usize, Vec<usize>)>,
+        node: &Node,
+        at: At,
+        external_axes: &Arc<External>,
+    ) -> Option<usize> {
+        let values = value::pose(node)?;
+        // a list with a call in it cannot be written into the instruction: the call would happen once more
+        if self.f.text.slice(node.bytes()).contains(&b'(') {
+            return None;
+        }
+        if let Some(key) = declared {
+            return Some(match self.known.get(&key) {
+                Some(&t) => t,
+                None => self.declared_target(key.0, key.1, node, values, Some(PoseForm::Quaternion)),
+            });
+        }
+        self.targets.push(Target { name: None, at, values, pose: Some(PoseForm::Quaternion) });
+        self.externals.push(Arc::clone(external_axes));
+        self.literals.push(Literal { bytes: node.bytes().into(), owner: None, foreign: None });
+        Some(self.targets.len() - 1)
+    }
+
+    /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name.
+    ///
+    /// `wobjdata = "[" robhold "," ufprog "," ufmec "," pose "," pose "]"`
+    fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Frame {
+        if self.displaced {
+            self.displaced = false;
+            let frame = self.frame(wobj, item);
+            self.displaced = true;
+            return frame.made("wobj0", "displaced by PDispOn or PDispSet");
+        }
+        let Some(value) = wobj.and_then(|w| w.value) else { return Frame::Null };
+        if self.predefined(&value, item) == Some("wobj0") {
+            return Frame::Null;
+        }
+        let name = self.written(&value);
+        let Some(node) = self.known_data(&value, item) else { return Frame::Named(name) };
+        // [robhold, ufprog, ufmec, [user frame], [object frame]]
+        let flag = |k: usize| match node.get(k) {
+            Some(Node::Other(b)) => Some(self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true")),
+            _ => None,
+        };
+        match (flag(0), flag(1)) {
+            (Some(true), _) => Frame::Unknown(format!("the robot holds the work object `{name}`")),
+            (_, Some(false)) => Frame::Named(format!("{name} on its mechanical unit")),
+            _ => match (node.get(3).and_then(frame_of), node.get(4).and_then(frame_of)) {
+                (Some(user), Some(object)) => Frame::Given(user * object),
+                _ => Frame::Named(name),
+            },
+        }
+    }
+
+    /// Tool of a robtarget: `tool0`, tool data in the text, else by its name.
+    ///
+    /// `tooldata = "[" robhold "," pose "," loaddata "]"`
+    fn tool(&mut self, tool: Option<Arg>, item: &Item) -> Frame {
+        let Some(arg) = tool else { return Frame::Unknown("it names no tool".into()) };
+        if self.predefined(&arg.span, item) == Some("tool0") {
+            return Frame::Null;
+        }
+        let name = self.written(&arg.span);
+        // [robhold, [[x,y,z],[q1..q4]], load]
+        let Some(node) = self.known_data(&arg.span, item) else { return Frame::Named(name) };
+        let held = match node.get(0) {
+            Some(Node::Other(b)) => self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true"),
+            _ => return Frame::Named(name),
+        };
+        match node.get(1).and_then(frame_of) {
+            _ if !held => Frame::Unknown(format!("tool `{name}` stands still, and the robot holds the work object")),
+            Some(frame) => Frame::Given(frame),
+            None => Frame::Named(name),
+        }
+    }
+}
+
+/// A frame of tool or work object data.
+///
+/// `pose = "[" trans "," rot "]"`, `trans = "[" three numbers "]"`, `rot = "[" four numbers "]"`
+fn frame_of(node: &Node) -> Option<Isometry3<f64>> {
+    let (xyz, [w, x, y, z]) = (node.get(0)?.numbers::<3>()?, node.get(1)?.numbers::<4>()?);
+    Some(Isometry3::from_parts(Translation3::from(Vector3::from(xyz) * 1e-3), unit(w, x, y, z)?))
+}
+
+fn unit(w: f64, x: f64, y: f64, z: f64) -> Option<UnitQuaternion<f64>> {
+    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1).filter(|q| q.coords.iter().all(|c| c.is_finite()))
+}

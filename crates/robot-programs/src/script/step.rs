@@ -1,0 +1,230 @@
+//! Steps of a program: motions, and what stands between them.
+
+use super::pose::{Frame, PoseGoal};
+use super::thin::Few;
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
+/// A place: text and line, counted from 1.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct At {
+    /// Number of the file, from 0: the order of the texts.
+    pub file: usize,
+    /// Line, from 1.
+    pub line: u64,
+}
+
+impl At {
+    /// Line `k` of the program's own text, from 0.
+    pub fn of_line(k: usize) -> Self {
+        Self { file: 0, line: k as u64 + 1 }
+    }
+}
+
+/// A sentence about a place of the program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// Line of the program.
+    pub place: At,
+    /// What to know, in words.
+    pub text: String,
+}
+
+/// One step.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Line at which it stands.
+    pub at: At,
+    /// What it is.
+    pub kind: StepKind,
+}
+
+impl Step {
+    /// A step that follows `before`: moves that go alike share what they have in common.
+    pub fn following(before: Option<&Self>, at: At, mut kind: StepKind) -> Self {
+        if let (StepKind::Move(m), Some(Self { kind: StepKind::Move(last), .. })) = (&mut kind, before)
+            && (Arc::ptr_eq(&m.how, &last.how) || m.how == last.how)
+        {
+            m.how = Arc::clone(&last.how);
+        }
+        Self { at, kind }
+    }
+}
+
+/// What a step of a program is.
+#[derive(Debug, Clone)]
+pub enum StepKind {
+    /// A motion.
+    Move(Move),
+    /// The robot stands; directions stay known. Seconds where they are written.
+    Dwell(Option<f64>),
+    /// Where the robot comes from is not known after this: directions are unknown, and so is the position unless the move
+    /// before it certainly led here.
+    Break(Break),
+    /// A process (welding, dispensing) goes on or off.
+    Process(bool),
+    /// A comment `lostmotion: off` (`false`: nothing is changed from here) or `lostmotion: on`.
+    Pragma(bool),
+}
+
+/// Why directions are unknown from here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Break {
+    /// Start of a routine.
+    Start,
+    /// A label, a jump, a branch.
+    Jump,
+    /// Start or end of a loop.
+    Loop,
+    /// A call of something that may move the robot.
+    Call,
+    /// An interrupt or trigger that may move the robot is armed.
+    Interrupt,
+    /// Tool, frame, unit or position was set in a way that moves the meaning of targets.
+    Frame,
+}
+
+/// A motion instruction. How it goes there is its [`How`], as which it can be read and changed.
+#[derive(Debug, Clone)]
+pub struct Move {
+    /// Where it leads.
+    pub goal: Goal,
+    /// Turning points on the way that the format knows itself (quadrants of an arc), in order, without the goal.
+    pub way: Few<Way>,
+    /// Moves that follow each other mostly share it.
+    how: Arc<How>,
+}
+
+impl Move {
+    /// A motion to `goal`.
+    pub fn new(how: How, goal: Goal, way: impl Into<Few<Way>>) -> Self {
+        Self { goal, way: way.into(), how: Arc::new(how) }
+    }
+
+    /// A motion that goes as this one does, straight to another goal.
+    pub fn alike(&self, goal: Goal) -> Self {
+        Self { goal, way: Few::new(), how: Arc::clone(&self.how) }
+    }
+
+    /// Whether both share how they go, as moves that follow each other do where it is the same.
+    pub fn shares_how(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.how, &other.how)
+    }
+}
+
+impl Deref for Move {
+    type Target = How;
+
+    fn deref(&self) -> &How {
+        &self.how
+    }
+}
+
+impl DerefMut for Move {
+    fn deref_mut(&mut self) -> &mut How {
+        Arc::make_mut(&mut self.how)
+    }
+}
+
+/// How a motion goes to its goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct How {
+    /// How the TCP or the joints get there.
+    pub path: PathKind,
+    /// Why the goal's numbers may not be changed, although they are known: `declared in another module`. `None`: they may.
+    pub fixed: Option<String>,
+    /// Whether new points may be put on the way to the goal (most arcs given by three points allow none). Why not.
+    pub closed: Option<String>,
+    /// How fast, as far as the program determines it.
+    pub speed: Speed,
+    /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
+    pub blend_m: Option<f64>,
+    /// Of a straight motion to joint values: the tool whose TCP goes straight; `None`: the language names none. A Cartesian goal has its own.
+    pub tool: Option<Frame>,
+    /// Of a curve to joint values: its turning points on the way are all that there are. Else where its joints turn is not known.
+    pub turns_known: bool,
+    /// Its goal counts from where the motion before ends: an offset there would be carried along.
+    pub relative: bool,
+    /// Its goal is one of three joint targets through which the TCP goes on an arc: the targets, in the order in which they are passed.
+    /// To the first the path is straight.
+    pub circle: Option<[usize; 3]>,
+}
+
+impl Default for How {
+    /// Straight in the joints, and nothing is known.
+    fn default() -> Self {
+        Self {
+            path: PathKind::Joint,
+            fixed: None,
+            closed: None,
+            speed: Speed::Unknown,
+            blend_m: None,
+            tool: None,
+            turns_known: false,
+            relative: false,
+            circle: None,
+        }
+    }
+}
+
+/// A point on the way to a goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Way {
+    /// Share of the way, above 0 and below 1.
+    pub share: f64,
+    /// rad or m, one per axis.
+    pub q: Vec<f64>,
+}
+
+/// How the robot moves between its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathKind {
+    /// Straight in the joints.
+    Joint,
+    /// The TCP on a straight line.
+    Linear,
+    /// The TCP on an arc, a spline, or something else.
+    Curve,
+}
+
+/// Where a move leads.
+#[derive(Debug, Clone)]
+pub enum Goal {
+    /// Index into [`super::Script::targets`].
+    Joints(usize),
+    /// A Cartesian pose; boxed, as it is large beside the others.
+    Pose(Box<PoseGoal>),
+    /// Neither can be determined from the text: why.
+    Opaque(String),
+}
+
+impl Goal {
+    /// A Cartesian pose.
+    pub fn pose(goal: PoseGoal) -> Self {
+        Self::Pose(Box::new(goal))
+    }
+
+    /// The target whose numbers lead there.
+    pub fn target(&self) -> Option<usize> {
+        match self {
+            Self::Joints(t) => Some(*t),
+            Self::Pose(goal) => goal.target,
+            Self::Opaque(_) => None,
+        }
+    }
+}
+
+/// Speed of a move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speed {
+    /// Of the TCP, m/s.
+    Tcp(f64),
+    /// Share of the joints' largest speeds, 0 to 1.
+    Share(f64),
+    /// Of the leading joint, rad/s or m/s.
+    Joint(f64),
+    /// Duration of the whole move, s; 0 of a first point at which the robot stands already.
+    Seconds(f64),
+    /// Not determined by the program.
+    Unknown,
+}
