@@ -1,7 +1,9 @@
-//! Arcs whose three points are joint targets (INFORM's `MOVC`): their ways, and what is left of the edits of their points.
+//! Arcs whose points are joint targets (INFORM's `MOVC`): their ways, and what is left of the edits of their points.
 //!
-//! All three points are of one circle, for the TCP of one tool; the robot stands at each of them in the orientation that the target has,
-//! and turns the shortest way from one to the next. An arc that cannot be followed so keeps its three points. No points are added.
+//! Three points that follow each other are of one circle, for the TCP of one tool; the robot stands at each of them in the orientation that
+//! the target has, and turns the shortest way from one to the next. Between two points of more than three there may be two such circles:
+//! then the joints have to come to the second point from the same sides on both. An arc that cannot be followed so keeps its points. No
+//! points are added.
 
 use super::cause::Cause;
 use super::poses::Tooled;
@@ -26,6 +28,12 @@ pub fn middles(tooled: &Arc<Tooled>, points: [&[f64]; 3]) -> Option<[Vector3<f64
     (follows(0) && follows(1)).then_some(middles)
 }
 
+/// Of the points of an arc the threes that follow each other and hold both ends of the part that leads to point `k`, by where they begin:
+/// first the one that ends with it.
+pub fn threes(points: usize, k: usize) -> impl Iterator<Item = usize> {
+    [k.checked_sub(2), k.checked_sub(1)].into_iter().flatten().filter(move |s| s + 2 < points)
+}
+
 /// Takes back the edits of the points of arcs that would go elsewhere, once it is known which are made.
 pub fn settle(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeMap<usize, Cause>) {
     for run in runs {
@@ -39,7 +47,7 @@ pub fn settle(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTree
             let alike = |v: &&&Vertex| circle_of(script, v).is_some_and(|c| c.targets == circle.targets);
             let count = goals[k..].iter().take_while(alike).take(circle.targets.len() - circle.point).count();
             let points = &goals[k..k + count];
-            if !stays(run, points, edits) {
+            if !(count == circle.targets.len() && points.windows(3).all(|three| stays(run, three, edits))) {
                 for v in points {
                     let had = edits.steps.get(v.step).is_some_and(|e| e.goal.is_some());
                     edits.steps.change(v.step, |e| e.goal = None);
@@ -54,19 +62,19 @@ pub fn settle(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTree
 }
 
 /// Of which arc a goal is a point, and which of its points.
-struct OfCircle {
-    targets: [usize; 3],
+struct OfCircle<'a> {
+    targets: &'a [usize],
     point: usize,
 }
 
-fn circle_of(script: &Script, vertex: &Vertex) -> Option<OfCircle> {
+fn circle_of<'a>(script: &'a Script, vertex: &Vertex) -> Option<OfCircle<'a>> {
     let StepKind::Move(m) = &script.steps.get(vertex.step)?.kind else { return None };
-    let (Goal::Joints(target), Some(targets)) = (&m.goal, m.circle) else { return None };
+    let (Goal::Joints(target), Some(targets)) = (&m.goal, m.circle.as_deref()) else { return None };
     let point = targets.iter().position(|t| t == target)?;
     Some(OfCircle { targets, point })
 }
 
-/// Whether an arc goes where it went, through its points as they are edited. Where a run has not all of them, none may move.
+/// Whether the arc through three points goes where it went, through its points as they are edited.
 fn stays(run: &Run, points: &[&Vertex], edits: &Edits) -> bool {
     let edited = |v: &&Vertex| edits.steps.get(v.step).is_some_and(|e| e.goal.is_some());
     if !points.iter().any(edited) {

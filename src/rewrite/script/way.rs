@@ -5,6 +5,7 @@
 //! stands. Where a pose is not reached within [`REACHED_M`] and [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
 use super::poses::Tooled;
+use crate::numerics::reversal::ReversalDetector;
 use crate::program::script::Way;
 use crate::robot::arm::{Form, isometry};
 use crate::robot::{InverseOptions, Pose, Target};
@@ -235,6 +236,19 @@ impl Line {
     /// How far an arc through three points leaves this one at most, m; `None`: none goes through them, or this is none.
     pub fn leaves(&self, points: [&Vector3<f64>; 3]) -> Option<f64> {
         Some(self.track.arc.as_ref()?.left_by(&Circle::through(points[0], points[1], points[2])?))
+    }
+
+    /// Directions in which what the gears turn comes to the end, after the last turn by more than `deadband` (rad or m); 0: it does not move.
+    pub fn arrivals(&self, deadband: &[f64]) -> Vec<i8> {
+        let mut found: Vec<ReversalDetector> = deadband.iter().map(|band| ReversalDetector::new(*band, 0)).collect();
+        for (row, sample) in self.samples.iter().enumerate() {
+            let mut gears = sample.clone();
+            self.tooled.robot.to_gears(&mut gears);
+            for (detector, position) in found.iter_mut().zip(gears) {
+                detector.take(row, position);
+            }
+        }
+        found.iter().map(ReversalDetector::direction).collect()
     }
 
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than

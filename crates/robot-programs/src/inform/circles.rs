@@ -1,9 +1,10 @@
-//! Arcs through three positions of the list: three `MOVC` after each other.
+//! Arcs through positions of the list: three or more `MOVC` after each other.
 //!
 //! Yaskawa (operator's manuals of NX100 to YRC1000, circular interpolation): an arc is taught as three circular steps; the path to the
-//! first of them, after a joint or a straight step, is straight. Each step ends at its own position and orientation. More steps after each
-//! other, and steps that end an arc by a tag of their own, follow rules that differ by controller: these are left out, and so is
-//! everything that is not plain in such a group.
+//! first of them, after a joint or a straight step, is straight. Each step ends at its own position and orientation. Of more steps after
+//! each other every three follow an arc; through which three the path between two of them goes, the manuals leave open
+//! ([`crate::script::How::circle`]). Steps that end an arc by a tag of their own are left out, and so is everything that is not plain in
+//! such a group.
 
 use super::flow::{self, Flow};
 use super::job::{Kind, Meaning, Position};
@@ -11,14 +12,15 @@ use super::list::List;
 use super::words::{PROCESS, STANDS, STILL, sets_frame, upper, upper_words, words};
 use crate::script::called::Called;
 use crate::script::{Goal, PathKind, Script, StepKind, Text, number};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::sync::Arc;
 
-/// Steps of an arc.
+/// Steps of an arc at least.
 const STEPS: usize = 3;
 
-/// Which step of its arc a line is, from 0, by line.
-pub(super) type Circles = BTreeMap<usize, usize>;
+/// Which step of its arc a line is, from 0, and of how many, by line.
+pub(super) type Circles = BTreeMap<usize, (usize, usize)>;
 
 /// What stands between two `MOVC`.
 enum Between {
@@ -28,9 +30,9 @@ enum Between {
     Anything,
 }
 
-/// The lines of a job that are arcs of three steps, from line `begin` on; `overlaid`: what is laid over the path before each line.
+/// The lines of a job that are steps of arcs, from line `begin` on; `overlaid`: what is laid over the path before each line.
 ///
-/// `arc = ("MOVJ" | "MOVL") ... {still} circular {still} circular {still} circular {still} move`
+/// `arc = ("MOVJ" | "MOVL") ... {still} circular {still} circular {still} circular {{still} circular} {still} move`
 pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid: &[u32]) -> Circles {
     let mut found = Circles::new();
     let labelled = label_leads_to_a_circular_step(text, begin, jobs);
@@ -103,14 +105,14 @@ fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &Called) -> b
 /// Ends a group of circular steps.
 fn close(text: &Text, list: &List, group: &mut Vec<Option<(usize, usize)>>, found: &mut Circles) {
     let steps: Option<Vec<(usize, usize)>> = std::mem::take(group).into_iter().collect();
-    let Some(steps) = steps.filter(|s| s.len() == STEPS) else { return };
+    let Some(steps) = steps.filter(|s| s.len() >= STEPS) else { return };
     let positions: Vec<&Position> = steps.iter().filter_map(|s| list.positions.get(s.1)).collect();
     let joints = |p: &&Position| matches!(p.section.meaning, Meaning::Pulse | Meaning::Angle);
     let tool = |p: &Position| p.section.tool.map(|k| text.line(k as usize).trim_ascii());
     let alike = positions.windows(2).all(|p| tool(p[0]) == tool(p[1]));
-    let apart = (0..STEPS).all(|k| steps[..k].iter().all(|s| s.1 != steps[k].1));
-    if alike && apart && positions.len() == STEPS && positions.iter().all(joints) {
-        found.extend(steps.iter().enumerate().map(|(n, s)| (s.0, n)));
+    let apart = steps.iter().map(|s| s.1).collect::<BTreeSet<usize>>().len() == steps.len();
+    if alike && apart && positions.len() == steps.len() && positions.iter().all(joints) {
+        found.extend(steps.iter().enumerate().map(|(n, s)| (s.0, (n, steps.len()))));
     }
 }
 
@@ -142,14 +144,14 @@ pub(super) fn join(script: &mut Script, circles: &Circles) {
         let target = if let Goal::Joints(t) = m.goal { Some(t) } else { None };
         Some((k, leg, target))
     };
-    let all: Vec<(usize, usize, Option<usize>)> = (0..script.steps.len()).filter_map(|k| on(k, script)).collect();
-    for arc in all.chunks(STEPS) {
-        let targets: Vec<usize> = arc.iter().filter_map(|a| a.2).collect();
-        let in_order = arc.iter().enumerate().all(|(n, a)| a.1 == n);
-        let circle = <[usize; STEPS]>::try_from(targets).ok().filter(|_| in_order);
+    let all: Vec<(usize, (usize, usize), Option<usize>)> = (0..script.steps.len()).filter_map(|k| on(k, script)).collect();
+    for arc in all.chunk_by(|a, b| b.1.0 == a.1.0 + 1) {
+        let targets: Option<Arc<[usize]>> = arc.iter().map(|a| a.2).collect();
+        let whole = arc.first().is_some_and(|a| a.1 == (0, arc.len()));
+        let circle = targets.filter(|_| whole);
         for (k, ..) in arc {
             if let Some(StepKind::Move(m)) = script.steps.get_mut(*k).map(|s| &mut s.kind) {
-                m.circle = circle;
+                m.circle.clone_from(&circle);
                 m.path = if circle.is_some() { m.path } else { PathKind::Curve };
             }
         }

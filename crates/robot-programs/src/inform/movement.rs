@@ -161,7 +161,7 @@ impl Reader<'_> {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
         };
-        let of_circle = self.circles.get(&k).copied();
+        let of_circle = self.circles.get(&k).map(|c| c.0);
         if of_circle == Some(0) {
             m.path = PathKind::Linear;
         }

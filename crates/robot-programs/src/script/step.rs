@@ -145,9 +145,10 @@ pub struct How {
     pub turns_known: bool,
     /// Its goal counts from where the motion before ends: an offset there would be carried along.
     pub relative: bool,
-    /// Its goal is one of three joint targets through which the TCP goes on an arc: the targets, in the order in which they are passed.
-    /// To the first the path is straight.
-    pub circle: Option<[usize; 3]>,
+    /// Its goal is one of at least three joint targets through which the TCP goes on arcs: the targets, in the order in which they are
+    /// passed. To the first the path is straight; between two others it is the arc through three of them that follow each other and hold
+    /// both, which of these, if there are two, the language leaves open.
+    pub circle: Option<Arc<[usize]>>,
 }
 
 impl Default for How {

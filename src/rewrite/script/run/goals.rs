@@ -9,6 +9,7 @@ use crate::rewrite::script::poses::{Place, Tooled};
 use crate::rewrite::script::way;
 use crate::robot::JointKind;
 use crate::robot::arm::isometry;
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
@@ -50,7 +51,7 @@ impl Cutter<'_> {
         self.known.clear();
         let q: Vec<f64> = all.iter().map(|v| v.unwrap_or_default()).collect();
         let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
-        let followed = match (&from, m.circle) {
+        let followed = match (&from, &m.circle) {
             (Some(from), Some(targets)) if !self.is_gantry() => self.on_circle(script, targets, m, from, &q),
             (Some(_), _) if curve => Err(Cause::CurveToJoints),
             (Some(from), _) => self.tool_of_way(m, from, &q).map(|tooled| (tooled, None)),
@@ -68,26 +69,46 @@ impl Cutter<'_> {
         }
     }
 
-    /// How a move goes that leads to a point of an arc through three joint targets: the tool, and a point on the way to the second or third.
+    /// How a move goes that leads to a point of an arc through joint targets: the tool, and a point on the way to all but the first. Where
+    /// two threes of them may hold the way, joints have to come from the same sides on both.
     fn on_circle(
         &mut self,
         script: &Script,
-        targets: [usize; 3],
+        targets: &[usize],
         m: &Move,
         from: &[f64],
         to: &[f64],
     ) -> Result<ToolAndMiddle, Cause> {
         let dof = self.choice.robot.dof();
-        let points = targets.map(|t| script.targets.get(t).and_then(|t| joints_of(t, dof)));
-        let [Some(a), Some(b), Some(c)] = points else { return Err(Cause::CurveToJoints) };
-        let points = [&a[..], &b, &c];
-        let tooled = self.tool_of_circle(m, points)?;
-        let middles = circles::middles(&tooled, points).ok_or(Cause::CurveToJoints)?;
-        match points.iter().position(|q| *q == to) {
-            Some(0) => Ok((self.tool_of_way(m, from, to)?, None)),
-            Some(k) if points[k - 1] == from => Ok((Some(tooled), Some(middles[k - 1]))),
-            _ => Err(Cause::CurveToJoints),
+        let goal = m.goal.target().and_then(|own| targets.iter().position(|t| *t == own));
+        let k = goal.ok_or(Cause::CurveToJoints)?;
+        let mut ways: Vec<(Arc<Tooled>, Vector3<f64>)> = Vec::new();
+        for start in circles::threes(targets.len(), k.max(1)) {
+            let three: Vec<Vec<f64>> = targets[start..start + 3]
+                .iter()
+                .map(|t| script.targets.get(*t).and_then(|t| joints_of(t, dof)))
+                .collect::<Option<_>>()
+                .ok_or(Cause::CurveToJoints)?;
+            let points = [&three[0][..], &three[1], &three[2]];
+            let tooled = self.tool_of_circle(m, points)?;
+            let middles = circles::middles(&tooled, points).ok_or(Cause::CurveToJoints)?;
+            if k == 0 {
+                return Ok((self.tool_of_way(m, from, to)?, None));
+            }
+            if points[k - 1 - start] != from {
+                return Err(Cause::CurveToJoints);
+            }
+            ways.push((tooled, middles[k - 1 - start]));
         }
+        let arrivals = |(tooled, via): &(Arc<Tooled>, Vector3<f64>)| {
+            let line = way::Line::between(tooled, from, to, Some(*via))?;
+            Some(line.arrivals(self.choice.deadband))
+        };
+        if ways.len() > 1 && !ways.windows(2).all(|w| arrivals(&w[0]) == arrivals(&w[1])) {
+            return Err(Cause::CurveToJoints);
+        }
+        let (tooled, via) = ways.into_iter().next().ok_or(Cause::CurveToJoints)?;
+        Ok((Some(tooled), Some(via)))
     }
 
     /// The robot with the tool whose TCP goes on an arc; where no tool turns on it, all its points go on arcs alike.

@@ -26,7 +26,7 @@ fn three_circular_steps_are_an_arc_to_which_the_path_is_straight() {
         let of = |name: usize| found[name].1.goal.target().unwrap();
         for (k, path) in [(1, PathKind::Linear), (2, PathKind::Curve), (3, PathKind::Curve)] {
             let m = &found[k].1;
-            assert_eq!((m.path, m.circle), (path, Some([of(1), of(2), of(3)])), "{text}");
+            assert_eq!((m.path, m.circle.as_deref()), (path, Some(&[of(1), of(2), of(3)][..])), "{text}");
             assert_eq!(m.tool, Some(Frame::Named("1".into())));
             assert!(m.closed.is_some());
         }
@@ -35,11 +35,24 @@ fn three_circular_steps_are_an_arc_to_which_the_path_is_straight() {
 }
 
 #[test]
+fn more_than_three_circular_steps_are_arcs_through_all_of_them() {
+    let list = format!("{LIST}\nC00005=3500,-2500,300,0,-500,622");
+    let text = job("6,0,0,0,0,0", &list, &between("", "").replace("MOVL C00004", "MOVC C00005 V=50.0\nMOVL C00004"));
+    let script = script_of(&Inform, &text, &robot());
+    let found = moves(&script);
+    let targets: Vec<usize> = (1..5).map(|k| found[k].1.goal.target().unwrap()).collect();
+    for k in 1..5 {
+        assert_eq!(found[k].1.circle.as_deref(), Some(&targets[..]));
+        assert_eq!(found[k].1.path, if k == 1 { PathKind::Linear } else { PathKind::Curve });
+    }
+    assert!(found[5].1.circle.is_none());
+}
+
+#[test]
 fn what_is_not_plain_about_circular_steps_leaves_their_path_unknown() {
     let [one, two, three] = THREE;
     for group in [
         format!("{one}\n{two}"),
-        format!("{one}\n{two}\n{three}\nMOVC C00004 V=50.0"),
         format!("{one}\n*L\n{two}\n{three}"),
         format!("{one}\nCALL JOB:A\n{two}\n{three}"),
         format!("{one}\nJUMP *L IF IN#(1)=ON\n{two}\n{three}\n*L"),
