@@ -1,4 +1,4 @@
-//! Outputs come into place undisturbed: who ends the process on a signal waits until none of them is partly in place.
+//! Outputs come into place undisturbed: whoever ends the process on a signal waits until none of them is partly in place.
 
 use super::temporary;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};

@@ -11,7 +11,7 @@
 //! - [`kind`]: an output replaces a file of its own kind only.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
-//! - [`interrupt`]: who ends the process waits until nothing is half in place, and takes away what is not.
+//! - [`interrupt`]: whoever ends the process on a signal waits until no output is partly in place.
 //! - [`threads`]: as many as there are.
 //! - [`keyed`]: an entry of a document whose key carries a unit.
 //! - [`yaml`]: YAML documents with the line of every refusal.

@@ -82,4 +82,15 @@ fn a_straight_move_that_the_arm_cannot_follow_gets_no_points_on_its_way() {
     };
     assert!(moves("-90.0000,-60.0000,0.0000") > 4);
     assert_eq!(moves("90.0000,60.0000,180.0000"), 4);
+    // nor a point from which its goal is reached from another side, and it carries the offset of its own
+    let exact = std::fs::read_to_string(folder.join("part.JBI"))
+        .unwrap()
+        .replace("MOVL C00002 V=50.0", "MOVL C00002 V=50.0 PL=0");
+    write("part.JBI", exact);
+    let sided = "rewrite --model model.yaml part.JBI --frames frames.yaml --output sided.JBI --approach-from S=+";
+    let outcome = folder.run(sided).success();
+    assert!(outcome.stderr.contains("no point can be added before them (lines 19"), "{}", outcome.stderr);
+    let out = std::fs::read_to_string(folder.join("sided.JBI")).unwrap();
+    assert!(out.contains("C00002=-4.0200,"), "{out}");
+    assert_eq!(out.matches("\nMOVL").count(), 1);
 }

@@ -71,15 +71,15 @@ impl Reference {
     }
 
     /// The places nearest to the points of a run that has come `along` (scaled onto this path's length) at each: near that length of this
-    /// path, or as far behind the place before as the run has come since, whichever is nearer.
+    /// path, or as far after the previous place as the run has advanced since, whichever is nearer.
     pub fn follow(&self, points: &[Vector3<f64>], along: &[f64], slack_m: f64) -> Vec<Nearest> {
         let mut before: Option<(f64, f64)> = None;
         let of = |(point, &along): (&Vector3<f64>, &f64)| {
             let mut near = self.nearest(point, along, slack_m);
             if let Some((place, was)) = before {
-                let behind = self.nearest(point, place + along - was, SLACK_M);
-                if behind.off_m < near.off_m - SAME_M {
-                    near = behind;
+                let after = self.nearest(point, place + along - was, SLACK_M);
+                if after.off_m < near.off_m - SAME_M {
+                    near = after;
                 }
             }
             before = Some((near.along_m, along));

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Modules:
-//! - [`coverage`]: how much can be edited, and why not the rest.
+//! - [`coverage`]: how much can be edited, and why not the rest ([`cause`]).
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
-//!   again, [`way`] follows straight TCP paths; [`clock`] tells durations; [`fading`]: friction where none can be determined.
+//!   again, [`way`] follows straight TCP paths; `circles`: arcs through joint targets; [`clock`] tells durations; [`fading`]: friction where none can be determined.
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.

@@ -37,9 +37,10 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains(v.step)).count();
     let told: HashSet<usize> =
         runs.iter().flat_map(|r| r.vertices.iter().skip(1)).filter(|v| v.editable).map(|v| v.step).collect();
+    let unfollowed = |k: &usize| runs.iter().any(|r| r.unfollowed.contains(k));
     let left: Vec<u64> = script
         .moves()
-        .filter(|(k, m)| sides.count(m) && (m.closed.is_some() || !told.contains(k)))
+        .filter(|(k, m)| sides.count(m) && (m.closed.is_some() || unfollowed(k) || !told.contains(k)))
         .map(|(k, _)| script.steps[k].at.line)
         .collect();
     let shown: Vec<String> = left.iter().take(SHOWN).map(u64::to_string).collect();

@@ -46,7 +46,7 @@ const SHARE_ROUND: f64 = 0.7;
 /// So many times as often as by chance.
 const CHANCE: usize = 4;
 
-/// Whether the Cartesian targets of a script look rewritten.
+/// Whether the Cartesian targets and straight ways of a script look rewritten.
 pub fn looks_rewritten(script: &Script, runs: &[Run], robot: &Robot, by_clock: &ByClock) -> bool {
     let mut found = Found::default();
     // without a Cartesian target or a straight way nothing of it can come back

@@ -132,6 +132,16 @@ impl Arc {
     }
 }
 
+/// How an arc's centre is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Centre {
+    /// I, J, K from the start of the arc.
+    Relative,
+    /// I, J, K in the frame of the words (G90.1).
+    Absolute,
+    Radius,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,14 +178,4 @@ mod tests {
         assert!(Arc::of_radius([0, 1], [5.0, 0.0], [-5.0, 0.0], 4.0, true).is_err());
         assert!(Arc::of_radius([0, 1], [5.0, 0.0], [5.0, 0.0], 4.0, true).is_err());
     }
-}
-
-/// How an arc's centre is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Centre {
-    /// I, J, K from the start of the arc.
-    Relative,
-    /// I, J, K in the frame of the words (G90.1).
-    Absolute,
-    Radius,
 }

@@ -68,8 +68,11 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
     let (base, line) = (text.line_span(k).start, text.line(k));
     let mut block = Block { words: Vec::with_capacity(ROOM), ..Block::default() };
     let mut cursor = Cursor::of_line(text, k);
+    // nothing but the number of the line so far
+    let mut first = true;
     while let Some(b) = cursor.peek() {
         let at = cursor.at();
+        first &= block.words.last().is_none_or(|w| w.letter == b'N');
         match b {
             b' ' | b'\t' | b'\r' | 0x0c | 0x1a | 0 => cursor.skip(1),
             b'%' if block.words.is_empty() => return Ok(Block { percent: true, ..block }),
@@ -80,13 +83,13 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 cursor.end();
                 block.comments.push(base + at..base + line.len());
             }
-            b'/' if block.words.iter().all(|w| w.letter == b'N') => {
+            b'/' if first => {
                 block.optional = true;
                 cursor.skip(1);
                 // `/2`: which switch
                 cursor.digits();
             }
-            b'#' if block.words.iter().all(|w| w.letter == b'N') => return Ok(Block { assignment: true, ..block }),
+            b'#' if first => return Ok(Block { assignment: true, ..block }),
             b'*' => return Ok(Block { special: Some("a checksum"), ..block }),
             b',' => {
                 block.special = Some("a chamfer or corner");
@@ -104,7 +107,7 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 cursor.digits();
             }
             b'$' => return Ok(Block { keyword: Some("$".into()), ..block }),
-            b'O' | b'o' if block.words.iter().all(|w| w.letter == b'N') => flow(text, base, &mut cursor, &mut block)?,
+            b'O' | b'o' if first => flow(text, base, &mut cursor, &mut block)?,
             _ if b.is_ascii_alphabetic() => {
                 block.keyword = keyword(cursor.rest());
                 if block.keyword.is_some() {

@@ -1,4 +1,5 @@
-//! A program that has been read: what is needed to write its moves again, in little memory: the words of a block are read again from its line when they are asked for.
+//! A program that has been read, with what it takes to write its moves, in little memory: the words of a block are taken from its line
+//! when they are asked for.
 
 use super::arc::{Arc, Centre};
 use super::codes::code;

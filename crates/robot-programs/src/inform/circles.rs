@@ -9,9 +9,10 @@
 use super::flow::{self, Flow};
 use super::job::{Kind, Meaning, Position};
 use super::list::List;
-use super::words::{PROCESS, STANDS, STILL, sets_frame, upper, upper_words, words};
+use super::words::{PROCESS, STANDS, STILL, is_plain_move, sets_frame, upper, upper_words, words};
 use crate::script::called::Called;
 use crate::script::{Goal, PathKind, Script, StepKind, Text, number};
+use std::cell::LazyCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -35,10 +36,10 @@ enum Between {
 /// `arc = ("MOVJ" | "MOVL") ... {still} circular {still} circular {still} circular {{still} circular} {still} move`
 pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid: &[u32]) -> Circles {
     let mut found = Circles::new();
-    let labelled = label_leads_to_a_circular_step(text, begin, jobs);
     if list.foreign.is_some() {
         return found;
     }
+    let labelled = LazyCell::new(|| label_leads_to_a_circular_step(text, begin, jobs));
     let mut group: Vec<Option<(usize, usize)>> = Vec::new();
     let (mut after_plain, mut between) = (false, Between::Nothing);
     for k in begin..text.line_count() {
@@ -58,7 +59,7 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid
         } else if word.starts_with('+') {
             // a second group moves along
             group.push(None);
-        } else if word.contains("MOV") || word == "END" {
+        } else if word.contains("MOV") && !word.starts_with('*') || word == "END" {
             if matches!(word.as_str(), "SMOVC" | "SMOVS") && !group.is_empty() {
                 group.push(None);
             }
@@ -68,7 +69,7 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid
             // what is jumped to may be reached from an arc, too
             after_plain &= word == "JUMP";
             let goes_on = match flow::read(&upper_words(text, k)) {
-                Flow::Jump { label: Some(_), .. } => labelled,
+                Flow::Jump { label: Some(_), .. } => *labelled,
                 Flow::Jump { label: None, .. } => word == "JUMP",
                 Flow::Call(job) => jobs.waits(&job).is_none(),
                 _ => matches!(word.as_str(), "JUMP" | "CALL"),
@@ -84,20 +85,33 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid
     found
 }
 
-/// Whether a circular step, or a job that may begin with one, may come first after a label.
+/// Whether a circular step or a spline, or a job that may begin with one, may come first after a label.
 fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &Called) -> bool {
     let mut after_label = false;
     for k in begin..text.line_count() {
-        let words = upper_words(text, k);
-        match (words.first().map(String::as_str), flow::read(&words)) {
-            (_, Flow::Label(_)) => after_label = true,
-            (Some(word), _) if after_label && word.ends_with("MOVC") => return true,
-            (_, Flow::Call(job)) if after_label && jobs.waits(&job).is_none() => return true,
-            (Some("JUMP"), Flow::Jump { label: None, .. }) if after_label => return true,
-            (Some("JUMP"), Flow::Other) => return true,
-            (Some(word), _) if word.contains("MOV") || word == "END" => after_label = false,
-            _ => {}
+        if is_plain_move(text.line(k)) {
+            after_label = false;
+            continue;
         }
+        let words = upper_words(text, k);
+        let Some(word) = words.first().map(String::as_str) else { continue };
+        let leads = match flow::read(&words) {
+            Flow::Label(_) => {
+                after_label = true;
+                false
+            }
+            // an instruction on the line of a label
+            _ if word.starts_with('*') => true,
+            Flow::Call(job) => after_label && jobs.waits(&job).is_none(),
+            Flow::Jump { label: None, .. } => after_label && word == "JUMP",
+            Flow::Other if word == "JUMP" => true,
+            Flow::Other => after_label && (word == "CALL" || word.ends_with("MOVC") || word.ends_with("SMOVS")),
+            _ => false,
+        };
+        if leads {
+            return true;
+        }
+        after_label &= !word.contains("MOV") && word != "END" || word.starts_with('*');
     }
     false
 }
@@ -144,7 +158,8 @@ pub(super) fn join(script: &mut Script, circles: &Circles) {
         let target = if let Goal::Joints(t) = m.goal { Some(t) } else { None };
         Some((k, leg, target))
     };
-    let all: Vec<(usize, (usize, usize), Option<usize>)> = (0..script.steps.len()).filter_map(|k| on(k, script)).collect();
+    let all: Vec<(usize, (usize, usize), Option<usize>)> =
+        (0..script.steps.len()).filter_map(|k| on(k, script)).collect();
     for arc in all.chunk_by(|a, b| b.1.0 == a.1.0 + 1) {
         let targets: Option<Arc<[usize]>> = arc.iter().map(|a| a.2).collect();
         let whole = arc.first().is_some_and(|a| a.1 == (0, arc.len()));

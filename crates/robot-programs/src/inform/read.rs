@@ -223,7 +223,7 @@ impl Reader<'_> {
         let word = upper_of(text.slice(first.clone()));
         let is = |list: &[&str]| list.contains(&&*word);
         let foreign = word.starts_with('+');
-        if !foreign && word.contains("MOV") {
+        if !foreign && !word.starts_with('*') && word.contains("MOV") {
             self.movement(k, &words, &word)?;
             return Ok(false);
         }

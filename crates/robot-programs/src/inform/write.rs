@@ -6,6 +6,8 @@
 //! repeated where others are in force there, as controllers do themselves, and those in force before are repeated after the new
 //! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number
 //! that stands anywhere changes its meaning, the numbers rise through the list, and `///NPOS` grows.
+//!
+//! Files: `lines` the new lines of the list and of the instructions; `corners` corners beside new points.
 
 mod corners;
 mod lines;

@@ -1,5 +1,4 @@
-//! Words, numbers and marks of languages with statements (RAPID, URScript): the tokens, and the pieces of text that look alike
-//! in all of them. Bytes above 127 count as letters, so that Latin-1 and UTF-8 pass alike.
+//! Words, numbers and marks of languages with statements (RAPID, URScript): their tokens.
 
 use super::Text;
 use super::alike::Passed;

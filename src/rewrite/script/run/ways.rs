@@ -46,6 +46,7 @@ impl Cutter<'_> {
         let goal = Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain };
         if editable
             && m.closed.is_none()
+            && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
             && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
         {

@@ -67,6 +67,10 @@ fn what_is_not_plain_about_circular_steps_leaves_their_path_unknown() {
         format!("{one}\nSMOVC C00002 V=50.0\n{three}"),
         format!("{one}\nMOVC P001 V=50.0\n{three}"),
         format!("{one}\n{two}\n{three}\nCALL JOB:A"),
+        format!("{one}\n{two}\n*REMOVE\n{three}"),
+        format!("{one}\n{two}\n{three}\nJUMP *L IF IN#(1)=ON\nMOVL C00004 V=50.0\n*L MOVL C00004 V=50.0"),
+        format!("{one}\n{two}\n{three}\nJUMP *L IF IN#(1)=ON\nMOVL C00004 V=50.0\n*L\nCALL I001\nMOVL C00004 V=50.0"),
+        format!("{one}\n{two}\n{three}\nJUMP *L IF IN#(1)=ON\nMOVL C00004 V=50.0\n*L\nSMOVS C00001 V=50.0"),
         format!("{one}\n{two}\n{three}\nJUMP JOB:A IF IN#(1)=ON"),
         format!("{one}\n{two}\n{three}\nJUMP *L IF IN#(1)=ON\nMOVL C00004 V=50.0\n*L\nMOVC C00001 V=50.0"),
     ] {

@@ -195,14 +195,19 @@ pub(super) fn reads_place(text: &Text) -> BTreeSet<u64> {
         PLACES.iter().any(|place| strip_word(rest, place).is_some())
     };
     let mut line = Vec::new();
+    // the line that was read last, and what it assigns
+    let (mut last, mut value) = (0, 0..0);
     let assigns = |at: usize| {
         let k = text.line_of(at);
-        tokens(text, k as usize - 1, &mut line);
-        line.retain(|t| t.kind != Kind::Comment);
-        let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
-        let sign = assignment(&line).filter(|_| motion::word(&first).is_none());
-        let after = sign.and_then(|sign| line.get(sign)).is_some_and(|t| t.start < at);
-        (after && line.last().is_some_and(|t| at < t.end)).then_some(k)
+        if k != last {
+            tokens(text, k as usize - 1, &mut line);
+            line.retain(|t| t.kind != Kind::Comment);
+            let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
+            let sign = assignment(&line).filter(|_| motion::word(&first).is_none());
+            let sign = sign.and_then(|sign| line.get(sign)).map(|t| t.start + 1);
+            (last, value) = (k, sign.unwrap_or(usize::MAX)..line.last().map_or(0, |t| t.end));
+        }
+        value.contains(&at).then_some(k)
     };
     memchr::memchr_iter(b'$', &text.bytes).filter(|at| is(*at)).filter_map(assigns).collect()
 }
