@@ -749,3 +749,11 @@ fn the_number_of_a_spindle_is_no_call() {
     assert!(opaque(&text).is_empty(), "{:?}", opaque(&text));
     assert_eq!(goals(&text).iter().flatten().count(), 3);
 }
+
+#[test]
+fn a_line_of_many_numbers_and_slashes_is_read_in_time() {
+    let began = std::time::Instant::now();
+    let text = format!("G21 G90\nG1 X1 Y1 Z1 F100\n{}\nG1 X2\n", "N1/".repeat(300_000));
+    assert_eq!(script_of(&Gcode, &text, &robot()).moves().count(), 2);
+    assert!(began.elapsed().as_secs() < 30, "{:?}", began.elapsed());
+}

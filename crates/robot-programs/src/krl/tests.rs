@@ -563,3 +563,12 @@ fn an_arc_is_split_into_arcs() {
         assert!(moves(d.as_ref())[1].1.closed.is_some(), "{before}{arc}");
     }
 }
+
+#[test]
+fn a_line_that_reads_the_place_many_times_is_read_in_time() {
+    let began = std::time::Instant::now();
+    let sum = vec!["$POS_ACT.X"; 60_000].join("+");
+    let text = format!("DEF A( )\nPTP {{A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}}\nX={sum}\nPTP {{A1 5}}\nEND\n");
+    assert_eq!(moves(doc(&[text.as_bytes()]).as_ref()).len(), 2);
+    assert!(began.elapsed().as_secs() < 30, "{:?}", began.elapsed());
+}
