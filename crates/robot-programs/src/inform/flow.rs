@@ -149,7 +149,8 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str
 pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet<String> {
     let mut stretch = 0_u64;
     let mut defined: BTreeMap<String, Vec<u64>> = BTreeMap::new();
-    let mut jumps: Vec<(String, Option<u64>)> = Vec::new();
+    // in which stretches labels are jumped to; `None`: in one that is not known
+    let mut jumps: BTreeMap<String, BTreeSet<Option<u64>>> = BTreeMap::new();
     for k in begin..text.line_count() {
         if is_plain_move(text.line(k)) {
             stretch += 1;
@@ -163,20 +164,26 @@ pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet
                 false
             }
             Flow::Jump { label, .. } => {
-                jumps.extend(label.map(|l| (l, Some(stretch))));
+                if let Some(label) = label {
+                    jumps.entry(label).or_default().insert(Some(stretch));
+                }
                 false
             }
             Flow::Call(name) => jobs.waits(&name).is_none(),
             // a label that is computed may be any
             Flow::Other if words[0] == "JUMP" => return BTreeSet::new(),
             Flow::Other => {
-                jumps.extend(words.iter().filter(|w| w.starts_with('*')).map(|w| (w.clone(), None)));
+                for label in words.iter().filter(|w| w.starts_with('*')) {
+                    jumps.entry(label.clone()).or_default().insert(None);
+                }
                 !(stands(&words[0]) || still(text, k, &words))
             }
             _ => true,
         };
         stretch += u64::from(busy);
     }
-    let quiet = |name: &String, at: &[u64]| at.len() == 1 && jumps.iter().all(|j| j.0 != *name || j.1 == Some(at[0]));
+    let quiet = |name: &String, at: &[u64]| {
+        at.len() == 1 && jumps.get(name).is_none_or(|from| from.iter().all(|stretch| *stretch == Some(at[0])))
+    };
     defined.iter().filter(|(name, at)| quiet(name, at)).map(|(name, _)| name.clone()).collect()
 }
