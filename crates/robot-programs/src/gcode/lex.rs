@@ -214,7 +214,7 @@ fn plain(cursor: &mut Cursor) -> Option<(f64, Style)> {
     value
 }
 
-/// Passes what may stand in place of a number after the letter at `at`; `false`: a number is missing.
+/// Passes what a word may have instead of a number after the letter at `at`; `false`: a number is missing.
 ///
 /// `rest = (letter | ";" | "(" | end) | {any}`
 fn stands_alone(cursor: &mut Cursor, at: usize, block: &Block) -> bool {
