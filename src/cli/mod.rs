@@ -48,6 +48,7 @@ pub(crate) mod simulate;
 pub(crate) mod status;
 pub(crate) mod track;
 pub(crate) mod undo;
+mod usage;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};

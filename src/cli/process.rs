@@ -1,6 +1,6 @@
 //! The command as a process: arguments in, exit code out. The binary and the Python module run the same.
 
-use super::{Cli, exit, global, help, run};
+use super::{Cli, exit, global, help, run, usage};
 use crate::cli::console::say;
 use clap::{ColorChoice, FromArgMatches};
 use std::ffi::OsString;
@@ -10,10 +10,10 @@ use std::io::IsTerminal;
 pub fn main(arguments: Vec<OsString>) -> u8 {
     let arguments = help::of_help(arguments);
     let color = global::color_of(arguments.iter().cloned());
-    let parsed = help::command().color(color).try_get_matches_from(arguments);
+    let parsed = help::command().color(color).try_get_matches_from(arguments.iter());
     let cli = match parsed.and_then(|m| Cli::from_arg_matches(&m)) {
         Ok(cli) => cli,
-        Err(e) => return usage(&e, color),
+        Err(e) => return print_usage(&usage::with_tip(e, &help::command(), &arguments), color),
     };
     crate::io::notice::handle_with(super::console::print);
     super::signals::listen();
@@ -30,7 +30,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
 }
 
 /// Prints help, or what is wrong with a command line, under the one prefix of all errors.
-fn usage(error: &clap::Error, color: ColorChoice) -> u8 {
+fn print_usage(error: &clap::Error, color: ColorChoice) -> u8 {
     if !error.use_stderr() {
         let _ = error.print(); // a reader that has gone
         return 0;

@@ -72,6 +72,22 @@ fn a_wrong_command_line_bears_the_prefix_of_all_errors_and_colours_only_where_as
 }
 
 #[test]
+fn a_file_that_is_given_the_way_of_another_command_gets_a_tip() {
+    let tip = |line: &[&str]| run(line, &[]).stderr;
+    for (line, expected) in [
+        (&["identify", "--robot", "robot.yaml", "static.csv"][..], "'--log FILE'"),
+        (&["identify", "static", "logs/a1.csv"], "'--log FILE'"),
+        (&["simulate", "--robot", "robot.yaml", "weld.src"], "'--input FILE'"),
+        (&["fit", "gaps.yaml"], "'--gaps FILE'"),
+        (&["rewrite", "--robot", "robot.yaml", "--input", "weld.src"], "<IN> is given without an option"),
+    ] {
+        let text = tip(line);
+        assert!(text.contains(expected), "{line:?}: {text}");
+    }
+    assert!(!tip(&["identify", "static", "--nonsense"]).contains("tip:"));
+}
+
+#[test]
 fn the_page_names_every_option_of_every_command() {
     let page = std::fs::read_to_string(bundled("docs/command-line.md")).unwrap();
     let cli = lostmotion::cli::help::command();
