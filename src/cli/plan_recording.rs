@@ -3,12 +3,15 @@
 use crate::cli::exit::bad;
 use crate::cli::paths;
 use crate::error::{Error, Place};
+use crate::io::input;
 use crate::io::output::{self, Output};
 use crate::machine::measurement::Instrument;
 use crate::plan::recording::vendor::{self, Language};
-use crate::plan::recording::{self, Kind, Options, document};
+use crate::plan::recording::{self, Kind, Options, document, work};
 use crate::program::formats::{self, Recognised};
+use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
+use crate::robot::frames::Frames;
 use anyhow::Result;
 use nalgebra::{Unit, Vector3};
 use std::io::Write;
@@ -36,6 +39,12 @@ pub struct Args {
     /// clearly]
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
     pub pose: Option<String>,
+    /// Record where this program works: the pose is in the middle of its joints; may be given several times
+    #[arg(long, value_name = "PROGRAM", conflicts_with = "pose")]
+    pub program: Vec<PathBuf>,
+    /// Frames and tools of the programs' Cartesian targets (YAML, or the controller's own file)
+    #[arg(long, value_name = "FRAMES.yaml", requires = "program")]
+    pub frames: Option<PathBuf>,
     /// Standard deviation of the noise of one reading, um
     #[arg(long, value_name = "UM", default_value_t = 10.0)]
     pub noise_um: f64,
@@ -74,7 +83,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, kind: Kind) -> Result<()> {
-    paths::refuse_shared(&[("--robot", Some(args.robot.as_path()))], &[("--output", args.output.as_deref())])?;
+    let programs = args.program.iter().map(|p| ("--program", Some(p.as_path())));
+    let inputs = [("--robot", Some(args.robot.as_path())), ("--frames", args.frames.as_deref())];
+    let inputs: Vec<_> = inputs.into_iter().chain(programs).collect();
+    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref())])?;
     let language = language(args.output.as_deref());
     if language.is_none() {
         paths::refuse_program_ending("--output", args.output.as_deref())?;
@@ -88,7 +100,16 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
         ));
     }
     let robot = Robot::load(&args.robot)?;
-    let options = options(args, kind, &robot)?;
+    let mut options = options(args, kind, &robot)?;
+    let mut notes = Vec::new();
+    match args.program.is_empty() {
+        false => options.pose = Some(work_pose(args, &robot, &mut notes)?),
+        true if args.pose.is_none() => notes.push(
+            "the test is at a pose in which every joint moves the TCP; --program PROGRAM puts it where your program works, which describes its gaps and friction best"
+                .into(),
+        ),
+        true => {}
+    }
     let mut out = output::create(args.output.as_deref())?;
     let recording = recording::plan(&robot, kind, &options)?;
     if let Some(out) = &mut out {
@@ -114,11 +135,27 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
         stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
         output::commit([out, Some(stdout)])?;
     }
-    for note in &recording.notes {
+    for note in notes.iter().chain(&recording.notes) {
         eprintln!("note: {note}");
     }
     eprintln!("note: the program does not know of obstacles: run it slowly first");
     Ok(())
+}
+
+/// The pose in the middle of the programs, with what a user should know of them.
+fn work_pose(args: &Args, robot: &Robot, notes: &mut Vec<String>) -> Result<Vec<f64>> {
+    let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
+    let tcp_speed_m_s = 0.05;
+    let reading = Reading { robot, frames: &frames, tcp_speed_m_s, format: None };
+    let mut programs = Vec::new();
+    for path in &args.program {
+        let program = reading.load(path, input::read(path)?)?;
+        let left = program.script.as_ref().map(|s| s.left(tcp_speed_m_s, Some(tcp_speed_m_s)));
+        notes.extend(left.into_iter().flatten().map(|note| format!("{}: {note}", program.name)));
+        programs.push(program);
+    }
+    let pose = work::middle_of(&programs);
+    Ok(pose.ok_or_else(|| bad(Place::file("--program"), "no point of a path", "a program with moves"))?)
 }
 
 /// The language that the ending of the output names; `None`: a table.

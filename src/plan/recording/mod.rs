@@ -1,6 +1,7 @@
 //! Programs to record: what a robot should run so that every gap can be identified, with the precision to expect.
 //!
-//! - [`posture`]: where to do it: a pose in which every joint moves the TCP, and from which the instrument sees it.
+//! - [`work`]: where to do it: in the middle of the programs that are to be compensated; [`posture`]: else a pose in which every
+//!   joint moves the TCP, and from which the instrument sees it.
 //! - [`motions`]: the programs. `static`: bidirectional dwells of one joint after another. `path`: all joints at once, slowly, by
 //!   one sine each. `excitation`: all joints by three sines each, faster, with pauses.
 //! - [`precision`]: standard deviation of every half gap from the sensitivities of the readings and the stated noise, with the
@@ -16,6 +17,7 @@ pub(crate) mod motions;
 pub(crate) mod posture;
 pub(crate) mod precision;
 pub mod vendor;
+pub mod work;
 
 use super::path::{Envelope, EnvelopeOptions};
 use crate::error::{Error, Result};
