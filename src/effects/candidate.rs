@@ -186,6 +186,8 @@ pub struct Survey<'a> {
     pub motion: bool,
     /// The temperature was logged.
     pub temperature: bool,
+    /// The one joint that is asked after, where forms of more freedom are tried; `None`: every joint.
+    pub only: Option<usize>,
 }
 
 /// The same of one axis, over all logs; rad or m.
@@ -211,22 +213,31 @@ impl<'a> Survey<'a> {
     /// Nothing is known of the logs.
     pub fn nothing(robot: &'a Robot) -> Self {
         let axes = vec![AxisSurvey::default(); robot.dof()];
-        Self { robot, axes, clock: None, fastest_m_s: 1e-6, points: false, motion: false, temperature: false }
+        Self {
+            robot,
+            axes,
+            clock: None,
+            fastest_m_s: 1e-6,
+            points: false,
+            motion: false,
+            temperature: false,
+            only: None,
+        }
     }
 }
 
 impl Survey<'_> {
     /// Axes that move far enough for an effect of their motion to show.
     pub fn moving(&self) -> impl Iterator<Item = usize> {
-        (0..self.axes.len()).filter(|&a| {
+        self.all_axes().filter(|&a| {
             let unit = self.robot.axis(a).kind.si_per_user_unit();
             self.axes[a].travel >= 1e-4 * unit.max(1e-2)
         })
     }
 
-    /// Every axis.
+    /// Every axis that is asked after.
     pub fn all_axes(&self) -> std::ops::Range<usize> {
-        0..self.axes.len()
+        self.only.map_or(0..self.axes.len(), |axis| axis..axis + 1)
     }
 }
 

@@ -29,7 +29,7 @@ pub static FORM: EffectForm = EffectForm {
     reference: "Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans. Automatic Control 40(3); Dahl (1968)",
     typical: "0.0005 to 0.005 deg, rise 0.1 to 0.7 s, decay 0.3 to 5 s",
     example: ("{effect: stiction, joint: A1, spike_deg: 0.003, rise_s: 0.3, decay_s: 2}", View::JointOverTime),
-    diagnosis: "does not try it: what builds up is found as stiction, beside the wind-up of the joint",
+    diagnosis: "tries it where the plain ones leave something, in one size, in one for each direction, and growing with load",
     undone: "the plain spike",
 };
 
@@ -99,34 +99,55 @@ fn built_up(a: f64, b: f64) -> f64 {
     a * ((-a).exp() - (-b).exp()) / (b - a)
 }
 
-/// Rises over travel that are tried with each decay, and their own sizes up and down.
+/// Ratio of neighbouring rises over travel and decays that are tried.
 const NEXT_RISE: f64 = 3.0;
 const NEXT_DECAY: f64 = 2.5;
+/// Number of rises over travel, and rises over time, s, that are tried with each decay.
+const RISES: usize = 4;
+const RISES_S: [f64; 3] = [0.1, 0.3, 0.9];
+/// Relative growths of a spike from no load to the largest that are tried.
+const GROWTHS: [f64; 2] = [0.5, 2.5];
 
 pub(super) fn further(survey: &Survey, list: &mut Vec<Candidate>) {
     let Some((step, length)) = survey.clock else { return };
     for axis in survey.moving() {
-        let target = Target::Joint(axis);
+        let over_travel = survey.travels(axis, NEXT_RISE).into_iter().take(RISES).map(Decay::Travel);
+        let over_time = RISES_S.iter().filter(|s| **s > step).map(|s| Decay::Time(*s));
+        let rises: Vec<Decay> = over_travel.chain(over_time).collect();
         let decays = std::iter::successors(Some(step.max(0.1)), |d| Some(d * NEXT_DECAY));
         for decay in decays.take_while(|d| *d < (0.5 * length).min(20.0)).map(Decay::Time) {
-            for rise in survey.travels(axis, NEXT_RISE).into_iter().take(4).map(Decay::Travel) {
-                let of = move |spike: [f64; 2], symmetric| PreslidingStiction {
-                    spike,
-                    symmetric,
-                    rise,
-                    decay,
-                    per_nm: None,
-                };
-                let one = move |s: f64| of([s, s], true);
-                let each = move |s: &[f64]| of([s[0].max(0.0), s[1].max(0.0)], false);
-                let robot = survey.robot;
-                let both = Candidate::of_size(robot, target, candidate::TRIAL, one).positive();
-                list.push(both.with_shape(2).with_form("rise"));
-                let sided = Candidate::of_sizes(robot, target, &[candidate::TRIAL; 2], each).positive();
-                list.push(sided.with_shape(2).with_form("rise, both ways"));
+            for &rise in rises.iter().filter(|rise| is_shorter(rise, &decay)) {
+                push_forms(survey, axis, (rise, decay), list);
             }
         }
     }
+}
+
+/// Is a rise shorter than a decay of its kind? The two exchanged, with another size, are the same response.
+fn is_shorter(rise: &Decay, decay: &Decay) -> bool {
+    std::mem::discriminant(rise) != std::mem::discriminant(decay) || amount(rise) < amount(decay)
+}
+
+/// One size, one that grows with load, and one for each direction, with this rise and decay.
+fn push_forms(survey: &Survey, axis: usize, (rise, decay): (Decay, Decay), list: &mut Vec<Candidate>) {
+    let (robot, target) = (survey.robot, Target::Joint(axis));
+    let of = move |spike: [f64; 2], symmetric, per_nm| PreslidingStiction { spike, symmetric, rise, decay, per_nm };
+    let [plain, loaded, sided] = match rise {
+        Decay::Travel(_) => ["rise", "rise, with load", "rise, both ways"],
+        Decay::Time(_) => ["rise over time", "rise over time, with load", "rise over time, both ways"],
+    };
+    let sized = |per_nm: Option<f64>| {
+        let one = move |s: f64| of([s, s], true, per_nm);
+        Candidate::of_size(robot, target, candidate::TRIAL, one).positive()
+    };
+    list.push(sized(None).with_shape(2).with_form(plain));
+    if survey.axes[axis].loaded {
+        let grown = GROWTHS.iter().map(|g| sized(Some(g / survey.axes[axis].load)));
+        list.extend(grown.map(|c| c.with_shape(3).with_form(loaded)));
+    }
+    let each = move |s: &[f64]| of([s[0].max(0.0), s[1].max(0.0)], false, None);
+    let each = Candidate::of_sizes(robot, target, &[candidate::TRIAL; 2], each).positive();
+    list.push(each.with_shape(2).with_form(sided));
 }
 
 impl PreslidingStiction {
@@ -170,7 +191,11 @@ impl EffectType for PreslidingStiction {
         };
         let largest = self.spike[0].max(self.spike[1]);
         all.push(match self.rise {
-            Decay::Time(_) => Parameter::seconds("rise_s", (1e-3, 10.0), 0.3),
+            Decay::Time(_) => {
+                // beyond the decay it would be the same response with both exchanged
+                let most = if let Decay::Time(decay) = self.decay { decay.clamp(1e-3, 10.0) } else { 10.0 };
+                Parameter::seconds("rise_s", (1e-3, most), 0.3)
+            }
             Decay::Travel(_) => {
                 let (least, most) = site.travel_bounds();
                 site.length("rise", (least.max(largest), most), site.typical(0.02, 0.02))

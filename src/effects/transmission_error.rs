@@ -71,7 +71,7 @@ pub static FADING: EffectForm = EffectForm {
         "{effect: transmission_error, joint: A1, amplitude_deg: 0.002, cycles_per_rev: 60, phase_deg: 0, fade_deg_s: 8}",
         View::JointOverCommand,
     ),
-    diagnosis: "does not try it: the plain one is named",
+    diagnosis: "tries it where the plain ones leave something",
     undone: "nothing: its amplitude depends on the speed of the joint",
 };
 
@@ -161,6 +161,28 @@ pub fn ripple(robot: &Robot, axis: usize, cycles_per_rev: f64) -> Candidate {
         further_phases_rad: Vec::new(),
     })
     .with_shape(1)
+}
+
+/// Speeds over which a ripple is tried to fade, as shares of the fastest of its joint.
+const FADES: [f64; 3] = [0.1, 0.3, 1.0];
+
+/// Forms of a plain ripple of an axis that fade with speed, where the joint moves at up to `fastest` rad/s or m/s.
+pub fn fading(robot: &Robot, axis: usize, plain: &Candidate, fastest: f64) -> Vec<Candidate> {
+    let ripple = plain.at(&[1.0, 0.0]);
+    let Some(ripple) = ripple.first().and_then(|p| p.effect.get::<TransmissionError>()) else { return Vec::new() };
+    let cycles_per_rev = ripple.cycles_per_rev;
+    let form = move |fade: f64| {
+        let make = move |c: &[f64]| TransmissionError {
+            amplitude: c[0].hypot(c[1]),
+            cycles_per_rev,
+            phase_rad: c[1].atan2(c[0]),
+            fade: Some(fade),
+            further_phases_rad: Vec::new(),
+        };
+        let one = Candidate::of_sizes(robot, Target::Joint(axis), &[candidate::TRIAL; 2], make);
+        one.with_shape(2).with_form("fading")
+    };
+    FADES.iter().map(|share| share * fastest).filter(|fade| *fade > 0.0).map(form).collect()
 }
 
 impl EffectType for TransmissionError {

@@ -64,7 +64,7 @@ fn plan() -> Vec<case::Kind> {
     use case::Kind::{Bad, Large, Null, Outside, Pair, Single, Triple};
     let n = number("LOSTMOTION_HIDDEN_CASES", 0);
     if n > 0 {
-        return (0..n).map(case::kind_of).collect();
+        return (0..n).map(asked_kind).collect();
     }
     let mut plan: Vec<case::Kind> = (0..40).map(|k| Single(10.0, k)).collect();
     plan.extend((0..40).map(|k| Single(3.0, k)));
@@ -75,6 +75,15 @@ fn plan() -> Vec<case::Kind> {
     plan.extend((0..20).map(Bad));
     plan.extend((0..10).map(Large));
     plan
+}
+
+/// The k-th of mixed kinds, or of the one kind that LOSTMOTION_HIDDEN_KIND asks for.
+fn asked_kind(k: usize) -> case::Kind {
+    match std::env::var("LOSTMOTION_HIDDEN_KIND").as_deref() {
+        Ok("outside") => case::Kind::Outside(k),
+        Ok("elements") => case::Kind::Elements,
+        _ => case::kind_of(k),
+    }
 }
 
 /// The gaps that `truth.json` states against those of our physics, per case of LOSTMOTION_CASES_DIR.
@@ -195,12 +204,7 @@ fn elements_of_one_loop_are_one_hysteresis() {
 #[test]
 #[ignore = "takes many minutes"]
 fn large_set() {
-    let kind = |k: usize| match std::env::var("LOSTMOTION_HIDDEN_KIND").as_deref() {
-        Ok("outside") => case::Kind::Outside(k),
-        Ok("elements") => case::Kind::Elements,
-        _ => case::kind_of(k),
-    };
-    let plan: Vec<case::Kind> = (0..number("LOSTMOTION_HIDDEN_CASES", 300)).map(kind).collect();
+    let plan: Vec<case::Kind> = (0..number("LOSTMOTION_HIDDEN_CASES", 300)).map(asked_kind).collect();
     println!("{}", table::report(&made_and_scored(&plan, number("LOSTMOTION_HIDDEN_SEED", 1000) as u64)));
 }
 

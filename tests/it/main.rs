@@ -17,6 +17,7 @@ mod catalogue;
 mod catalogue_docs;
 mod creep;
 mod diagnose_cli;
+mod diagnose_forms;
 mod diagnose_known;
 mod diagnose_limit;
 mod diagnose_machine;

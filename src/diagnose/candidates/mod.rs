@@ -75,6 +75,17 @@ pub fn further(problem: &Problem) -> Vec<Candidate> {
     list
 }
 
+/// Forms of more freedom and rarer effects of one joint, as they are tried where its plain ones leave something.
+pub fn wider(problem: &Problem, axis: usize) -> Vec<Candidate> {
+    let survey = Survey { only: Some(axis), ..survey(problem) };
+    let mut list = Vec::new();
+    for info in catalogue::ALL {
+        (info.further)(&survey, &mut list);
+    }
+    list.retain(|c| c.axis() == Some(axis));
+    list
+}
+
 /// What the logs hold, as effects need it to say what may be tried.
 pub fn survey(problem: &Problem) -> Survey<'_> {
     let axis = |axis: usize| AxisSurvey {
@@ -103,6 +114,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
         points: problem.logs.iter().any(|l| l.reflectors() > 0),
         motion: !problem.is_settled(),
         temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
+        only: None,
     }
 }
 
@@ -121,6 +133,18 @@ pub fn clock(problem: &Problem) -> Option<(f64, f64)> {
 /// Ripple of an axis at a number of cycles per revolution (of its lead, for a prismatic one).
 pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
     transmission_error::ripple(&problem.robot, axis, cycles_per_rev)
+}
+
+/// A ripple at the frequency of a plain one that fades with the speed of its joint, for a few speeds. A slow wave that fades is any
+/// curve over position and speed: not tried.
+pub fn fading(problem: &Problem, plain: &Candidate) -> Vec<Candidate> {
+    let Some(axis) = plain.axis().filter(|_| plain.form.is_empty()) else { return Vec::new() };
+    if !plain.at(&[1e-6, 0.0]).iter().all(|ripple| spectrum::identifiable(problem, ripple)) {
+        return Vec::new();
+    }
+    let fastest =
+        problem.motions().flat_map(|l| Inputs::speed(&l.drive, axis).iter()).fold(0.0, |m: f64, v| m.max(v.abs()));
+    transmission_error::fading(&problem.robot, axis, plain, fastest)
 }
 
 /// The same with its own phase in each log.

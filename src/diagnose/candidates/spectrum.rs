@@ -11,7 +11,7 @@ use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
-use crate::effects::{EffectInstance, TransmissionError};
+use crate::effects::{EffectInstance, Inputs, TransmissionError};
 use crate::robot::JointKind;
 use rayon::prelude::*;
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -39,6 +39,25 @@ pub fn identifiable(problem: &Problem, placed: &EffectInstance) -> bool {
     let turn = placed.site(&problem.robot).rev();
     let travel = problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max);
     ripple.cycles_per_rev * travel / turn >= LEAST_CYCLES && ripple.cycles_per_rev <= most_told(problem, axis, turn)
+}
+
+/// Speeds, in fades, up to which a fading ripple shows.
+const SHOWS: f64 = 2.0;
+
+/// Is a ripple that fades with speed seen as a wave: does its joint go through at least a cycle while it is slow enough? Else what
+/// is named is an error just after reversals. Other effects always count as seen.
+pub fn is_seen(problem: &Problem, placed: &EffectInstance) -> bool {
+    let (Some(axis), Some(ripple)) = (placed.axis(), placed.effect.get::<TransmissionError>()) else { return true };
+    let Some(fade) = ripple.fade else { return true };
+    let period = placed.site(&problem.robot).rev() / ripple.cycles_per_rev;
+    problem.motions().any(|l| {
+        let (p, speed) = (l.drive.command(axis), Inputs::speed(&l.drive, axis));
+        let mut travel = 0.0;
+        p.windows(2).zip(speed).any(|(w, v)| {
+            travel = if v.abs() > SHOWS * fade { 0.0 } else { travel + (w[1] - w[0]).abs() };
+            travel >= period
+        })
+    })
 }
 
 /// Most cycles per revolution that the poses of an axis tell from fewer; without a bound where a motion is sampled.

@@ -32,6 +32,7 @@
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
 //!   wrong
 //! - `unnamed`: structure that no effect names, as curves: `empirical` terms, as few and as smooth as held-out blocks support
+//! - `wider`: the search again with forms of more freedom, where the plain ones leave something
 
 pub(crate) mod across;
 pub(crate) mod arm;
@@ -53,14 +54,15 @@ pub(crate) mod story;
 pub(crate) mod supported;
 pub(crate) mod together;
 pub(crate) mod unnamed;
+pub(crate) mod wider;
 
-use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::cache::ScreeningCache;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext};
 use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
 use crate::diagnose::candidates::spectrum;
 use crate::diagnose::candidates::structure::{Ratio, Tested};
+use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
@@ -121,6 +123,8 @@ pub(in crate::diagnose) struct Search<'a> {
     pub(in crate::diagnose) only: Option<fn(&str) -> bool>,
     /// Where it ends.
     pub(in crate::diagnose) limits: Limits,
+    /// Forms of more freedom are tried, too.
+    wider: bool,
 }
 
 /// What a refinement is for.
@@ -155,8 +159,12 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         kept: ScreeningCache::default(),
         only: None,
         limits: FAR,
+        wider: false,
     };
     let mut end = search.course(&prepared, rms_nuisance);
+    if let Some(whole) = search.with_wider_forms(&prepared, rms_nuisance, &end) {
+        end = whole;
+    }
     if end.is_beyond(NEAR_BY) && !end.explains_all() {
         search.limits = NEAR_BY;
         end = search.course(&prepared, rms_nuisance);
@@ -210,7 +218,11 @@ impl Search<'_> {
         let p = self.problem;
         let sensitivities = Sensitivities::new(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = ScreeningContext::new(p, &base.hypothesis, &base.state, whitening, sensitivities.to_columns());
-        let spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
+        let mut spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
+        if self.wider {
+            let fading: Vec<Candidate> = spectral.iter().flat_map(|c| candidates::fading(p, c)).collect();
+            spectral.extend(fading);
+        }
         self.tried = self.candidates.len() as f64 + spectrum::tried(&ground);
         let mut scored: Vec<(Score, &Candidate)> =
             self.kept.score(&ground, self.candidates).into_iter().zip(self.candidates).collect();
@@ -248,6 +260,7 @@ impl Search<'_> {
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
+        refined.retain(|r| r.placed.iter().all(|q| spectrum::is_seen(p, q)));
         // a gap that is the same at every knot is a plain gap, however exact the log
         let plain: Vec<String> = refined.iter().filter(|r| r.effect == PLAIN).map(|r| r.target.clone()).collect();
         refined.retain(|r| !(r.is_flat() && plain.contains(&r.target)));
