@@ -267,7 +267,7 @@ mod tests {
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
     use crate::program::script::pose::Frame;
-    use crate::program::script::{Edit, Few, How, Solution};
+    use crate::program::script::{Edit, Few, How, PoseGoal, Solution};
     use nalgebra::UnitQuaternion;
 
     fn pose(turn: f64) -> Goal {
