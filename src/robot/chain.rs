@@ -29,6 +29,8 @@ struct Element {
     /// Hayati's twist, where there is one.
     beta: Option<(f64, f64)>,
     theta_rad: f64,
+    /// Sine and cosine of `theta_rad`, by which a prismatic joint is turned wherever it stands.
+    still: (f64, f64),
     d_m: f64,
     revolute: bool,
     /// Axis that drives this joint, and `direction * ratio`.
@@ -62,7 +64,7 @@ impl Element {
     /// Sine and cosine of the joint's angle.
     #[inline(always)]
     fn turned(&self, q: f64) -> (f64, f64) {
-        if self.revolute { self.theta_rad + self.gain * q } else { self.theta_rad }.sin_cos()
+        if self.revolute { (self.theta_rad + self.gain * q).sin_cos() } else { self.still }
     }
 }
 
@@ -118,6 +120,7 @@ impl Chain {
                 cos_alpha,
                 beta: Some(f64::sin_cos(beta)).filter(|_| beta != 0.0),
                 theta_rad: j.theta_rad,
+                still: j.theta_rad.sin_cos(),
                 d_m: j.d_m,
                 revolute: j.kind == JointKind::Revolute,
                 axis,

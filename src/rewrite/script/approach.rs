@@ -47,7 +47,7 @@ impl Sides {
     /// The point before a target `q` whose vertices up to it are those of the run; `None`: it is reached from its side.
     pub fn point(&self, robot: &Robot, run: &Run, directions: &Directions, q: &[f64]) -> Option<Vec<f64>> {
         let from = run.vertices.last()?;
-        let (mut last, mut goal) = (from.q.clone(), q.to_vec());
+        let (mut last, mut goal) = (from.q.to_vec(), q.to_vec());
         robot.to_gears(&mut last);
         robot.to_gears(&mut goal);
         let mut point = goal.clone();
@@ -67,7 +67,7 @@ impl Sides {
 
     /// The vertex of such a point.
     pub fn vertex(&self, goal: &Vertex, t_s: f64, q: Vec<f64>) -> Vertex {
-        Vertex { role: Role::Approach, q, share: SHARE, t_s, ..goal.clone() }
+        Vertex { role: Role::Approach, q: q.into(), share: SHARE, t_s, ..goal.clone() }
     }
 }
 
@@ -121,7 +121,7 @@ mod tests {
     }
 
     fn at(q: [f64; 2]) -> Vertex {
-        Vertex { step: 0, role: Role::Goal, q: q.to_vec(), share: 1.0, editable: true, t_s: 0.0, certain: true }
+        Vertex { step: 0, role: Role::Goal, q: q[..].into(), share: 1.0, editable: true, t_s: 0.0, certain: true }
     }
 
     #[test]

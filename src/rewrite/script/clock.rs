@@ -36,7 +36,7 @@ pub fn duration_s(
         let of = |(k, j): (usize, &crate::robot::Joint)| {
             j.max_speed.map(|v| stop_to_stop((b[k] - a[k]).abs(), v * share, j.max_accel))
         };
-        robot.axis_joints().enumerate().map(of).collect::<Option<Vec<f64>>>().map(|t| t.into_iter().fold(0.0, f64::max))
+        robot.axis_joints().enumerate().map(of).try_fold(0.0, |most: f64, t| Some(most.max(t?)))
     };
     let least = robot
         .axis_joints()

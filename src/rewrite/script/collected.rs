@@ -10,6 +10,7 @@ use crate::program::script::{At, Document, Edits, Goal, Script, StepEdits, StepK
 use crate::rewrite::engine::Engine;
 use crate::rewrite::stats::RewriteStats;
 use crate::rewrite::{Options, Origin, OutputPoints, Points};
+use std::collections::BTreeMap;
 
 /// Points that the engine takes at a time.
 const BLOCK: usize = 8192;
@@ -20,8 +21,8 @@ pub(super) struct Collected {
     pub(super) stats: RewriteStats,
     pub(super) unplaced: Unplaced,
     pub(super) rates: Rates,
-    /// Line of each point of the violations.
-    pub(super) lines: Vec<At>,
+    /// Lines of the points of violations, by the number of the point.
+    pub(super) lines: BTreeMap<u64, At>,
 }
 
 impl Collected {
@@ -44,8 +45,9 @@ impl Collected {
             stats: empty(task.robot.dof()),
             unplaced: Unplaced::default(),
             rates: Rates::default(),
-            lines: Vec::new(),
+            lines: BTreeMap::new(),
         };
+        let mut first = 0;
         for run in runs {
             let mut options = task.options.clone();
             options.deadband.clear();
@@ -61,8 +63,13 @@ impl Collected {
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
             all.unplaced.rounded += lost.rounded;
-            add(&mut all.stats, done, added, all.lines.len() as u64);
-            all.lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
+            for v in &done.violations {
+                let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
+                let step = run.vertices.get(n as usize).and_then(|vertex| script.steps.get(vertex.step));
+                all.lines.extend(step.map(|step| (first + n, step.at)));
+            }
+            add(&mut all.stats, done, added, first);
+            first += run.vertices.len() as u64;
         }
         Ok(all)
     }

@@ -137,6 +137,7 @@ fn step(
         let whole = |o: &&Out| o.fraction.is_none() || !approach(o);
         let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).filter(whole).collect();
         let span = spaced(&span);
+        edit.before.reserve_exact(span.len());
         for (k, o) in span.iter().enumerate() {
             let next = span.get(k + 1).map_or(end.q, |o| o.q);
             let point = new_point(document, robot, run, vertex.step, o, last, next);

@@ -143,7 +143,7 @@ impl Job<'_> {
     }
 
     fn outcome(&self, format: &dyn Format, name: &str, hashes: &[String], done: &Done) -> Outcome {
-        let line = |n: u64| done.lines.get(n as usize).map(|at| at.line);
+        let line = |n: u64| done.lines.get(&n).map(|at| at.line);
         Outcome {
             input: name.into(),
             output: None,

@@ -118,8 +118,8 @@ pub struct Done {
     pub notes: Vec<Note>,
     /// Points, new points, limits and durations.
     pub stats: RewriteStats,
-    /// Line of each point of the violations.
-    pub lines: Vec<At>,
+    /// Lines of the points of violations, by the number of the point.
+    pub lines: BTreeMap<u64, At>,
     /// How much of the program was edited, and why the rest was not.
     pub coverage: Coverage,
     /// Frames and tools that moves wait for.
@@ -189,7 +189,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         ),
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
-    let Cut { runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, &choice, &mut known);
+    let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, &choice, &mut known);
     let by_clock = ByClock::of(task);
     let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);
     let solve = choice.solve_within_m.is_some();
@@ -197,26 +197,30 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
     unplaced.points += collected::spare(script, task.choices, &mut edits);
     let (changes, changes_total) = as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced);
+    // an estimate of a part would read as one of the whole
+    let whole = gaps.is_empty() && partial.is_empty();
+    stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
+    let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
+    let clockless = by_clock.note(&runs);
+    let (anew, count) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
+    // what is written needs the edits alone
+    if !choice.approach.any() {
+        runs = Vec::new();
+    }
     let (unwritable, patches) = writing::leave_unwritable(document.as_ref(), &mut edits, &mut stats);
     let reasons = Reasons { left_out: &left_out, left, partial, unwritable };
     let coverage = reasons.coverage(script, task.choices, &edits);
     demands::require_coverage(&coverage, task.choices, script)?;
     stats.points = coverage.moves;
     stats.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
-    // an estimate of a part would read as one of the whole
-    let whole = gaps.is_empty() && reasons.partial.is_empty();
-    stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
     notes.extend(demands::enough_digits(script, &edits, task)?);
-    notes.extend(by_clock.note(&runs));
+    notes.extend(clockless);
     notes.extend(rates.notes(task.robot));
     notes.extend(of_arm);
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
-    let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
-    let (anew, count) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
-    // what is written needs the edits alone
     drop(runs);
     let originals = script.texts.clone();
     let (texts, written) = writing::write(format, document, &mut edits, patches, task)?;

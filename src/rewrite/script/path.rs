@@ -258,7 +258,7 @@ impl<'a> Points<'a> {
     /// known.
     fn way(&self, document: &dyn Document, run: &Run, vertices: &[Vertex], within_m: f64) -> Option<Vec<Way>> {
         let (goal, turns) = (vertices.last()?, vertices.get(1..vertices.len() - 1)?);
-        let end = Way { share: 1.0, q: goal.q.clone() };
+        let end = Way { share: 1.0, q: goal.q.to_vec() };
         if goal.role == Role::Hold {
             return Some(vec![end]);
         }
@@ -275,7 +275,7 @@ impl<'a> Points<'a> {
             None if self.is_straight(m) => Vec::new(),
             None => return None,
         };
-        way.extend(turns.iter().filter(|v| v.role == Role::Way).map(|v| Way { share: v.share, q: v.q.clone() }));
+        way.extend(turns.iter().filter(|v| v.role == Role::Way).map(|v| Way { share: v.share, q: v.q.to_vec() }));
         way.sort_by(|a, b| a.share.total_cmp(&b.share));
         way.push(end);
         Some(way)

@@ -157,7 +157,7 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
     let mut last: Option<Vec<f64>> = None;
     let mut out = Vec::new();
     for vertex in &run.vertices {
-        let mut gears = vertex.q.clone();
+        let mut gears = vertex.q.to_vec();
         robot.to_gears(&mut gears);
         let before = directions.clone();
         if let Some(last) = &last {
@@ -201,7 +201,7 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
             }),
         };
         out.push(Point {
-            q: vertex.q.clone(),
+            q: vertex.q.to_vec(),
             tcp,
             fresh: fades.then(|| offsets.less(robot, &gears, &directions, &twice)),
             other,

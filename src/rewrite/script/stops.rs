@@ -71,7 +71,7 @@ mod tests {
         let vertex = |step, q: [f64; 2], t_s| Vertex {
             step,
             role: Role::Goal,
-            q: q.to_vec(),
+            q: q[..].into(),
             share: 1.0,
             editable: true,
             t_s,

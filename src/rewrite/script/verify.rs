@@ -1,12 +1,14 @@
 //! A rewritten program is read again before it is put anywhere: every step must be the one that was meant.
 
+mod before;
+
 use crate::error::{Error, Place, Result};
-use crate::program::script::{
-    At, Document, Edits, Format, Goal, Move, PathKind, PoseGoal, Quantity, Script, StepKind, Text, Value,
-};
+use crate::program::script::{At, Document, Edits, Format, Goal, Move, PathKind, Quantity, Script, StepKind, Text};
 use crate::robot::Robot;
+pub use before::Before;
+use before::{Kind, Own};
 use nalgebra::Vector3;
-use std::mem::{Discriminant, discriminant};
+use std::mem::discriminant;
 
 /// Largest rounding of a written value, in digits.
 const ROUNDED: f64 = 0.501;
@@ -68,93 +70,6 @@ impl Written {
     }
 }
 
-/// What must be known of a program to compare its result with it: far less than the program itself.
-#[derive(Debug, Default)]
-pub struct Before {
-    names: Vec<String>,
-    steps: Vec<Step>,
-    /// Numbers of the moves' targets, one after the other; NaN: not commanded.
-    values: Vec<f64>,
-}
-
-#[derive(Debug)]
-struct Step {
-    at: At,
-    kind: Kind,
-}
-
-#[derive(Debug)]
-enum Kind {
-    Move(Own),
-    Other(Discriminant<StepKind>),
-}
-
-#[derive(Debug)]
-struct Own {
-    path: PathKind,
-    /// NaN: not known.
-    blend_m: f64,
-    goal: OwnGoal,
-    /// Of an arc: the point on its way, in the frame of its goal.
-    via_m: Option<Box<Vector3<f64>>>,
-    /// The first of its numbers, and how many.
-    first: u32,
-    count: u16,
-}
-
-#[derive(Debug)]
-enum OwnGoal {
-    Joints,
-    /// `None`: it is edited, so that its numbers are what counts.
-    Pose(Option<Box<PoseGoal>>),
-    Opaque,
-}
-
-impl Before {
-    /// Of a program to which `edits` are made.
-    pub fn of(script: &Script, edits: &Edits) -> Self {
-        let mut all = Self { names: script.texts.iter().map(|t| t.name.clone()).collect(), ..Self::default() };
-        all.steps.reserve_exact(script.steps.len());
-        let numbers = script.moves().filter_map(|(_, m)| script.targets.get(m.goal.target()?)).map(|t| t.values.len());
-        all.values.reserve_exact(numbers.sum());
-        for (k, step) in script.steps.iter().enumerate() {
-            let kind = match &step.kind {
-                StepKind::Move(m) => {
-                    Kind::Move(all.own(script, m, edits.steps.get(k).is_some_and(|e| e.goal.is_some())))
-                }
-                other => Kind::Other(discriminant(other)),
-            };
-            all.steps.push(Step { at: step.at, kind });
-        }
-        all
-    }
-
-    fn own(&mut self, script: &Script, m: &Move, edited: bool) -> Own {
-        let goal = match &m.goal {
-            Goal::Joints(_) => OwnGoal::Joints,
-            Goal::Pose(goal) => OwnGoal::Pose((!edited).then(|| goal.clone())),
-            Goal::Opaque(_) => OwnGoal::Opaque,
-        };
-        let values = m.goal.target().and_then(|t| script.targets.get(t)).map(|t| t.values).unwrap_or_default();
-        let first = self.values.len();
-        self.values.extend(values.si_or_nan());
-        let (first, count) = (first as u32, values.len() as u16);
-        let blend_m = m.blend_m.unwrap_or(f64::NAN);
-        Own { path: m.path, blend_m, goal, via_m: via(m).map(Box::new), first, count }
-    }
-
-    /// What the target of a move says as it is, by axis; empty where it has no numbers.
-    fn values(&self, own: &Own) -> &[f64] {
-        let first = own.first as usize;
-        self.values.get(first..first + usize::from(own.count)).unwrap_or_default()
-    }
-
-    fn fault(&self, k: usize, what: &str) -> Error {
-        let at = self.steps.get(k).map(|s| s.at);
-        fault(at.map(|at| (self.names.get(at.file).map_or("", String::as_str), at)), what)
-    }
-}
-
 fn fault(place: Option<(&str, At)>, what: &str) -> Error {
     let place = place.map(|(name, at)| Place::line(name, at.line).to_string()).unwrap_or_default();
     let source =
@@ -200,22 +115,20 @@ pub fn read_again(
         }
         let of_tcp = |m: &Own| m.path == PathKind::Linear || edit.is_some_and(|e| !e.vias.is_empty());
         if stops > 0 && matches!(&step.kind, Kind::Move(m) if of_tcp(m)) {
-            written.stops.push(Stops { at: step.at, points: stops });
+            written.stops.push(Stops { at: step.at(), points: stops });
         }
         let Some(here) = after.steps.get(k) else { return Err(before.fault(i, "a step is missing")) };
         if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
             stops += u64::from(a.blend_m != 0.0 && m.blend_m == Some(0.0));
         }
         if stops > 0 {
-            written.halts.push(Halt { step: i, at: step.at, stops });
+            written.halts.push(Halt { step: i, at: step.at(), stops });
         }
         if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
             let last = edit.and_then(|e| e.piece(e.before.len()));
             piece(m, last).map_err(|what| fault_after(k, &what.to_string()))?;
             let apart = |(a, b): (Vector3<f64>, Vector3<f64>)| (a - b).amax() > SAME_VIA_M;
-            if last.is_none()
-                && (a.via_m.is_some() != via(m).is_some() || a.via_m.as_deref().copied().zip(via(m)).is_some_and(apart))
-            {
+            if last.is_none() && (a.via_m().is_some() != via(m).is_some() || a.via_m().zip(via(m)).is_some_and(apart)) {
                 return Err(fault_after(k, "another point on the way of an arc"));
             }
         }
@@ -229,7 +142,7 @@ pub fn read_again(
                 }
             }
             (Kind::Move(a), StepKind::Move(b)) => {
-                if !alike(a, own, after, b) {
+                if !a.alike(own, after, b) {
                     return Err(fault_after(k, "a move changed that should not"));
                 }
             }
@@ -348,30 +261,13 @@ fn beyond(
     }
 }
 
-/// Two moves lead to the same place in the same way; `own`: the numbers of the first one's target.
-fn alike(a: &Own, own: &[f64], after: &Script, b: &Move) -> bool {
-    let same = match (&a.goal, &b.goal) {
-        (OwnGoal::Joints, Goal::Joints(t)) => {
-            let same = |(own, v): (&f64, Option<Value>)| v.map_or(own.is_nan(), |v| v.si == *own);
-            let values = after.targets.get(*t).map(|t| t.values).unwrap_or_default();
-            own.len() == values.len() && own.iter().zip(values.iter()).all(same)
-        }
-        (OwnGoal::Pose(Some(s)), Goal::Pose(t)) => {
-            s.position_m == t.position_m && s.rotation == t.rotation && s.frame == t.frame && s.tool == t.tool
-        }
-        (OwnGoal::Opaque, Goal::Opaque(_)) => true,
-        _ => false,
-    };
-    same && a.path == b.path
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
     use crate::program::script::pose::Frame;
-    use crate::program::script::{Edit, Few, How, Solution};
+    use crate::program::script::{Edit, Few, How, PoseGoal, Solution};
     use nalgebra::UnitQuaternion;
 
     fn pose(turn: f64) -> Goal {
@@ -400,7 +296,7 @@ mod tests {
     #[test]
     fn a_pose_that_turned_and_a_path_of_another_kind_are_other_moves() {
         let script = Script::default();
-        let alike = |a: &Move, b: &Move| alike(&Before::default().own(&script, a, false), &[], &script, b);
+        let alike = |a: &Move, b: &Move| Before::default().own(&script, a, false).alike(&[], &script, b);
         let line = to(pose(0.1), PathKind::Linear);
         assert!(alike(&line, &to(pose(0.1), PathKind::Linear)));
         assert!(!alike(&line, &to(pose(0.2), PathKind::Linear)));

@@ -2,7 +2,7 @@
 
 use super::statement::{Statement, has, index, is_position, is_register};
 use crate::script::cursor::strip_word;
-use crate::script::{PathKind, Speed, Text};
+use crate::script::{Few, PathKind, Span, Speed, Text};
 use std::ops::Range;
 
 /// Where a motion stands and what it says besides its goal.
@@ -13,18 +13,18 @@ pub(super) struct Motion {
     pub colon: usize,
     pub number: Option<u64>,
     /// From after the colon to the goal.
-    pub lead: Range<usize>,
+    pub lead: Span,
     /// Digits of the goal's index.
-    pub digits: Range<usize>,
+    pub digits: Span,
     /// `FINE`, `CNT50`, `CNT R[1]`: from after the goal to its end; speed included.
-    pub speed_and_end: Range<usize>,
-    pub end_type: Range<usize>,
+    pub speed_and_end: Span,
+    pub end_type: Span,
     /// `FINE`.
     pub exact: bool,
     /// Options that a copy of the motion repeats.
-    pub kept: Vec<Range<usize>>,
+    pub kept: Few<Span>,
     /// Blanks and `;` at the end of the statement.
-    pub tail: Range<usize>,
+    pub tail: Span,
 }
 
 /// What a motion says.
@@ -130,13 +130,13 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
             start: statement.start,
             colon: statement.colon,
             number: statement.number,
-            lead: statement.colon + 1..target.start,
-            digits,
-            speed_and_end: target.end..end.span.end,
-            end_type: end.span,
+            lead: (statement.colon + 1..target.start).into(),
+            digits: digits.into(),
+            speed_and_end: (target.end..end.span.end).into(),
+            end_type: end.span.into(),
             exact: end.exact,
-            kept,
-            tail: used..content.max(used),
+            kept: kept.into_iter().map(Span::from).collect(),
+            tail: (used..content.max(used)).into(),
         });
     }
     Some(said)

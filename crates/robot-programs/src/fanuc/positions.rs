@@ -292,6 +292,10 @@ fn field(text: &Text, span: &Range<usize>, cursor: &mut Cursor, name: Cow<str>, 
         .iter()
         .find(|usual| **usual == name)
         .map_or_else(|| Cow::Owned(name.to_string()), |usual| Cow::Borrowed(*usual));
+    if position.fields.is_empty() {
+        // most robots have as many axes, and a pose as many numbers
+        position.fields.reserve_exact(6);
+    }
     position.fields.push(Field {
         name,
         field: (span.start + from..span.start + after).into(),

@@ -282,7 +282,7 @@ impl<'a> Reader<'a> {
             self.steps.place(self.steps.next(), motion);
         }
         let straight = said.path == PathKind::Linear && matches!(goal, Goal::Joints(_));
-        let tool = position.filter(|_| straight).map(|p| self.tool(&self.taught.positions[p]));
+        let tool = position.filter(|_| straight).map(|p| Box::new(self.tool(&self.taught.positions[p])));
         let how = How {
             path: said.path,
             closed,

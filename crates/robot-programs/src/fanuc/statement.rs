@@ -135,8 +135,14 @@ impl Assembly<'_> {
             self.numbered.push(Numbered { field: start..colon, number });
         }
         let nested = self.nested;
-        let statement =
-            self.open.take().unwrap_or_else(|| Statement { line: k, start, colon, number, pieces: Vec::new(), nested });
+        let statement = self.open.take().unwrap_or_else(|| Statement {
+            line: k,
+            start,
+            colon,
+            number,
+            pieces: Vec::with_capacity(1),
+            nested,
+        });
         self.extend(statement, body);
         Ok(())
     }
@@ -213,7 +219,8 @@ pub(super) fn has(bytes: &[u8], needle: &[u8]) -> bool {
 ///
 /// `words = word {blank word}, blanks within "[" "]" being part of the word`
 pub(super) fn words(text: &Text, statement: &Statement) -> Vec<Range<usize>> {
-    let mut out = Vec::new();
+    // those of a motion and an option
+    let mut out = Vec::with_capacity(6);
     for piece in &statement.pieces {
         let mut cursor = Cursor::new(text.slice(piece.clone()));
         loop {

@@ -140,7 +140,7 @@ fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Patches, appen
                     *place.insert(index)
                 }
             };
-            out.push(Patch::new(0, motion_of(program, step)?.digits.clone(), index.to_string()));
+            out.push(Patch::new(0, motion_of(program, step)?.digits, index.to_string()));
         }
     }
     Ok(())
@@ -227,15 +227,15 @@ fn line(text: &Text, motion: &Motion, index: u64, exact: bool, number: Option<u6
         None => text.slice(motion.start..motion.colon).to_vec(),
     };
     out.push(b':');
-    out.extend_from_slice(text.slice(motion.lead.clone()));
+    out.extend_from_slice(text.slice(motion.lead));
     out.extend_from_slice(format!("P[{index}]").as_bytes());
-    out.extend_from_slice(text.slice(motion.speed_and_end.start..motion.end_type.start));
-    out.extend_from_slice(if exact { text.slice(motion.end_type.clone()) } else { b"CNT0" });
+    out.extend_from_slice(text.slice(motion.speed_and_end.start()..motion.end_type.start()));
+    out.extend_from_slice(if exact { text.slice(motion.end_type) } else { b"CNT0" });
     for kept in &motion.kept {
         out.push(b' ');
-        out.extend_from_slice(text.slice(kept.clone()));
+        out.extend_from_slice(text.slice(*kept));
     }
-    let tail = text.slice(motion.tail.clone());
+    let tail = text.slice(motion.tail);
     out.extend_from_slice(if tail.ends_with(b";") { tail } else { b"    ;" });
     out
 }

@@ -121,7 +121,11 @@ pub(super) struct Statements {
     places: Vec<f64>,
     /// Units and shifts.
     frames: Vec<[Shared<[f64]>; 2]>,
+    rest: Vec<Rest>,
 }
+
+/// Nothing else than what all statements have.
+const NONE: u32 = u32::MAX;
 
 #[derive(Debug)]
 struct Kept {
@@ -132,8 +136,8 @@ struct Kept {
     frame: u32,
     motion: u8,
     absolute: bool,
-    /// Nearly no statement has an arc or words that are not those of its line.
-    rest: Option<Box<Rest>>,
+    /// What nearly no statement has: an arc, or words that are not those of its line; [`NONE`]: it has neither.
+    rest: u32,
 }
 
 #[derive(Debug)]
@@ -146,7 +150,7 @@ impl Statements {
     /// With memory for those of a text.
     pub fn of_text(text: &Text, axes: usize) -> Self {
         let places = Vec::with_capacity(text.likely_steps() * axes.min(3));
-        Self { kept: BySteps::of_text(text), places, frames: Vec::new() }
+        Self { kept: BySteps::of_text(text), places, ..Self::default() }
     }
 
     /// Adds the statement of a step after those that have one.
@@ -157,8 +161,11 @@ impl Statements {
         if !self.frames.last().is_some_and(same) {
             self.frames.push([s.unit, s.shift]);
         }
-        let rest = Rest { arc: s.arc, words: s.folded.then_some(s.words) };
-        let rest = (rest.arc.is_some() || rest.words.is_some()).then(|| Box::new(rest));
+        let mut rest = NONE;
+        if s.arc.is_some() || s.folded {
+            rest = self.rest.len() as u32;
+            self.rest.push(Rest { arc: s.arc, words: s.folded.then_some(s.words) });
+        }
         let frame = self.frames.len() as u32 - 1;
         let kept = Kept { line: s.line as u32, start, goal, frame, motion: s.motion, absolute: s.absolute, rest };
         self.kept.push(step, kept);
@@ -168,7 +175,7 @@ impl Statements {
     pub fn push_like_last(&mut self, step: usize, line: usize, start: &[Option<f64>], goal: &[Option<f64>]) {
         let Some(&Kept { frame, motion, absolute, .. }) = self.kept.last() else { return };
         let (start, goal) = (self.row(start), self.row(goal));
-        self.kept.push(step, Kept { line: line as u32, start, goal, frame, motion, absolute, rest: None });
+        self.kept.push(step, Kept { line: line as u32, start, goal, frame, motion, absolute, rest: NONE });
     }
 
     /// A row of places; where it is the last one, that.
@@ -194,7 +201,7 @@ impl Statements {
         let kept = self.kept.get(step)?;
         let [unit, shift] = self.frames.get(kept.frame as usize)?;
         let line = kept.line as usize;
-        let own = kept.rest.as_ref().and_then(|r| r.words.clone());
+        let own = self.rest.get(kept.rest as usize).and_then(|r| r.words.clone());
         let folded = own.is_some();
         // a line that was read can be read again
         let words = own.unwrap_or_else(|| lex::block(text, line).map(|b| b.words).unwrap_or_default());
@@ -215,7 +222,7 @@ impl Statements {
     }
 
     fn arc(&self, step: usize) -> Option<(Arc, Centre)> {
-        self.kept.get(step)?.rest.as_ref()?.arc
+        self.rest.get(self.kept.get(step)?.rest as usize)?.arc
     }
 
     /// Place at a share of the arc of a step, mm or deg by axis; `None`: it is none.
@@ -228,6 +235,6 @@ impl Statements {
     /// The arcs of all statements.
     #[cfg(test)]
     pub fn arcs(&self) -> Vec<(Arc, Centre)> {
-        self.kept.values().filter_map(|k| k.rest.as_ref()?.arc).collect()
+        self.rest.iter().filter_map(|r| r.arc).collect()
     }
 }

@@ -50,7 +50,7 @@ impl Reader<'_> {
             meaning => {
                 let stations: Vec<f64> = key[1..]
                     .iter()
-                    .flat_map(|&p| &list.positions[p].numbers)
+                    .flat_map(|&p| list.positions.numbers(p))
                     .filter_map(|r| number::read(self.text.slice(*r)))
                     .map(|n| n.0)
                     .collect();
@@ -102,7 +102,7 @@ impl Reader<'_> {
             let (digit, finest) = (weight(style.decimals) * unit, weight(most) * unit);
             Some(Value { si: v * unit, start: span.start(), end: span.end(), style, digit, finest })
         };
-        let values: Option<Vec<Value>> = position.numbers.iter().take(6).enumerate().map(value).collect();
+        let values: Option<Vec<Value>> = list.positions.numbers(key[0]).iter().take(6).enumerate().map(value).collect();
         let Some(values) = values.filter(|v| v.len() == 6) else {
             return Goal::Opaque("a Cartesian position of fewer than six numbers".into());
         };
@@ -127,8 +127,8 @@ impl Reader<'_> {
                 let t = self.script.targets.len();
                 self.script.targets.push(Target {
                     pose: Some(form),
-                    name: Some(format!("{}{:0w$}", position.kind.word(), position.number, w = position.digits)),
-                    at: At::of_line(position.line),
+                    name: Some(position.name()),
+                    at: At::of_line(position.line()),
                     values: values.into_iter().map(Some).collect(),
                 });
                 self.numbers.push(Numbers::of_line(key[0], 6));
@@ -154,15 +154,15 @@ impl Reader<'_> {
     fn joints(&mut self, k: usize, key: Vec<usize>, m: &mut Move) -> Result<Goal> {
         let (text, robot, list) = (self.text, self.robot, self.list);
         let all: Vec<Number> =
-            key.iter().flat_map(|&p| (0..list.positions[p].numbers.len()).map(move |n| (p as u32, n as u32))).collect();
+            key.iter().flat_map(|&p| (0..list.positions.numbers(p).len()).map(move |n| (p as u32, n as u32))).collect();
         let lead = &list.positions[key[0]];
         if all.len() < robot.dof() {
             let found = format!("{} numbers for the move on line {}", all.len(), k + 1);
             let expected = format!("{}, one for each axis of {}", robot.dof(), robot.name);
-            return Err(text.bad(text.line_span(lead.line).start, found, expected));
+            return Err(text.bad(text.line_span(lead.line()).start, found, expected));
         }
         let (axes, rest) = all.split_at(robot.dof());
-        let span = |n: &Number| list.positions[n.0 as usize].numbers[n.1 as usize].range();
+        let span = |n: &Number| list.positions.numbers(n.0 as usize)[n.1 as usize].range();
         let read = |n: &Number| number::read(text.slice(span(n))).map(|v| v.0);
         if !rest.is_empty() {
             let rest: Vec<f64> = rest.iter().filter_map(read).collect();
@@ -186,12 +186,7 @@ impl Reader<'_> {
             values.push(Some(self.value(axis, *n)?));
         }
         let t = self.script.targets.len();
-        self.script.targets.push(Target {
-            pose: None,
-            name: Some(format!("{}{:0w$}", lead.kind.word(), lead.number, w = lead.digits)),
-            at: At::of_line(lead.line),
-            values,
-        });
+        self.script.targets.push(Target { pose: None, name: Some(lead.name()), at: At::of_line(lead.line()), values });
         self.numbers.push(Numbers::of(axes));
         self.targets.insert(key, t);
         Ok(Goal::Joints(t))
@@ -199,7 +194,7 @@ impl Reader<'_> {
 
     fn value(&self, axis: usize, n: Number) -> Result<Value> {
         let position = &self.list.positions[n.0 as usize];
-        let span = position.numbers[n.1 as usize].range();
+        let span = self.list.positions.numbers(n.0 as usize)[n.1 as usize].range();
         let joint = self.robot.axis(axis);
         let (v, style) = number::read(self.text.slice(span.clone())).unwrap_or_default();
         if position.section.meaning == Meaning::Pulse {

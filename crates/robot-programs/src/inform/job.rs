@@ -4,8 +4,9 @@
 use crate::script::blocks::BySteps;
 use crate::script::cursor::integer;
 use crate::script::{Script, Span};
-use std::collections::{BTreeMap, HashMap};
-use std::ops::Range;
+use std::collections::BTreeMap;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
 
 /// Decimals of lengths in a Cartesian position, mm.
 pub(super) const LENGTH_DECIMALS: u8 = 3;
@@ -93,20 +94,71 @@ impl Section {
 
 /// The headers in force at the last position of each kind, where new positions of this kind go.
 pub(super) fn ends(positions: &[Position]) -> BTreeMap<Kind, Section> {
-    positions.iter().map(|p| (p.kind, p.section)).collect()
+    positions.iter().map(|p| (p.kind, *p.section)).collect()
 }
 
 /// A line of the list.
 #[derive(Debug, Clone)]
 pub(super) struct Position {
     pub(super) kind: Kind,
+    /// Digits of its number.
+    pub(super) digits: u8,
     pub(super) number: u32,
-    pub(super) digits: usize,
     /// Line from 0.
-    pub(super) line: usize,
-    pub(super) section: Section,
-    /// Bytes of its numbers.
-    pub(super) numbers: Box<[Span]>,
+    pub(super) line: u32,
+    /// Those that follow each other mostly share it.
+    pub(super) section: Arc<Section>,
+    numbers: Span,
+}
+
+impl Position {
+    /// Line from 0.
+    pub(super) fn line(&self) -> usize {
+        self.line as usize
+    }
+
+    /// `C00012`.
+    pub(super) fn name(&self) -> String {
+        let digits = usize::from(self.digits);
+        format!("{}{:0digits$}", self.kind.word(), self.number)
+    }
+}
+
+/// The lines of the list, and the bytes of their numbers one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Positions {
+    all: Vec<Position>,
+    numbers: Vec<Span>,
+}
+
+impl Positions {
+    /// Adds a line: kind, number and its digits, place (from 0), headers, bytes of its numbers.
+    pub(super) fn push(
+        &mut self,
+        (kind, number, digits): (Kind, u32, usize),
+        line: usize,
+        section: &Arc<Section>,
+        numbers: impl IntoIterator<Item = Range<usize>>,
+    ) {
+        let first = self.numbers.len();
+        self.numbers.extend(numbers.into_iter().map(Span::from));
+        let numbers = (first..self.numbers.len()).into();
+        let (digits, line) = (digits as u8, line as u32);
+        self.all.push(Position { kind, digits, number, line, section: section.clone(), numbers });
+    }
+
+    /// Bytes of the numbers of a line.
+    pub(super) fn numbers(&self, position: usize) -> &[Span] {
+        self.all.get(position).and_then(|p| self.numbers.get(p.numbers.range())).unwrap_or_default()
+    }
+}
+
+impl Deref for Positions {
+    type Target = [Position];
+
+    fn deref(&self) -> &[Position] {
+        &self.all
+    }
 }
 
 /// A position's name in an instruction.
@@ -124,12 +176,28 @@ impl Reference {
     }
 }
 
-/// A word with `=` of a move: `PL=0`.
+/// Words of a move that a copy of it takes along.
+const COPIED: &[&str] = &["VJ", "V", "VR", "VE", "PL", "CR", "ACC", "DEC"];
+
+/// A word with `=` of a move that a copy takes along: `PL=0`.
 #[derive(Debug, Clone)]
 pub(super) struct Tag {
-    /// Before the `=`, upper case.
-    pub(super) key: &'static str,
+    /// Index into [`COPIED`].
+    key: u8,
     pub(super) span: Span,
+}
+
+impl Tag {
+    /// `None`: a copy does not take it along; `key`: in upper case.
+    pub(super) fn new(key: &str, span: Range<usize>) -> Option<Self> {
+        let key = COPIED.iter().position(|c| *c == key)?;
+        Some(Self { key: key as u8, span: span.into() })
+    }
+
+    /// Before the `=`, upper case.
+    pub(super) fn key(&self) -> &'static str {
+        COPIED.get(usize::from(self.key)).copied().unwrap_or_default()
+    }
 }
 
 /// What is needed to write a move again.
@@ -139,9 +207,48 @@ pub(super) struct Statement {
     pub(super) indent: Span,
     /// The instruction's word.
     pub(super) word: Span,
-    pub(super) references: Box<[Reference]>,
-    /// Words that a copy takes along, in order.
-    pub(super) tags: Box<[Tag]>,
+    /// Which of [`Parts::references`] are its.
+    references: Span,
+    /// Which of [`Parts::tags`].
+    tags: Span,
+}
+
+/// Parts of all statements, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Parts {
+    references: Vec<Reference>,
+    tags: Vec<Tag>,
+}
+
+impl Parts {
+    /// A statement with its parts.
+    pub(super) fn statement(
+        &mut self,
+        [indent, word]: [Span; 2],
+        references: Vec<Reference>,
+        tags: Vec<Tag>,
+    ) -> Statement {
+        let (reference, tag) = (self.references.len(), self.tags.len());
+        self.references.extend(references);
+        self.tags.extend(tags);
+        let (references, tags) = (reference..self.references.len(), tag..self.tags.len());
+        Statement { indent, word, references: references.into(), tags: tags.into() }
+    }
+
+    /// The positions that a statement names.
+    pub(super) fn references(&self, of: &Statement) -> &[Reference] {
+        self.references.get(of.references.range()).unwrap_or_default()
+    }
+
+    /// Words that a copy of a statement takes along, in order.
+    pub(super) fn tags(&self, of: &Statement) -> &[Tag] {
+        self.tags.get(of.tags.range()).unwrap_or_default()
+    }
+
+    /// Whether any statement has this word.
+    pub(super) fn has_tag(&self, key: &str) -> bool {
+        self.tags.iter().any(|t| t.key() == key)
+    }
 }
 
 /// A number of a target: which position line, which of its numbers.
@@ -178,17 +285,21 @@ impl Numbers {
     }
 }
 
+/// No target.
+const NONE: u32 = u32::MAX;
+
 /// Targets by the positions that make them, nearly always one alone.
 #[derive(Debug, Default)]
 pub(super) struct Known {
-    pub(super) single: HashMap<u32, u32>,
-    pub(super) several: BTreeMap<Vec<usize>, usize>,
+    /// By position; [`NONE`]: none.
+    single: Vec<u32>,
+    several: BTreeMap<Vec<usize>, usize>,
 }
 
 impl Known {
     pub(super) fn get(&self, positions: &[usize]) -> Option<usize> {
         match positions {
-            [one] => self.single.get(&(*one as u32)).map(|t| *t as usize),
+            [one] => self.single.get(*one).filter(|t| **t != NONE).map(|t| *t as usize),
             _ => self.several.get(positions).copied(),
         }
     }
@@ -196,7 +307,10 @@ impl Known {
     pub(super) fn insert(&mut self, positions: Vec<usize>, target: usize) {
         match positions[..] {
             [one] => {
-                self.single.insert(one as u32, target as u32);
+                if one >= self.single.len() {
+                    self.single.resize(one + 1, NONE);
+                }
+                self.single[one] = target as u32;
             }
             _ => {
                 self.several.insert(positions, target);
@@ -208,11 +322,12 @@ impl Known {
 /// A job that has been read.
 pub(super) struct Job {
     pub(super) script: Script,
-    pub(super) positions: Vec<Position>,
+    pub(super) positions: Positions,
     /// Bytes of the numbers of `///NPOS`.
     pub(super) counts: Vec<Range<usize>>,
     /// By step; moves whose target can be written have one.
     pub(super) statements: BySteps<Statement>,
+    pub(super) parts: Parts,
     /// By target, then axis: where the axis' number stands.
     pub(super) numbers: Vec<Numbers>,
     /// Positions that something else than a move of the first group uses.

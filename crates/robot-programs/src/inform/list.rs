@@ -1,16 +1,17 @@
 //! The list of positions with the headers in force at each of them, and its counts.
 
-use super::job::{KINDS, Kind, Meaning, Position, Section};
+use super::job::{KINDS, Kind, Meaning, Positions, Section};
 use crate::error::Result;
 use crate::script::cursor::unmarked;
-use crate::script::{Span, Text, number};
+use crate::script::{Text, number};
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The list of positions.
 #[derive(Default)]
 pub(super) struct List {
-    pub(super) positions: Vec<Position>,
+    pub(super) positions: Positions,
     pub(super) by_name: BTreeMap<(Kind, u32), usize>,
     pub(super) counts: Vec<Range<usize>>,
     pub(super) base_axes: bool,
@@ -25,7 +26,7 @@ impl List {
     /// `section = "//POS" {header | position} | "//NAME" ... {"/" ... | "'" ...} | "//" ... {line}`
     pub(super) fn read(&mut self, text: &Text) -> Result<usize> {
         let lines = text.line_count();
-        let mut section = Section::default();
+        let mut section = Arc::<Section>::default();
         let (mut begun, mut in_list, mut in_other) = (false, false, false);
         for k in 0..lines {
             let line = text.line(k).trim_ascii();
@@ -56,10 +57,10 @@ impl List {
                 continue;
             } else if line.starts_with(b"/") {
                 if in_list {
-                    self.header(text, k, line, &mut section)?;
+                    self.header(text, k, line, Arc::make_mut(&mut section))?;
                 }
             } else if in_list {
-                self.position(text, k, section)?;
+                self.position(text, k, &section)?;
             } else if !line.starts_with(b"'") {
                 // a comment says nothing
                 return Err(text.bad(at, shown(line), "a header that begins with `//`, or `//POS`"));
@@ -141,7 +142,7 @@ impl List {
     /// A line of the list.
     ///
     /// `position = name "=" number {"," number}`
-    pub(super) fn position(&mut self, text: &Text, k: usize, section: Section) -> Result<()> {
+    pub(super) fn position(&mut self, text: &Text, k: usize, section: &Arc<Section>) -> Result<()> {
         let (start, line) = (text.line_span(k).start, text.line(k));
         let equals = line.iter().position(|&b| b == b'=').unwrap_or(line.len());
         let name = line[..equals].trim_ascii();
@@ -161,14 +162,7 @@ impl List {
         if self.by_name.insert((kind, number), self.positions.len()).is_some() {
             return Err(text.bad(start, format!("{} a second time", shown(name)), "every position once"));
         }
-        self.positions.push(Position {
-            kind,
-            number,
-            digits,
-            line: k,
-            section,
-            numbers: numbers.into_iter().map(Span::from).collect(),
-        });
+        self.positions.push((kind, number, digits), k, section, numbers);
         Ok(())
     }
 

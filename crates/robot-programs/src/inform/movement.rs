@@ -3,20 +3,12 @@
 //! Whatever is not known on the line closes the move to new points; what may change its goal makes the goal one that cannot be
 //! determined. Fails where a move names a C position that is not in the list.
 
-use super::job::{Kind, Position, Reference, Statement, Tag};
+use super::job::{Kind, Position, Reference, Tag};
 use super::read::Reader;
 use crate::error::Result;
 use crate::script::lex::upper_of;
 use crate::script::{Break, Few, Goal, How, Move, PathKind, Span, Speed, StepKind, number};
 use std::ops::Range;
-
-/// Words of a move that a copy of it takes along.
-const COPIED: &[&str] = &["VJ", "V", "VR", "VE", "PL", "CR", "ACC", "DEC"];
-
-/// A word that a copy takes along.
-fn copied(key: &str) -> Option<&'static str> {
-    COPIED.iter().copied().find(|c| *c == key)
-}
 
 /// The line of a move while its words are read.
 struct MoveLine {
@@ -72,6 +64,7 @@ impl MoveLine {
     /// `condition = ("UNTIL" | "SRCH" | "NSRCH" | "IF") {word}`
     fn tag(&mut self, w: &Range<usize>, name: &str) {
         let (key, value) = name.split_once('=').map_or((name, None), |(a, b)| (a, Some(b)));
+        let tag = value.and_then(|_| Tag::new(key, w.clone()));
         match key {
             _ if self.conditions => {}
             "NWAIT" | "ENWAIT" => {}
@@ -80,7 +73,7 @@ impl MoveLine {
                 self.unclear.get_or_insert_with(|| "it is made on a condition alone".into());
                 self.conditions = true;
             }
-            _ if copied(key).is_some() && value.is_some() => {
+            _ if tag.is_some() => {
                 let n = value.and_then(|v| number::read(v.as_bytes()));
                 match (key, n) {
                     ("VJ", Some((v, _))) => self.m.speed = Speed::Share((v / 100.0).clamp(0.0, 1.0)),
@@ -93,7 +86,7 @@ impl MoveLine {
                 if matches!(key, "PL" | "CR") && n.is_none() {
                     self.close(&format!("`{name}`: the size of its corner is computed"));
                 }
-                self.tags.extend(copied(key).map(|key| Tag { key, span: w.clone().into() }));
+                self.tags.extend(tag);
             }
             _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
                 self.unclear.get_or_insert_with(|| format!("{name} is set at run time"));
@@ -155,11 +148,9 @@ impl Reader<'_> {
     /// Where the move leads, and its step.
     fn place(&mut self, k: usize, indent: Span, word: Span, line: MoveLine) -> Result<()> {
         let MoveLine { mut m, references, tags, unclear, may_stop, .. } = line;
-        let (references, tags) = (references.into_boxed_slice(), tags.into_boxed_slice());
-        let statement = Statement { indent, word, references, tags };
         m.goal = match unclear {
             Some(why) => Goal::Opaque(why),
-            None => self.goal(k, &statement.references, &mut m)?,
+            None => self.goal(k, &references, &mut m)?,
         };
         let of_circle = self.circles.get(&k).map(|c| c.0);
         if of_circle == Some(0) {
@@ -167,19 +158,19 @@ impl Reader<'_> {
         }
         if (m.path == PathKind::Linear || of_circle.is_some()) && matches!(m.goal, Goal::Joints(_)) {
             let of_robot = |p: &&Position| matches!(p.kind, Kind::C | Kind::P);
-            let lead = statement.references.iter().map(|r| &self.list.positions[r.position()]).find(of_robot);
-            m.tool = lead.map(|p| self.tool(p));
+            let lead = references.iter().map(|r| &self.list.positions[r.position()]).find(of_robot);
+            m.tool = lead.map(|p| Box::new(self.tool(p)));
         }
-        if let Some(why) = statement.references.iter().find_map(|r| self.no_copy(r.position())) {
+        if let Some(why) = references.iter().find_map(|r| self.no_copy(r.position())) {
             m.closed.get_or_insert(why);
         }
         self.counted(&mut m);
         if m.goal.target().is_none() || m.fixed.is_some() {
-            for r in &statement.references {
+            for r in &references {
                 self.pinned[r.position()] = true;
             }
         }
-        let ours = m.goal.target().is_some().then_some(statement);
+        let ours = m.goal.target().map(|_| self.parts.statement([indent, word], references, tags));
         self.step(k, StepKind::Move(m), ours);
         if may_stop {
             self.step(k, StepKind::Break(Break::Jump), None);

@@ -3,7 +3,7 @@
 use super::circles::{self, Circles};
 use super::facts::{Counted, FramesSet, assigned, reads_place};
 use super::flow::{self, Flow};
-use super::job::{self, Job, Kind, Section, Statement};
+use super::job::{self, Job, Kind, Parts, Section, Statement};
 use super::list::{List, shown};
 use super::shared::Shared;
 use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_frame, upper, words};
@@ -29,14 +29,14 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let called = called::note(&reader.met, "job", ["the file beside it", "the files beside it"]);
     reader.script.notes.extend(called);
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
-    let Reader { mut script, steps, numbers, mut pinned, counted_calls, circles, .. } = reader;
+    let Reader { mut script, steps, parts, numbers, mut pinned, counted_calls, circles, .. } = reader;
     let statements = steps.finish(&mut script);
     circles::join(&mut script, &circles);
     // what a move before a relative one leads to stays, whoever else leads there
     let mut kept = script.keep_before_relative("IMOV after it counts from where it ends", &counted_calls, true);
     kept.extend(script.keep_before_reading("the job reads where it ends", &reads_place(text, begin)));
     for step in kept {
-        let positions = statements.get(step).map(|s| &s.references[..]).unwrap_or_default();
+        let positions = statements.get(step).map(|s| parts.references(s)).unwrap_or_default();
         positions.iter().for_each(|r| pinned[r.position()] = true);
     }
     script.texts = texts;
@@ -45,6 +45,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         positions: list.positions,
         counts: list.counts,
         statements,
+        parts,
         numbers,
         pinned,
         pulses: robot.axis_joints().map(|j| j.pulses).collect(),
@@ -68,6 +69,7 @@ pub(super) struct Reader<'a> {
     moves: u32,
     pub(super) script: Script,
     pub(super) steps: Steps<Statement>,
+    pub(super) parts: Parts,
     /// `still` at the start of each open block.
     blocks: Vec<Option<Vec<f64>>>,
     /// Jobs beside it that move nothing, and those of them that it calls.
@@ -108,6 +110,7 @@ impl<'a> Reader<'a> {
             moves: 0,
             script: Script { targets: Targets::of_text(text), ..Script::default() },
             steps: Steps::of_text(text),
+            parts: Parts::default(),
             blocks: Vec::new(),
             met: BTreeMap::new(),
             quiet: flow::quiet_labels(text, begin, &jobs),

@@ -16,6 +16,7 @@ use super::job::{ANGLE_DECIMALS, Job, Kind, Meaning, Section, Statement, ends};
 use crate::error::{Error, Result};
 use crate::script::{EditRef, Edits, Patch, Patches, StepKind, number};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// New texts of a line's numbers; what is not named stays.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -70,7 +71,7 @@ pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Patches> {
 struct NewLine {
     kind: Kind,
     number: u32,
-    section: Section,
+    section: Arc<Section>,
     text: Vec<u8>,
     /// The line that it was copied from.
     model: usize,
@@ -202,7 +203,7 @@ impl<'a> Writer<'a> {
     fn references(&self) -> Vec<(usize, usize)> {
         let mut all: Vec<(usize, usize)> = Vec::with_capacity(self.job.script.steps.len());
         for (step, statement) in self.job.statements.iter() {
-            all.extend(statement.references.iter().map(|r| (r.position(), step)));
+            all.extend(self.job.parts.references(statement).iter().map(|r| (r.position(), step)));
         }
         all.sort_by_key(|r| r.0);
         all
@@ -248,7 +249,7 @@ impl<'a> Writer<'a> {
         let stays = self.job.pinned[line] || uses.iter().any(|u| u.1.0.is_empty());
         let none = Form::default();
         let kept = if stays { &none } else { uses.first().map_or(&none, |u| &u.1) };
-        let spans = &self.job.positions[line].numbers;
+        let spans = self.job.positions.numbers(line);
         let numbers = kept.0.iter().filter_map(|(n, new)| Some((*spans.get(*n)?, new)));
         self.patches.extend(numbers.map(|(span, new)| Patch::new(0, span, new.as_str())));
         let mut clones: Vec<(&Form, String)> = Vec::new();
@@ -265,7 +266,8 @@ impl<'a> Writer<'a> {
                     name
                 }
             };
-            let reference = self.statement(*step).and_then(|s| s.references.iter().find(|r| r.position() == line));
+            let reference = self.statement(*step).map(|s| self.job.parts.references(s));
+            let reference = reference.and_then(|all| all.iter().find(|r| r.position() == line));
             if let Some(r) = reference {
                 self.patches.push(Patch::new(0, r.span, name));
             }
@@ -280,7 +282,7 @@ impl<'a> Writer<'a> {
         for point in edit.before {
             let mut forms = self.forms(step, &point.q)?;
             let mut line = text.slice(statement.indent.start()..statement.word.end()).to_vec();
-            for r in &statement.references {
+            for r in self.job.parts.references(statement) {
                 let form = take(&mut forms, r.position());
                 let name = self.add(step, r.position(), &form)?;
                 line.push(b' ');

@@ -6,24 +6,28 @@ use crate::decimal::POW10;
 use crate::error::Result;
 use crate::script::number::last_digit;
 use crate::script::pose::{Configuration, Frame};
-use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Text, Value, number};
+use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Span, Text, Value, number};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use std::ops::Range;
+use std::sync::Arc;
+
+/// Bytes, value and style of a plain number.
+type Plain = (Span, f64, number::Style);
 
 /// `A1 -50.70`.
-#[derive(Debug, Clone)]
-pub(super) struct Component {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Component<'a> {
     /// Upper case.
-    pub name: Label,
-    /// Bytes, value and style of a plain number; `None`: it is computed.
-    pub value: Option<(Range<usize>, f64, number::Style)>,
+    pub name: &'a Label,
+    /// `None`: it is computed.
+    pub value: Option<&'a Plain>,
 }
 
 /// The name of a component: short ones, which all are, need no separate memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(clippy::box_collection)] // eight bytes, where a string has twenty-four
 pub(super) enum Label {
     Short([u8; 8]),
-    Long(String),
+    Long(Box<String>),
 }
 
 impl Label {
@@ -36,7 +40,7 @@ impl Label {
                 short.make_ascii_uppercase();
                 Self::Short(short)
             }
-            _ => Self::Long(String::from_utf8_lossy(word).to_ascii_uppercase()),
+            _ => Self::Long(Box::new(String::from_utf8_lossy(word).to_ascii_uppercase())),
         }
     }
 
@@ -72,7 +76,7 @@ impl Label {
     fn is(&self, name: &str) -> bool {
         match self {
             Self::Short(bytes) => bytes.starts_with(name.as_bytes()) && bytes.get(name.len()).is_none_or(|b| *b == 0),
-            Self::Long(text) => text == name,
+            Self::Long(text) => text.as_str() == name,
         }
     }
 }
@@ -82,43 +86,51 @@ impl Label {
 pub(super) struct Aggregate {
     pub file: usize,
     /// Braces included.
-    pub span: Range<usize>,
-    pub components: Vec<Component>,
+    pub span: Span,
+    /// Names of its components; those of aggregates after each other are mostly the same.
+    names: Arc<[Label]>,
+    values: Box<[Option<Plain>]>,
 }
 
 impl Aggregate {
-    pub fn component(&self, name: &str) -> Option<&Component> {
-        self.components.iter().find(|c| c.name.is(name))
+    /// In the order of the text.
+    pub fn components(&self) -> impl Iterator<Item = Component<'_>> {
+        self.names.iter().zip(&self.values).map(|(name, value)| Component { name, value: value.as_ref() })
+    }
+
+    pub fn component(&self, name: &str) -> Option<Component<'_>> {
+        self.components().find(|c| c.name.is(name))
+    }
+
+    /// Has the names of another one in common with it, where they are the same.
+    pub fn share_names(&mut self, other: &Self) {
+        if self.names == other.names {
+            self.names = Arc::clone(&other.names);
+        }
     }
 
     /// Whether it gives axes; external axes alone also stand beside a Cartesian position.
     pub fn has_axes(&self) -> bool {
-        let cartesian = self.components.iter().any(|c| c.name.is_one_of(b"XYZABC"));
-        let axes = self.components.iter().map(|c| &c.name).filter(|n| n.is_axis());
+        let cartesian = self.names.iter().any(|name| name.is_one_of(b"XYZABC"));
+        let axes = self.names.iter().filter(|n| n.is_axis());
         axes.map(Label::as_str).any(|n| !(cartesian && n.starts_with('E')))
     }
 
     /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
     /// paths the controller does not look at status and turn.
     pub fn pose(&self, frame: &Frame, tool: &Frame, path: PathKind, target: Option<usize>) -> Option<PoseGoal> {
-        let of = |name: &str| self.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1);
+        let of = |name: &str| self.component(name).and_then(|c| c.value).map(|v| v.1);
         let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
         // turns about Z, then the new Y, then the new X
         let rotation = (|| {
             let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
             Some(UnitQuaternion::from_euler_angles(c, b, a))
         })();
-        let external = |c: &&Component| {
-            axis_name(c.name.as_str())
-                && c.name.as_str().starts_with('E')
-                && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
+        let external = |c: &Component| {
+            axis_name(c.name.as_str()) && c.name.as_str().starts_with('E') && c.value.is_none_or(|v| v.1 != 0.0)
         };
-        let carried: Option<Vec<(String, f64)>> = self
-            .components
-            .iter()
-            .filter(external)
-            .map(|c| Some((c.name.as_str().to_string(), c.value.as_ref()?.1)))
-            .collect();
+        let carried: Option<Vec<(String, f64)>> =
+            self.components().filter(external).map(|c| Some((c.name.as_str().to_string(), c.value?.1))).collect();
         // bits beyond the sixth are those of external axes; status has bits beyond the third of no arm
         let bits = |name: &str, mask: u32| match self.component(name) {
             None => Ok(None),
@@ -147,10 +159,11 @@ impl Aggregate {
     pub fn coordinates(&self) -> Option<Vec<Option<Value>>> {
         let form = PoseForm::EulerZyx;
         let value = |(k, name): (usize, &&str)| {
-            let (span, value, style) = self.component(name)?.value.clone()?;
+            let &(span, value, style) = self.component(name)?.value?;
             let (unit, digit) = (form.unit(k), number::last_digit(style.decimals));
             let finest = finest(value).min(digit) * unit;
-            Some(Some(Value { si: value * unit, start: span.start, end: span.end, style, digit: digit * unit, finest }))
+            let (start, end) = (span.start(), span.end());
+            Some(Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest }))
         };
         ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
     }
@@ -161,11 +174,25 @@ impl Aggregate {
         PoseForm::EulerZyx.pose(&numbers)
     }
 
+    /// Axes that are external, or none of the robot's.
+    fn foreign(&self, own: &[String]) -> impl Iterator<Item = Component<'_>> {
+        self.components().filter(|c| c.name.is_axis() && !own.iter().any(|o| c.name.is(o)))
+    }
+
+    /// Whether its [`Self::others`] certainly are those that are known.
+    pub fn has_others(&self, own: &[String], text: &Text, known: &[(String, Vec<u8>)]) -> bool {
+        let mut known = known.iter();
+        let next = |c: Component| {
+            let (name, value) = (c.name, c.value.map(|v| text.slice(v.0)));
+            known.next().is_some_and(|k| name.is(&k.0) && value.is_some_and(|value| value == k.1))
+        };
+        self.foreign(own).all(next) && known.next().is_none()
+    }
+
     /// Values of external axes and of axes that are none of the robot's, for comparison.
     pub fn others(&self, own: &[String], text: &Text) -> Vec<(String, Vec<u8>)> {
-        let foreign = |name: &Label| name.is_axis() && !own.iter().any(|o| name.is(o));
-        let others = self.components.iter().filter(|c| foreign(&c.name));
-        let value = |c: &Component| c.value.as_ref().map_or(b"?".to_vec(), |v| text.slice(v.0.clone()).to_vec());
+        let others = self.foreign(own);
+        let value = |c: Component| c.value.map_or(b"?".to_vec(), |v| text.slice(v.0).to_vec());
         let mut out: Vec<_> = others.map(|c| (c.name.as_str().to_string(), value(c))).collect();
         out.sort();
         out
@@ -217,7 +244,7 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
     {
         at += 2;
     }
-    let mut components: Vec<Component> = Vec::with_capacity(6);
+    let (mut names, mut values): (Vec<Label>, Vec<Option<Plain>>) = (Vec::with_capacity(12), Vec::with_capacity(12));
     loop {
         let first = tokens.get(at).ok_or_else(unclosed)?;
         if first.is(b'}') {
@@ -238,21 +265,22 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
         }
         if first.kind == Kind::Word {
             let name = Label::of(text.slice(first.span()));
-            if components.len() >= MOST {
+            if names.len() >= MOST {
                 return Err(text.bad(first.start, "a further component", format!("{MOST} components at most")));
             }
-            if components.iter().any(|c| c.name == name) {
+            if names.contains(&name) {
                 return Err(text.bad(first.start, format!("a second `{}`", name.as_str()), "each component once"));
             }
             // `A1-5`: another number would run into the name
-            let apart = |v: &(Range<usize>, f64, number::Style)| v.0.start > first.end;
+            let apart = |v: &Plain| v.0.start() > first.end;
             let value = match &tokens[at + 1..end] {
                 [t] if t.kind == Kind::Quoted && name.is_one_of(b"ST") => {
-                    bits(text.slice(t.span())).map(|v| (t.span(), v, number::Style::default()))
+                    bits(text.slice(t.span())).map(|v| (t.span().into(), v, number::Style::default()))
                 }
                 rest => literal(text, rest)?.filter(apart),
             };
-            components.push(Component { name, value });
+            names.push(name);
+            values.push(value);
         } else if !first.is(b',') {
             let found = String::from_utf8_lossy(text.slice(first.span())).into_owned();
             return Err(text.bad(first.start, format!("`{found}`"), "the name of a component such as `A1`"));
@@ -260,7 +288,7 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
         at = end + usize::from(tokens.get(end).is_some_and(|t| t.is(b',')));
     }
     let span = open..tokens.get(at - 1).map_or(open, |t| t.end);
-    Ok((Aggregate { file, span, components }, at))
+    Ok((Aggregate { file, span: span.into(), names: names.into(), values: values.into() }, at))
 }
 
 /// `'B000111'`, `'H2A'`.
@@ -280,7 +308,7 @@ fn bits(text: &[u8]) -> Option<f64> {
 /// A number with its sign beside it; `None`: anything else.
 ///
 /// `literal = ["+" | "-"] number`
-fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, number::Style)>> {
+fn literal(text: &Text, tokens: &[Token]) -> Result<Option<Plain>> {
     let span = match tokens {
         [n] if n.kind == Kind::Number => n.span(),
         [s, n] if (s.is(b'-') || s.is(b'+')) && n.kind == Kind::Number && s.end == n.start => s.start..n.end,
@@ -293,5 +321,5 @@ fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, n
         }
         _ => return Ok(None),
     };
-    Ok(number::read(text.slice(span.clone())).map(|(v, s)| (span, v, s)))
+    Ok(number::read(text.slice(span.clone())).map(|(v, s)| (span.into(), v, s)))
 }

@@ -94,7 +94,7 @@ pub(super) fn clone(
     out: &mut Patches,
 ) -> Result<Clone> {
     let parting = Parting::of(program, step, target)?;
-    let values = replaced(program.text(parting.value.file)?, &parting.value.span, change);
+    let values = replaced(program.text(parting.value.file)?, &parting.value.span.range(), change);
     if parting.is_in_line()? {
         return Ok(Clone::Inline(values));
     }
@@ -183,7 +183,7 @@ impl<'a> Parting<'a> {
     /// `DECL E6AXIS XP1_2={A1 ...}`.
     fn declaration(&self, point: &str, values: &[u8]) -> Result<Vec<u8>> {
         let mut line = b"DECL ".to_vec();
-        line.extend_from_slice(self.program.text(self.name.file)?.slice(self.name.type_word.clone()));
+        line.extend_from_slice(self.program.text(self.name.file)?.slice(self.name.type_word));
         line.extend_from_slice(format!(" {point}=").as_bytes());
         line.extend_from_slice(values);
         Ok(line)

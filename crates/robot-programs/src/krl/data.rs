@@ -8,16 +8,17 @@ use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use super::statement::{assignment, comma, declaration, is_routine, item, may_declare, statements};
 use crate::error::Result;
-use crate::script::Text;
+use crate::script::{Few, Text};
 use nalgebra::Isometry3;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Every name of a program.
 #[derive(Debug, Default)]
 pub(super) struct Data {
     pub names: Vec<Name>,
     /// By routine (`None`: the data list) and name in upper case.
-    by_name: HashMap<String, Vec<(Option<usize>, usize)>>,
+    by_name: HashMap<Box<str>, Scopes>,
     /// Frame data: file and line of the declaration.
     pub frames: HashMap<String, (usize, usize)>,
     /// Numbers of tool and base of frame data.
@@ -32,17 +33,42 @@ pub(super) struct Declared {
     pub scope: Option<usize>,
 }
 
+/// Scope (routine; `None`: the data list) of a declaration, and its index into [`Data::names`].
+type InScope = (Option<u32>, u32);
+
+/// Declarations of one name: nearly always one.
+#[derive(Debug)]
+struct Scopes {
+    first: InScope,
+    others: Few<InScope>,
+}
+
+impl Scopes {
+    fn of(&self, scope: Option<usize>) -> Option<usize> {
+        let scope = scope.map(|routine| routine as u32);
+        std::iter::once(&self.first).chain(&self.others).find(|d| d.0 == scope).map(|d| d.1 as usize)
+    }
+}
+
 impl Data {
     /// A name as a routine sees it.
     pub fn find(&self, routine: usize, name: &str) -> Option<usize> {
         let all = self.by_name.get(name)?;
-        let of = |scope| all.iter().find(|n| n.0 == scope).map(|n| n.1);
-        of(Some(routine)).or_else(|| of(None))
+        all.of(Some(routine)).or_else(|| all.of(None))
     }
 
     /// A name of a routine (`None`: of the data list).
     pub(super) fn known(&self, scope: Option<usize>, name: &str) -> Option<usize> {
-        self.by_name.get(name)?.iter().find(|n| n.0 == scope).map(|n| n.1)
+        self.by_name.get(name)?.of(scope)
+    }
+
+    /// The name that is added next stands in this scope.
+    fn next_is(&mut self, name: String, scope: Option<usize>) {
+        let own = (scope.map(|routine| routine as u32), self.names.len() as u32);
+        match self.by_name.entry(name.into()) {
+            Entry::Occupied(known) => known.into_mut().others.push(own),
+            Entry::Vacant(place) => drop(place.insert(Scopes { first: own, others: Few::new() })),
+        }
     }
 
     /// The frame of a name whose value is certain.
@@ -121,7 +147,10 @@ impl Data {
             let (given, spoiled, end) = match item.value {
                 None => (None, None, item.next),
                 Some(k) if line.get(k).is_some_and(|t| t.is(b'{')) => {
-                    let (value, end) = aggregate(text, at.file, line, k)?;
+                    let (mut value, end) = aggregate(text, at.file, line, k)?;
+                    if let Some(before) = self.names.last().and_then(|name| name.given.as_ref()) {
+                        value.share_names(before);
+                    }
                     (Some(value), None, end)
                 }
                 Some(k) => (None, Some("its value is computed".into()), k),
@@ -131,7 +160,7 @@ impl Data {
                 text: String::from_utf8_lossy(text.slice(item.word.span())).into_owned(),
                 file: at.file,
                 line: at.line,
-                type_word: type_word.span(),
+                type_word: type_word.span().into(),
                 holds,
                 local: at.scope.is_some(),
                 global: global || text.context,
@@ -139,7 +168,7 @@ impl Data {
                 array: item.array,
                 of: None,
                 given,
-                assigned: Vec::new(),
+                assigned: Few::new(),
                 used: false,
                 spoiled,
                 read: false,
@@ -165,7 +194,7 @@ impl Data {
                 return Err(text.bad(word.start, found, "each name declared once"));
             }
             None => {
-                self.by_name.entry(key).or_default().push((scope, self.names.len()));
+                self.next_is(key, scope);
                 self.names.push(name);
             }
         }
@@ -264,14 +293,14 @@ impl Data {
         let element = format!("{name}[{index}]");
         let e = self.known(scope, &element).unwrap_or(fresh);
         if e == fresh {
-            self.by_name.entry(element).or_default().push((scope, fresh));
+            self.next_is(element, scope);
             let array = &self.names[n];
             let element = Name {
                 text: format!("{}[{index}]", array.text),
                 array: false,
                 of: Some(n),
                 given: None,
-                assigned: Vec::new(),
+                assigned: Few::new(),
                 used: false,
                 spoiled: None,
                 read: false,

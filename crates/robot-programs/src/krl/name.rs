@@ -3,7 +3,7 @@
 //! that runs before the assignment finds another value there.
 
 use super::aggregate::Aggregate;
-use std::ops::Range;
+use crate::script::{Few, Span};
 
 /// What a point holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub(super) struct Name {
     /// Line of its declaration, from 0.
     pub line: usize,
     /// Word of its type.
-    pub type_word: Range<usize>,
+    pub type_word: Span,
     pub holds: Holds,
     pub local: bool,
     pub global: bool,
@@ -32,7 +32,7 @@ pub(super) struct Name {
     pub of: Option<usize>,
     pub given: Option<Aggregate>,
     /// Assignments of the whole point in the program.
-    pub assigned: Vec<Assigned>,
+    pub assigned: Few<Assigned>,
     /// Something uses it, in the part of the program that has been read.
     pub used: bool,
     /// Why its value is not certain.

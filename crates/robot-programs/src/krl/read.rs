@@ -25,7 +25,7 @@ use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::blocks::{BySteps, Steps};
+use crate::script::blocks::Steps;
 use crate::script::called;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
@@ -33,7 +33,7 @@ use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Targets, Text
 use ahead::{Ahead, by_a_routine, changed_frame_data, reads_place, steers_arcs};
 use alike::Alike;
 use flow::Block;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
@@ -52,23 +52,18 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.lines()?;
     let by = "the files of the project";
     reader.notes.extend(called::note(&reader.met, "routine", [by, by]));
-    let Reader { steps, targets, sources, mut notes, counted_calls, jumps, .. } = reader;
+    let Reader { steps, others, targets, sources, mut notes, counted_calls, jumps, .. } = reader;
     let mut script = Script::default();
-    let (mut motions, mut others) = (BySteps::of_text(text), BySteps::default());
-    for (k, site) in steps.finish(&mut script).into_values() {
-        if let Some(motion) = site.motion {
-            motions.push(k, motion);
-        }
-        others.push(k, site.others);
-    }
+    let sites = steps.finish(&mut script);
     script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
     script.keep_before_reading("the program reads where it ends", &reads_place(text));
     let mut steps = script.steps;
+    external_axes(&mut steps, &sites, &others);
+    let motions = sites.filter_map(|site| site.motion);
     if no_list(&texts, &data) && targets.is_empty() && motions.values().next().is_some() {
         let text = "no data list (.dat) was found beside the program, and no point is declared in it".to_string();
         notes.push(Note { place: At { file: 0, line: 1 }, text });
     }
-    external_axes(&mut steps, &others);
     close_without_axes(&mut steps, &targets);
     let (axes, kinds) = axes.iter().cloned().unzip();
     let script = Script { steps, targets, notes, ..Script::default() };
@@ -130,9 +125,10 @@ struct Fold {
 
 /// Where a motion stands, and the axes that are none of the robot's.
 #[derive(Default)]
-struct Site {
+pub(super) struct Site {
     motion: Option<Motion>,
-    others: Others,
+    /// Index into the [`Others`] of the program's motions.
+    pub(super) others: u32,
 }
 
 struct Reader<'a> {
@@ -144,6 +140,8 @@ struct Reader<'a> {
     axes: &'a [(String, JointKind)],
     names: Vec<String>,
     steps: Steps<Site>,
+    /// One for all motions after each other that have the same.
+    others: Vec<Others>,
     blocks: Vec<Block>,
     /// Where the robot stands after the last motion, where that ends exactly at a known point.
     stands: Option<Stands>,
@@ -152,7 +150,8 @@ struct Reader<'a> {
     met: BTreeMap<String, u64>,
     targets: Targets,
     sources: Vec<Source>,
-    of_name: HashMap<usize, usize>,
+    /// Target of each name of the data.
+    of_name: Vec<Option<u32>>,
     notes: Vec<Note>,
     routine: usize,
     folds: Vec<Fold>,
@@ -189,13 +188,14 @@ impl<'a> Reader<'a> {
             axes,
             names: axes.iter().map(|a| a.0.clone()).collect(),
             steps: Steps::of_text(&texts[0]),
+            others: Vec::new(),
             blocks: Vec::new(),
             stands: None,
             still: Still::of(texts),
             met: BTreeMap::new(),
             targets: Targets::of_text(&texts[0]),
             sources: Vec::with_capacity(texts[0].likely_steps()),
-            of_name: HashMap::new(),
+            of_name: vec![None; data.names.len()],
             notes: Vec::new(),
             routine: 0,
             folds: Vec::new(),

@@ -123,10 +123,10 @@ impl Stands {
         let of_tool = tail.windows(2).any(|w| w[0].is(b'#') && upper(text, &w[1]) == "TOOL");
         let known = |name: &str| match a.component(name) {
             None => Some(0.0),
-            Some(c) => c.value.as_ref().map(|v| v.1),
+            Some(c) => c.value.map(|v| v.1),
         };
         let turns = ["A", "B", "C"].iter().any(|n| known(n) != Some(0.0));
-        let other = a.components.iter().any(|c| !["X", "Y", "Z", "A", "B", "C"].contains(&c.name.as_str()));
+        let other = a.components().any(|c| !["X", "Y", "Z", "A", "B", "C"].contains(&c.name.as_str()));
         let with = tail.iter().any(|t| upper(text, t) == "WITH");
         if word.path != PathKind::Linear
             || with

@@ -2,6 +2,7 @@
 
 use super::aggregate::{Aggregate, axis_name, finest};
 use super::motion::Word;
+use super::read::Site;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::blocks::BySteps;
@@ -21,11 +22,11 @@ pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
 }
 
 /// Where one of the other axes moves with the robot, a point on the way would bring it to its goal too early.
-pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
-    let idle = others.values().all(Option::is_some) && {
+pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &[Others]) {
+    let idle = others.iter().all(Option::is_some) && {
         let mut seen: HashMap<&str, &[u8]> = HashMap::new();
         others
-            .values()
+            .iter()
             .flatten()
             .flat_map(|all| all.iter())
             .all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
@@ -37,7 +38,7 @@ pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
     for (k, step) in steps.iter_mut().enumerate() {
         match &mut step.kind {
             StepKind::Move(m) => {
-                let here = others.get(k);
+                let here = sites.get(k).and_then(|site| others.get(site.others as usize));
                 let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
                 if !still {
                     m.closed.get_or_insert_with(|| "an external axis may move with it".into());
@@ -78,9 +79,9 @@ pub(super) fn target(
     if word.path != PathKind::Joint {
         return Ok(Err("axis values in a motion that takes a Cartesian position".into()));
     }
-    if let Some(c) = a.components.iter().find(|c| !axis_name(c.name.as_str())) {
+    if let Some(c) = a.components().find(|c| !axis_name(c.name.as_str())) {
         let expected = "A1 to A6 and E1 to E6 in an aggregate of axis values";
-        return Err(text.bad(a.span.start, format!("`{}`", c.name.as_str()), expected));
+        return Err(text.bad(a.span.start(), format!("`{}`", c.name.as_str()), expected));
     }
     let mut values = Vec::with_capacity(axes.len());
     for (axis, kind) in axes {
@@ -88,8 +89,8 @@ pub(super) fn target(
             values.push(None);
             continue;
         };
-        let Some((span, value, style)) = &c.value else { return Ok(Err(format!("{} is computed", c.name.as_str()))) };
-        values.push(Some(axis_value(*kind, *value, *style, span.clone())));
+        let Some((span, value, style)) = c.value else { return Ok(Err(format!("{} is computed", c.name.as_str()))) };
+        values.push(Some(axis_value(*kind, *value, *style, span.range())));
     }
     if values.iter().all(Option::is_none) {
         return Ok(Err("it moves none of the robot's axes".into()));

@@ -315,7 +315,7 @@ fn poses<'a>(
         Some(Source::Inline(file, span)) => (usize::from(*file), &span.range()),
         Some(Source::Name(n)) => {
             let value = program.data.names[*n as usize].value().map_err(|_| missing())?;
-            (value.file, &value.span)
+            (value.file, &value.span.range())
         }
         None => return Err(missing()),
     };

@@ -53,9 +53,9 @@ impl<T> BySteps<T> {
         self.0.iter().map(|v| &v.1)
     }
 
-    /// All values with their steps, given away.
-    pub fn into_values(self) -> impl Iterator<Item = (usize, T)> {
-        self.0.into_iter().map(|v| (v.0 as usize, v.1))
+    /// What is made of each value, for the steps where there is something.
+    pub fn filter_map<U>(self, mut make: impl FnMut(T) -> Option<U>) -> BySteps<U> {
+        BySteps(self.0.into_iter().filter_map(|(step, value)| Some((step, make(value)?))).collect())
     }
 
     /// The one before the last.

@@ -27,16 +27,22 @@ impl Patch {
 pub struct Patches {
     heads: Vec<Head>,
     bytes: Vec<u8>,
+    /// Ends of the spans of [`LONG`] patches, by their index.
+    long: Vec<(u32, u32)>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Head {
     start: u32,
-    end: u32,
     /// Where its new bytes end; they begin where those of the patch before end.
     to: u32,
-    file: u32,
+    /// Bytes that go.
+    len: u16,
+    file: u16,
 }
+
+/// So many bytes go, or more.
+const LONG: u16 = u16::MAX;
 
 /// A patch of [`Patches`].
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +59,8 @@ impl Patches {
     /// With memory for so many patches, most of them of numbers.
     pub fn with_capacity(numbers: usize) -> Self {
         const BYTES: usize = 9;
-        Self { heads: Vec::with_capacity(numbers), bytes: Vec::with_capacity(numbers * BYTES) }
+        let (heads, bytes) = (Vec::with_capacity(numbers), Vec::with_capacity(numbers * BYTES));
+        Self { heads, bytes, ..Self::default() }
     }
 
     /// How many there are.
@@ -74,8 +81,21 @@ impl Patches {
     /// Adds a patch whose bytes stand elsewhere.
     pub fn put(&mut self, file: usize, span: Range<usize>, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
-        let (start, end) = (span.start as u32, span.end as u32);
-        self.heads.push(Head { start, end, to: self.bytes.len() as u32, file: file as u32 });
+        // a span that ends before it begins is long, too: it is refused as it stands
+        let len = span.end.checked_sub(span.start).and_then(|len| u16::try_from(len).ok()).unwrap_or(LONG);
+        if len == LONG {
+            self.long.push((self.heads.len() as u32, span.end as u32));
+        }
+        self.heads.push(Head { start: span.start as u32, to: self.bytes.len() as u32, len, file: file as u16 });
+    }
+
+    /// Byte after those that patch `k` replaces.
+    fn end(&self, k: usize, head: &Head) -> u32 {
+        let long = || self.long.binary_search_by_key(&(k as u32), |l| l.0).ok().and_then(|at| self.long.get(at));
+        match head.len {
+            LONG => long().map_or(head.start, |l| l.1),
+            len => head.start + u32::from(len),
+        }
     }
 
     /// Patch `k`, in the order in which they were added.
@@ -83,7 +103,7 @@ impl Patches {
         let head = self.heads.get(k)?;
         let from = k.checked_sub(1).and_then(|before| self.heads.get(before)).map_or(0, |before| before.to);
         let bytes = self.bytes.get(from as usize..head.to as usize).unwrap_or_default();
-        Some(PatchRef { file: head.file as usize, span: head.start as usize..head.end as usize, bytes })
+        Some(PatchRef { file: head.file.into(), span: head.start as usize..self.end(k, head) as usize, bytes })
     }
 
     /// All patches, in the order in which they were added.
@@ -93,10 +113,10 @@ impl Patches {
 
     /// All patches by file and place. Insertions at one place keep their order and stand before a replacement there.
     pub fn sorted(&self) -> impl Iterator<Item = PatchRef<'_>> {
-        let place = |k: u32| self.heads.get(k as usize).map(|h| (h.file, h.start, h.end));
-        let sorted = self.heads.is_sorted_by_key(|h| (h.file, h.start, h.end));
+        let place = |k: &u32| self.heads.get(*k as usize).map(|h| (h.file, h.start, self.end(*k as usize, h)));
+        let sorted = (0..self.len() as u32).is_sorted_by_key(|k| place(&k));
         let mut order: Vec<u32> = if sorted { Vec::new() } else { (0..self.len() as u32).collect() };
-        order.sort_by_key(|k| place(*k));
+        order.sort_by_key(place);
         (0..self.len()).filter_map(move |k| self.get(order.get(k).map_or(k, |k| *k as usize)))
     }
 }
@@ -166,6 +186,17 @@ mod tests {
         assert_eq!(apply(&t, &patches).unwrap(), vec![b"01ab-4567x9".to_vec()]);
         assert!(apply(&t, &of(&[(2..5, ""), (4..6, "")])).is_err());
         assert!(apply(&t, &of(&[(9..11, "")])).is_err());
+    }
+
+    #[test]
+    fn any_number_of_bytes_goes() {
+        let t = vec![Text::new("a", vec![b'x'; 200_000])];
+        for len in [65_534, 65_535, 65_536, 150_000] {
+            let patches: Patches =
+                [Patch::new(0, 20_000..20_000 + len, *b"new"), Patch::new(0, 0..1, *b"")].into_iter().collect();
+            let out = apply(&t, &patches).unwrap();
+            assert_eq!((out[0].len(), &out[0][19_998..20_003]), (200_000 - len + 2, &b"xnewx"[..]));
+        }
     }
 
     #[test]

@@ -139,8 +139,9 @@ pub struct How {
     pub speed: Speed,
     /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
     pub blend_m: Option<f64>,
-    /// Of a straight motion to joint values: the tool whose TCP goes straight; `None`: the language names none. A Cartesian goal has its own.
-    pub tool: Option<Frame>,
+    /// Of a straight motion to joint values: the tool whose TCP goes straight; `None`: the language names none. A Cartesian goal has its
+    /// own. Boxed, as it is large beside the others.
+    pub tool: Option<Box<Frame>>,
     /// Of a curve to joint values: its turning points on the way are all that there are. Else where its joints turn is not known.
     pub turns_known: bool,
     /// Its goal counts from where the motion before ends: an offset there would be carried along.

@@ -85,10 +85,7 @@ impl Format for Ros {
         not_too_long(text)?;
         lines_end_alike(text)?;
         let mut tree = Tree::read(text)?;
-        let content = read::content(text, &tree)?;
-        // what is known of the trajectories is taken from it
-        tree.documents.clear();
-        tree.documents.shrink_to_fit();
+        let content = read::content(text, &mut tree)?;
         if content.trajectories.is_empty() {
             let expected = "a JointTrajectory: a mapping with `joint_names` and `points`";
             return Err(text.bad(0, "no trajectory", expected));
@@ -137,7 +134,7 @@ fn most_decimals(style: number::Style) -> u8 {
 }
 
 /// First byte, step, trajectory and point.
-type Found = (usize, StepKind, Option<(usize, usize)>);
+type Found = (u32, Step, Option<(u32, u32)>);
 
 /// A file of trajectories.
 struct Trajectories {
@@ -147,7 +144,7 @@ struct Trajectories {
     /// `axes[trajectory][column]`: axis of the robot, where it has one of that name.
     axes: Vec<Vec<Option<usize>>>,
     /// Trajectory and point of each step that is a move.
-    of_step: Vec<Option<(usize, usize)>>,
+    of_step: Vec<Option<(u32, u32)>>,
 }
 
 impl Document for Trajectories {
@@ -170,10 +167,10 @@ impl Document for Trajectories {
             return None;
         }
         let (t, k) = self.of_step.get(step).copied().flatten()?;
-        let points = &self.content.trajectories.get(t)?.points;
-        let (before, p) = (points.get(k.checked_sub(1)?)?, points.get(k)?);
+        let (all, k) = (self.content.trajectories.get(t as usize)?, k as usize);
+        let (before, p) = (all.points.get(k.checked_sub(1)?)?, all.points.get(k)?);
         let dof = self.script.targets.first().map_or(0, |t| t.values.len());
-        Some(on_spline(before, p, self.axes.get(t)?, dof, share))
+        Some(on_spline(all, (before, p), self.axes.get(t as usize)?, dof, share))
     }
 }
 
@@ -181,10 +178,15 @@ impl Trajectories {
     /// Steps, targets and notes.
     fn fill(&mut self, text: &Text, robot: &Axes) -> Result<()> {
         let at = |byte: usize| At { file: 0, line: text.line_of(byte) };
-        let mut steps: Vec<Found> = Vec::new();
+        let points = self.content.trajectories.iter().map(|t| t.points.len() + 1).sum::<usize>();
+        let mut steps: Vec<Found> = Vec::with_capacity(points + self.tree.comments.len());
+        let mut add = |byte: usize, kind: StepKind, of: Option<(u32, u32)>| {
+            let step = Step::following(steps.last().map(|before| &before.1), at(byte), kind);
+            steps.push((byte as u32, step, of));
+        };
         for c in &self.tree.comments {
             if let Some(on) = pragma(text.slice(c.clone())) {
-                steps.push((c.start, StepKind::Pragma(on), None));
+                add(c.start, StepKind::Pragma(on), None);
             }
         }
         for (byte, reason) in &self.content.left {
@@ -193,26 +195,23 @@ impl Trajectories {
         for (k, t) in self.content.trajectories.iter().enumerate() {
             let axes: Vec<Option<usize>> = t.names.iter().map(|n| robot.axis_named(n)).collect();
             self.script.notes.extend(note(t, &axes, robot, text)?);
-            steps.push((t.start, StepKind::Break(Break::Start), None));
+            add(t.start, StepKind::Break(Break::Start), None);
             for (i, p) in t.points.iter().enumerate() {
                 let before = i.checked_sub(1).and_then(|b| t.points.get(b));
                 let target = self.script.targets.len();
-                let m = movement(before, p, target, &axes, robot.dof());
+                let m = movement(t, (before, p), target, &axes, robot.dof());
                 if let Goal::Joints(_) = m.goal {
-                    let values = values(p, &axes, robot.dof());
-                    self.script.targets.push(Target { at: at(p.span.start), values, ..Target::default() });
+                    let values = values(t.numbers(p.positions), &axes, robot.dof());
+                    self.script.targets.push(Target { at: at(p.span.start()), values, ..Target::default() });
                 }
-                steps.push((p.span.start, StepKind::Move(m), Some((k, i))));
+                add(p.span.start(), StepKind::Move(m), Some((k as u32, i as u32)));
             }
             self.axes.push(axes);
         }
         // stable: the start of a trajectory stands before its first point, wherever that is
         steps.sort_by_key(|s| s.0);
-        for (byte, kind, of) in steps {
-            let step = Step::following(self.script.steps.last(), at(byte), kind);
-            self.script.steps.push(step);
-            self.of_step.push(of);
-        }
+        self.of_step = steps.iter().map(|step| step.2).collect();
+        self.script.steps = steps.into_iter().map(|step| step.1).collect();
         Ok(())
     }
 }
@@ -248,14 +247,14 @@ const AT_END: f64 = 1e-3;
 const PARTS: u32 = 64;
 
 /// Shares of the time between two points at which joints of the robot turn: their velocity changes its sign.
-fn turns(before: &Point, p: &Point, axes: &[Option<usize>]) -> Vec<f64> {
+fn turns(t: &Trajectory, before: &Point, p: &Point, axes: &[Option<usize>]) -> Vec<f64> {
     let (order, h_s) = (p.order_from(before), p.t_s - before.t_s);
     let mut shares = Vec::new();
     if order == spline::Order::Linear || before.positions.is_empty() || p.positions.is_empty() {
         return shares;
     }
     for (c, _) in axes.iter().enumerate().filter(|(_, axis)| axis.is_some()) {
-        let (from, to) = (state(before, c), state(p, c));
+        let (from, to) = (state(t, before, c), state(t, p, c));
         let velocity = |x: f64| spline::at(order, from, to, h_s, x).v;
         for k in 0..PARTS {
             let part = |k: u32| AT_END + (1.0 - 2.0 * AT_END) * f64::from(k) / f64::from(PARTS);
@@ -277,33 +276,45 @@ fn turns(before: &Point, p: &Point, axes: &[Option<usize>]) -> Vec<f64> {
 }
 
 /// The robot's joints at a share of the time between two points.
-fn on_spline(before: &Point, p: &Point, axes: &[Option<usize>], dof: usize, share: f64) -> Vec<f64> {
+fn on_spline(
+    t: &Trajectory,
+    (before, p): (&Point, &Point),
+    axes: &[Option<usize>],
+    dof: usize,
+    share: f64,
+) -> Vec<f64> {
     let (order, h_s) = (p.order_from(before), p.t_s - before.t_s);
     let mut q = vec![0.0; dof];
     for (c, axis) in axes.iter().enumerate() {
         if let Some(slot) = axis.and_then(|a| q.get_mut(a)) {
-            *slot = spline::at(order, state(before, c), state(p, c), h_s, share).p;
+            *slot = spline::at(order, state(t, before, c), state(t, p, c), h_s, share).p;
         }
     }
     q
 }
 
 /// Position, velocity and acceleration of a column at a point.
-fn state(p: &Point, column: usize) -> spline::State {
-    let of = |list: &[Num]| list.get(column).map_or(0.0, |n| n.value);
-    spline::State { p: of(&p.positions), v: of(&p.velocities), a: of(&p.accelerations) }
+fn state(t: &Trajectory, p: &Point, column: usize) -> spline::State {
+    let of = |list| t.numbers(list).get(column).map_or(0.0, |n| n.value);
+    spline::State { p: of(p.positions), v: of(p.velocities), a: of(p.accelerations) }
 }
 
-fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usize>], dof: usize) -> Move {
+fn movement(
+    t: &Trajectory,
+    (before, p): (Option<&Point>, &Point),
+    target: usize,
+    axes: &[Option<usize>],
+    dof: usize,
+) -> Move {
     let h_s = p.t_s - before.map_or(0.0, |b| b.t_s);
     let closed = closed(before, p);
     let way = match before {
         // an axis that the message does not name has no place on the way
-        Some(b) if closed.is_none() && (0..dof).all(|a| axes.contains(&Some(a))) => turns(b, p, axes),
+        Some(b) if closed.is_none() && (0..dof).all(|a| axes.contains(&Some(a))) => turns(t, b, p, axes),
         _ => Vec::new(),
     };
     let way = before.map_or(Vec::new(), |b| {
-        way.into_iter().map(|share| Way { share, q: on_spline(b, p, axes, dof, share) }).collect()
+        way.into_iter().map(|share| Way { share, q: on_spline(t, (b, p), axes, dof, share) }).collect()
     });
     // the robot stands at a first point at time 0
     let stands = before.is_none() && p.t_s == 0.0;
@@ -335,9 +346,9 @@ fn closed(before: Option<&Point>, p: &Point) -> Option<String> {
     None
 }
 
-fn values(p: &Point, axes: &[Option<usize>], dof: usize) -> Vec<Option<Value>> {
+fn values(positions: &[Num], axes: &[Option<usize>], dof: usize) -> Vec<Option<Value>> {
     let mut values = vec![None; dof];
-    for (n, axis) in p.positions.iter().zip(axes) {
+    for (n, axis) in positions.iter().zip(axes) {
         if let Some(slot) = axis.and_then(|a| values.get_mut(a)) {
             *slot = Some(value(n));
         }
@@ -348,8 +359,8 @@ fn values(p: &Point, axes: &[Option<usize>], dof: usize) -> Vec<Option<Value>> {
 fn value(n: &Num) -> Value {
     Value {
         si: n.value,
-        start: n.start,
-        end: n.end,
+        start: n.span.start(),
+        end: n.span.end(),
         style: n.style,
         digit: number::last_digit(n.style.decimals),
         finest: number::last_digit(most_decimals(n.style)),

@@ -3,8 +3,7 @@
 use super::spline::Order;
 use super::tree::{Kind, Node, Tree};
 use crate::error::Result;
-use crate::script::{Text, number};
-use std::ops::Range;
+use crate::script::{Span, Text, number};
 
 /// Known keys of a point; any other belongs to another program.
 const KEYS: [&str; 5] = ["positions", "velocities", "accelerations", "effort", "time_from_start"];
@@ -13,8 +12,7 @@ const KEYS: [&str; 5] = ["positions", "velocities", "accelerations", "effort", "
 #[derive(Debug, Clone, Copy)]
 pub struct Num {
     pub value: f64,
-    pub start: usize,
-    pub end: usize,
+    pub span: Span,
     pub style: number::Style,
 }
 
@@ -30,16 +28,26 @@ pub enum Time {
 #[derive(Debug, Clone)]
 pub struct Point {
     /// The bytes of its mapping, without the dash or comma around it.
-    pub span: Range<usize>,
+    pub span: Span,
     /// Empty: it gives none.
-    pub positions: Vec<Num>,
-    pub velocities: Vec<Num>,
-    pub accelerations: Vec<Num>,
-    pub effort: Vec<Num>,
+    pub positions: List,
+    pub velocities: List,
+    pub accelerations: List,
+    pub effort: List,
     pub time: Time,
     pub t_s: f64,
     /// A key that is not the message's: a copy would repeat it.
-    pub foreign: Option<String>,
+    pub foreign: Option<Box<str>>,
+}
+
+/// Which numbers of a trajectory a point has.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct List(Span);
+
+impl List {
+    pub fn is_empty(self) -> bool {
+        self.0.range().is_empty()
+    }
 }
 
 /// One message.
@@ -50,6 +58,8 @@ pub struct Trajectory {
     /// First byte of the names.
     pub names_at: usize,
     pub points: Vec<Point>,
+    /// Of all points, one after the other.
+    numbers: Vec<Num>,
     /// The points stand in `[...]`.
     pub brackets: bool,
 }
@@ -61,13 +71,20 @@ pub struct Content {
     pub left: Vec<(usize, String)>,
 }
 
+impl Trajectory {
+    /// The numbers of a list of one of its points.
+    pub fn numbers(&self, of: List) -> &[Num] {
+        self.numbers.get(of.0.range()).unwrap_or_default()
+    }
+}
+
 impl Point {
     /// How a controller joins this point to the one before it.
     pub fn order_from(&self, before: &Self) -> Order {
-        let both = |a: &[Num], b: &[Num]| !a.is_empty() && !b.is_empty();
-        if !both(&self.velocities, &before.velocities) {
+        let both = |a: List, b: List| !a.is_empty() && !b.is_empty();
+        if !both(self.velocities, before.velocities) {
             Order::Linear
-        } else if both(&self.accelerations, &before.accelerations) {
+        } else if both(self.accelerations, before.accelerations) {
             Order::Quintic
         } else {
             Order::Cubic
@@ -76,10 +93,12 @@ impl Point {
 }
 
 /// Every trajectory of the documents, in the order of the text.
-pub fn content(text: &Text, tree: &Tree) -> Result<Content> {
+///
+/// Takes the documents of the tree: what a trajectory is read from is given up point by point.
+pub fn content(text: &Text, tree: &mut Tree) -> Result<Content> {
     let mut content = Content::default();
-    for document in &tree.documents {
-        search(text, tree, document, "", None, &mut content)?;
+    for mut document in std::mem::take(&mut tree.documents) {
+        search(text, tree, &mut document, "", None, &mut content)?;
     }
     Ok(content)
 }
@@ -90,22 +109,24 @@ pub fn content(text: &Text, tree: &Tree) -> Result<Content> {
 fn search(
     text: &Text,
     tree: &Tree,
-    node: &Node,
+    node: &mut Node,
     key: &str,
     shared: Option<usize>,
     content: &mut Content,
 ) -> Result<()> {
     let shared = shared.or_else(|| tree.is_shared(node).then_some(node.at()));
     if node.kind == Kind::List {
-        for item in &node.items[..] {
+        for item in &mut node.items[..] {
             search(text, tree, item, key, shared, content)?;
         }
     }
-    let value = |name: &str| node.entries().find(|(k, _)| k.word(text) == name).map(|(_, v)| v);
+    let value = |name: &str| node.entries().position(|(k, _)| k.word(text) == name).map(|entry| 2 * entry + 1);
     if let (Some(names), Some(points)) = (value("joint_names"), value("points")) {
         only_once(text, node)?;
+        let items = &node.items;
+        let (Some(names), Some(list)) = (items.get(names), items.get(points)) else { return Ok(()) };
         let nothing = |n: &Node| n.is_null(text) || (n.kind == Kind::List && n.items.is_empty());
-        if nothing(names) && nothing(points) {
+        if nothing(names) && nothing(list) {
             return Ok(());
         }
         if key.starts_with("multi_dof") {
@@ -119,11 +140,19 @@ fn search(
                 "a trajectory that stands alone: an edit would change the other one, too",
             ));
         }
-        content.trajectories.push(trajectory(text, node.at(), names, points)?);
+        let names = joints(text, names, list)?;
+        let start = node.at();
+        if let Some(points) = node.items.get_mut(points) {
+            content.trajectories.push(trajectory(text, start, names, points)?);
+        }
         return Ok(());
     }
-    for (k, v) in node.entries() {
-        search(text, tree, v, &k.word(text), shared, content)?;
+    if node.kind == Kind::Map {
+        for entry in node.items.chunks_exact_mut(2) {
+            if let [k, v] = entry {
+                search(text, tree, v, &k.word(text), shared, content)?;
+            }
+        }
     }
     Ok(())
 }
@@ -147,10 +176,10 @@ fn only_once(text: &Text, map: &Node) -> Result<()> {
     Ok(())
 }
 
-/// A trajectory by its names and its points.
+/// The names of the joints, and where they stand; `points`: the list of the points.
 ///
-/// `joint_names = list of name`, `points = list of point`
-fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<Trajectory> {
+/// `joint_names = list of name`
+fn joints(text: &Text, names: &Node, points: &Node) -> Result<(Vec<String>, usize)> {
     alone(text, names)?;
     alone(text, points)?;
     if names.kind != Kind::List {
@@ -168,12 +197,25 @@ fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<
         }
         joints.push(word);
     }
+    Ok((joints, names.at()))
+}
+
+/// A trajectory by its names and its points, whose nodes go one after the other.
+///
+/// `points = list of point`
+fn trajectory(
+    text: &Text,
+    start: usize,
+    (names, names_at): (Vec<String>, usize),
+    points: &mut Node,
+) -> Result<Trajectory> {
     let mut list: Vec<Point> = Vec::new();
+    let mut numbers = Vec::with_capacity(text.likely_numbers().min(points.items.len() * names.len()));
     if points.kind != Kind::List && !points.is_null(text) {
         return Err(text.bad(points.at(), found(text, points), "a list of points"));
     }
-    for item in &points.items[..] {
-        let (point, time_at) = point(text, item, joints.len())?;
+    for item in std::mem::take(&mut points.items) {
+        let (point, time_at) = point(text, &item, names.len(), &mut numbers)?;
         if let Some(before) = list.last()
             && point.t_s <= before.t_s
         {
@@ -186,7 +228,7 @@ fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<
         list.push(point);
     }
     let brackets = text.bytes.get(points.at()) == Some(&b'[');
-    Ok(Trajectory { start, names: joints, names_at: names.at(), points: list, brackets })
+    Ok(Trajectory { start, names, names_at, points: list, numbers, brackets })
 }
 
 fn found(text: &Text, node: &Node) -> String {
@@ -217,7 +259,7 @@ fn alone(text: &Text, node: &Node) -> Result<()> {
 /// A point, and the place of its time.
 ///
 /// `point = {("positions" | "velocities" | "accelerations" | "effort") ":" numbers | "time_from_start" ":" time | key ":" ...}`
-fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
+fn point(text: &Text, node: &Node, joints: usize, all: &mut Vec<Num>) -> Result<(Point, usize)> {
     alone(text, node)?;
     if matches!(node.kind, Kind::Scalar { .. }) && node.word(text) == "..." {
         let expected = "every point: print the message with --full-length";
@@ -228,9 +270,9 @@ fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
     }
     only_once(text, node)?;
     let value = |name: &str| node.entries().find(|(k, _)| k.word(text) == name).map(|(_, v)| v);
-    let numbers = |name: &str| match value(name) {
-        Some(list) => list_of(text, list, name, joints),
-        None => Ok(Vec::new()),
+    let mut numbers = |name: &str| match value(name) {
+        Some(list) => list_of(text, list, name, joints, all),
+        None => Ok(List::default()),
     };
     let Some(time) = value("time_from_start") else {
         return Err(text.bad(node.at(), "a point without time_from_start", "the time of every point"));
@@ -238,41 +280,38 @@ fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
     let (time, t_s) = self::time(text, time).map(|t| (t.0, (t.1, time.at())))?;
     let mut foreign = node.entries().map(|(k, _)| k.word(text)).find(|k| !KEYS.contains(&k.as_ref()));
     let point = Point {
-        span: node.span(),
+        span: node.span().into(),
         positions: numbers("positions")?,
         velocities: numbers("velocities")?,
         accelerations: numbers("accelerations")?,
         effort: numbers("effort")?,
         time,
         t_s: t_s.0,
-        foreign: foreign.take().map(std::borrow::Cow::into_owned),
+        foreign: foreign.take().map(Box::from),
     };
     Ok((point, t_s.1))
 }
 
-/// Numbers of a point, none or one per joint.
+/// Numbers of a point, none or one per joint; they go to `all`.
 ///
 /// `numbers = null | list of number`
-fn list_of(text: &Text, list: &Node, what: &str, joints: usize) -> Result<Vec<Num>> {
+fn list_of(text: &Text, list: &Node, what: &str, joints: usize, all: &mut Vec<Num>) -> Result<List> {
     alone(text, list)?;
     if list.is_null(text) {
-        return Ok(Vec::new());
+        return Ok(List::default());
     }
     if list.kind != Kind::List {
         return Err(text.bad(list.at(), found(text, list), format!("{what} as a list")));
     }
-    let mut numbers = Vec::with_capacity(list.items.len());
+    let first = all.len();
     for n in &list.items[..] {
-        numbers.push(num(text, n)?);
+        all.push(num(text, n)?);
     }
-    if !numbers.is_empty() && numbers.len() != joints {
-        return Err(text.bad(
-            list.at(),
-            format!("{} {what}", numbers.len()),
-            format!("{joints}, one per name in joint_names"),
-        ));
+    let count = all.len() - first;
+    if count > 0 && count != joints {
+        return Err(text.bad(list.at(), format!("{count} {what}"), format!("{joints}, one per name in joint_names")));
     }
-    Ok(numbers)
+    Ok(List((first..all.len()).into()))
 }
 
 /// A number as it is written.
@@ -287,7 +326,7 @@ fn num(text: &Text, node: &Node) -> Result<Num> {
     let read = if node.kind == (Kind::Scalar { plain: true }) && !octal { number::read(bytes) } else { None };
     let (value, style) =
         read.ok_or_else(|| text.bad(node.at(), found(text, node), "a finite decimal number without quotes"))?;
-    Ok(Num { value, start: node.at(), end: node.end as usize, style })
+    Ok(Num { value, span: node.span().into(), style })
 }
 
 /// A whole number, also as `2.0`.

@@ -32,7 +32,8 @@ struct Knot {
 }
 
 pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Patches> {
-    let mut by_trajectory: BTreeMap<usize, BTreeMap<usize, EditRef>> = BTreeMap::new();
+    // point and step of each edit, in the order of the points
+    let mut by_trajectory: BTreeMap<u32, Vec<(u32, u32)>> = BTreeMap::new();
     for (step, edit) in edits.steps.iter() {
         if edit.before.is_empty() && edit.goal.is_none() {
             continue;
@@ -43,15 +44,17 @@ pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Patches> {
             .copied()
             .flatten()
             .ok_or_else(|| Error::Refused(format!("step {step} is no move and cannot be edited")))?;
-        by_trajectory.entry(t).or_default().insert(p, edit);
+        by_trajectory.entry(t).or_default().push((p, step as u32));
     }
     let mut patches = Patches::with_capacity(edits.steps.likely_patches());
-    for (t, edits_of) in by_trajectory {
+    for (t, mut steps) in by_trajectory {
+        let t = t as usize;
         let (Some(trajectory), Some(axes)) = (document.content.trajectories.get(t), document.axes.get(t)) else {
             continue;
         };
-        let writer = Writer { document, text: &document.script.texts[0], trajectory, axes, digit: &edits.digit };
-        writer.write(&edits_of, &mut patches)?;
+        steps.sort_by_key(|s| s.0);
+        let writer = Writer { document, text: &document.script.texts[0], trajectory, axes, edits, steps };
+        writer.write(&mut patches)?;
     }
     Ok(patches)
 }
@@ -61,58 +64,85 @@ struct Writer<'a> {
     text: &'a Text,
     trajectory: &'a Trajectory,
     axes: &'a [Option<usize>],
-    digit: &'a [f64],
+    edits: &'a Edits,
+    /// Edited points with their steps, ascending.
+    steps: Vec<(u32, u32)>,
 }
 
 impl Writer<'_> {
-    fn write(&self, edits: &BTreeMap<usize, EditRef>, patches: &mut Patches) -> Result<()> {
-        let knots = self.knots(edits)?;
+    fn write(&self, patches: &mut Patches) -> Result<()> {
         let mut copies: BTreeMap<usize, Vec<Vec<u8>>> = BTreeMap::new();
-        for (k, knot) in knots.iter().enumerate() {
-            let Some(point) = self.trajectory.points.get(knot.point) else { continue };
-            let velocities: Vec<f64> = (0..self.axes.len()).map(|c| self.velocity(&knots, k, c)).collect();
-            if knot.new {
-                copies.entry(knot.point).or_default().push(self.copy(point, knot, &velocities)?);
-            } else {
-                self.in_place(point, knot, &velocities, patches)?;
-            }
+        // a knot needs its neighbours alone: of a long trajectory no more than these are held
+        let (mut knots, mut next) = (Vec::new(), 0);
+        for (k, p) in self.trajectory.points.iter().enumerate() {
+            self.knots(k, p, &mut knots)?;
+            let known = knots.len().saturating_sub(1);
+            self.knots_written(&knots, next..known, &mut copies, patches)?;
+            knots.drain(..known.saturating_sub(1));
+            next = knots.len().saturating_sub(1);
         }
+        self.knots_written(&knots, next..knots.len(), &mut copies, patches)?;
         for (point, copies) in copies {
             patches.push(self.insertion(point, &copies)?);
         }
         Ok(())
     }
 
-    fn refused(&self, point: &Point, why: &str) -> Error {
-        Error::Refused(format!("{}:{}: {why}", self.text.name, self.text.line_of(point.span.start)))
+    /// Some of the knots as numbers in place, or as copies of their points.
+    fn knots_written(
+        &self,
+        knots: &[Knot],
+        chosen: Range<usize>,
+        copies: &mut BTreeMap<usize, Vec<Vec<u8>>>,
+        patches: &mut Patches,
+    ) -> Result<()> {
+        for k in chosen {
+            let Some((knot, point)) = knots.get(k).and_then(|n| Some((n, self.trajectory.points.get(n.point)?))) else {
+                continue;
+            };
+            let velocities: Vec<f64> = (0..self.axes.len()).map(|c| self.velocity(knots, k, c)).collect();
+            if knot.new {
+                copies.entry(knot.point).or_default().push(self.copy(point, knot, &velocities)?);
+            } else {
+                self.in_place(point, knot, &velocities, patches)?;
+            }
+        }
+        Ok(())
     }
 
-    /// Every point of the trajectory and every new one, by time.
-    fn knots(&self, edits: &BTreeMap<usize, EditRef>) -> Result<Vec<Knot>> {
-        let mut knots: Vec<Knot> = Vec::with_capacity(self.trajectory.points.len());
-        for (k, p) in self.trajectory.points.iter().enumerate() {
-            let before = k.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
-            let edit = edits.get(&k);
-            let new = edit.map_or(&[][..], |e| e.before);
-            if !new.is_empty() {
-                if let Some(why) = super::closed(before, p) {
-                    return Err(self.refused(p, &format!("no point can be put before this one: {why}")));
-                }
-                if let Some(b) = before {
-                    self.between(b, k, p, new, &mut knots)?;
-                }
+    /// The edit of a point.
+    fn edit(&self, point: usize) -> Option<EditRef<'_>> {
+        let k = self.steps.binary_search_by_key(&point, |s| s.0 as usize).ok()?;
+        self.edits.steps.get(self.steps.get(k)?.1 as usize)
+    }
+
+    fn refused(&self, point: &Point, why: &str) -> Error {
+        Error::Refused(format!("{}:{}: {why}", self.text.name, self.text.line_of(point.span.start())))
+    }
+
+    /// Point `k` of the trajectory, and the new ones before it, by time.
+    fn knots(&self, k: usize, p: &Point, knots: &mut Vec<Knot>) -> Result<()> {
+        let before = k.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
+        let edit = self.edit(k);
+        let new = edit.map_or(&[][..], |e| e.before);
+        if !new.is_empty() {
+            if let Some(why) = super::closed(before, p) {
+                return Err(self.refused(p, &format!("no point can be put before this one: {why}")));
             }
-            let own: Vec<State> = (0..self.axes.len()).map(|c| state(p, c)).collect();
-            let goal = edit.and_then(|e| e.goal);
-            if goal.is_some() && p.positions.is_empty() {
-                return Err(self.refused(p, "the point gives no positions that could be changed"));
+            if let Some(b) = before {
+                self.between(b, k, p, new, knots)?;
             }
-            let asked = self.asked(p, &own, goal)?;
-            let order = before.map_or(Order::Linear, |b| p.order_from(b));
-            let effort = Vec::new();
-            knots.push(Knot { point: k, new: false, t_s: p.t_s, time: String::new(), own, effort, asked, order });
         }
-        Ok(knots)
+        let own: Vec<State> = (0..self.axes.len()).map(|c| state(self.trajectory, p, c)).collect();
+        let goal = edit.and_then(|e| e.goal);
+        if goal.is_some() && p.positions.is_empty() {
+            return Err(self.refused(p, "the point gives no positions that could be changed"));
+        }
+        let asked = self.asked(p, &own, goal)?;
+        let order = before.map_or(Order::Linear, |b| p.order_from(b));
+        let effort = Vec::new();
+        knots.push(Knot { point: k, new: false, t_s: p.t_s, time: String::new(), own, effort, asked, order });
+        Ok(())
     }
 
     /// Positions by column: those of the robot's joints as requested, the others of their own spline.
@@ -130,14 +160,15 @@ impl Writer<'_> {
     fn between(&self, before: &Point, k: usize, p: &Point, new: &[NewPoint], knots: &mut Vec<Knot>) -> Result<()> {
         let h_s = p.t_s - before.t_s;
         let order = p.order_from(before);
-        let ends: Vec<(State, State)> = (0..self.axes.len()).map(|c| (state(before, c), state(p, c))).collect();
+        let ends: Vec<(State, State)> =
+            (0..self.axes.len()).map(|c| (state(self.trajectory, before, c), state(self.trajectory, p, c))).collect();
         let ours = ends.iter().zip(self.axes).filter(|(_, a)| a.is_some()).map(|(e, _)| *e);
         let way = |e: &(State, State)| (e.1.p - e.0.p).abs();
         let leading = ours.max_by(|a, b| way(a).total_cmp(&way(b))).unwrap_or_default();
         let mut last_s = before.t_s;
         let mut x = 0.0;
         // on a way with its own turns shares are those of the time
-        let timed = !super::turns(before, p, self.axes).is_empty();
+        let timed = !super::turns(self.trajectory, before, p, self.axes).is_empty();
         for n in new {
             x = if timed { n.share } else { spline::time_share(order, leading.0, leading.1, h_s, n.share, x) };
             let (time, t_s) = time_text(&p.time, before.t_s + x * h_s, last_s, p.t_s);
@@ -150,8 +181,8 @@ impl Writer<'_> {
             x = (t_s - before.t_s) / h_s;
             let own: Vec<State> = ends.iter().map(|e| spline::at(order, e.0, e.1, h_s, x)).collect();
             let asked = self.asked(p, &own, Some(&n.q))?;
-            let effort = p.effort.iter().enumerate().map(|(c, e)| {
-                let from = before.effort.get(c).map_or(e.value, |b| b.value);
+            let effort = self.trajectory.numbers(p.effort).iter().enumerate().map(|(c, e)| {
+                let from = self.trajectory.numbers(before.effort).get(c).map_or(e.value, |b| b.value);
                 from + x * (e.value - from)
             });
             let effort = effort.collect();
@@ -192,7 +223,7 @@ impl Writer<'_> {
     /// Weight that a position's last digit should have at most.
     fn weight(&self, column: usize) -> f64 {
         let axis = self.axes.get(column).copied().flatten();
-        axis.and_then(|a| self.digit.get(a)).copied().unwrap_or(0.0)
+        axis.and_then(|a| self.edits.digit.get(a)).copied().unwrap_or(0.0)
     }
 
     fn position(&self, n: &Num, column: usize, value: f64) -> String {
@@ -212,17 +243,17 @@ impl Writer<'_> {
 
     fn in_place(&self, p: &Point, knot: &Knot, velocities: &[f64], patches: &mut Patches) -> Result<()> {
         let mut put = |n: &Num, new: String| {
-            if self.text.slice(n.start..n.end) != new.as_bytes() {
-                patches.push(Patch::new(0, n.start..n.end, new));
+            if self.text.slice(n.span.range()) != new.as_bytes() {
+                patches.push(Patch::new(0, n.span.range(), new));
             }
         };
-        for (c, n) in p.positions.iter().enumerate() {
+        for (c, n) in self.trajectory.numbers(p.positions).iter().enumerate() {
             let asked = knot.asked.get(c).copied().unwrap_or(n.value);
             if asked != n.value {
                 put(n, self.position(n, c, asked));
             }
         }
-        for (c, n) in p.velocities.iter().enumerate() {
+        for (c, n) in self.trajectory.numbers(p.velocities).iter().enumerate() {
             let v = velocities.get(c).copied().unwrap_or(n.value);
             if !v.is_finite() {
                 return Err(self.refused(p, "the velocities that fit are no numbers"));
@@ -241,21 +272,22 @@ impl Writer<'_> {
         let mut swaps: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
         let finite =
             |v: f64| if v.is_finite() { Ok(v) } else { Err(self.refused(p, "the numbers that fit are not finite")) };
-        for (c, n) in p.positions.iter().enumerate() {
-            swaps.push((n.start..n.end, self.position(n, c, finite(knot.asked[c])?).into_bytes()));
+        for (c, n) in self.trajectory.numbers(p.positions).iter().enumerate() {
+            swaps.push((n.span.range(), self.position(n, c, finite(knot.asked[c])?).into_bytes()));
         }
-        for (c, n) in p.velocities.iter().enumerate() {
-            swaps.push((n.start..n.end, self.rate(n, c, finite(velocities[c])?, h_s).into_bytes()));
+        for (c, n) in self.trajectory.numbers(p.velocities).iter().enumerate() {
+            swaps.push((n.span.range(), self.rate(n, c, finite(velocities[c])?, h_s).into_bytes()));
         }
-        for (c, n) in p.accelerations.iter().enumerate() {
+        for (c, n) in self.trajectory.numbers(p.accelerations).iter().enumerate() {
             // a joint that is held has no acceleration either
-            let held = p.velocities.get(c).is_some() && velocities[c] == 0.0 && knot.own[c].v != 0.0;
+            let held =
+                self.trajectory.numbers(p.velocities).get(c).is_some() && velocities[c] == 0.0 && knot.own[c].v != 0.0;
             let a = if held { 0.0 } else { finite(knot.own[c].a)? };
-            swaps.push((n.start..n.end, self.rate(n, c, a, h_s * h_s).into_bytes()));
+            swaps.push((n.span.range(), self.rate(n, c, a, h_s * h_s).into_bytes()));
         }
-        for (n, &e) in p.effort.iter().zip(&knot.effort) {
+        for (n, &e) in self.trajectory.numbers(p.effort).iter().zip(&knot.effort) {
             swaps
-                .push((n.start..n.end, fine(finite(e)?, n.style, number::decimals_for(n.style, 1e-6, 6)).into_bytes()));
+                .push((n.span.range(), fine(finite(e)?, n.style, number::decimals_for(n.style, 1e-6, 6)).into_bytes()));
         }
         self.swap_time(&p.time, &knot.time, &mut swaps);
         let span = self.item(knot.point)?;

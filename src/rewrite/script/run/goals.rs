@@ -1,7 +1,7 @@
 //! The goal of a move in joints: those that it names, or those of its Cartesian target; and with which tool it goes there.
 
 use super::arm::joints_of;
-use super::{Cutter, Reached, ToolAndMiddle};
+use super::{Cutter, Joints, Reached, ToolAndMiddle};
 use crate::program::script::{At, Move, Note, PathKind, PoseGoal, Script, TargetRef};
 use crate::rewrite::script::cause::Cause;
 use crate::rewrite::script::circles;
@@ -25,7 +25,7 @@ impl Cutter<'_> {
         step: usize,
         at: At,
         m: &Move,
-        from: Option<Vec<f64>>,
+        from: Option<Joints>,
     ) -> Option<Reached> {
         let Some(target) = target else {
             self.lost(at, Cause::NoTarget);
@@ -37,19 +37,19 @@ impl Cutter<'_> {
         // the place of one that is not known would be written into new points. Only an axis that no target names
         // does not matter: it is not written.
         let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
-        let all: Vec<Option<f64>> = (0..dof).map(|k| given(k).or(before(k))).collect();
+        let value = |k: usize| given(k).or_else(|| before(k));
         let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);
-        if (0..dof).any(|k| all[k].is_none() && matters(k)) {
-            self.known = all;
+        if (0..dof).any(|k| value(k).is_none() && matters(k)) {
+            self.known = (0..dof).map(value).collect();
             self.out.partial.push(step);
             return None;
         }
+        let q: Joints = (0..dof).map(|k| value(k).unwrap_or_default()).collect();
         // the moves before have not carried its offset: this one does not either
         let editable = Cause::of(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
         // nor is it the first that moves
         self.run.entry &= self.known.is_empty();
         self.known.clear();
-        let q: Vec<f64> = all.iter().map(|v| v.unwrap_or_default()).collect();
         let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
         let followed = match (&from, &m.circle) {
             (Some(from), Some(targets)) if !self.is_gantry() => self.on_circle(script, targets, m, from, &q),
@@ -156,7 +156,7 @@ impl Cutter<'_> {
         step: usize,
         at: At,
         m: &Move,
-        from: &mut Option<Vec<f64>>,
+        from: &mut Option<Joints>,
     ) -> Option<(Vec<f64>, Place)> {
         let why = match self.pose(goal, m, from.as_deref()) {
             Ok(found) => return Some(found),
@@ -200,10 +200,11 @@ impl Cutter<'_> {
         step: usize,
         at: At,
         m: &Move,
-        mut from: Option<Vec<f64>>,
+        mut from: Option<Joints>,
     ) -> Option<Reached> {
         let excluded = (self.choice.excluded)(step);
         let (q, place) = self.solve_pose(goal, step, at, m, &mut from)?;
+        let q = Joints::from(q);
         self.run.entry &= self.known.is_empty();
         self.known.clear();
         let asked = self.choice.solve_within_m.is_some();

@@ -6,11 +6,13 @@
 //!
 //! Files, in the order of the work:
 //! - `arm`: what the script says of the arm's configuration as a whole
+//! - `joints`: joint values of one point
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
 //! - `ways`: duration and turning points of a move between two known places
 
 mod arm;
 mod goals;
+mod joints;
 mod ways;
 
 use super::approach::{Directions, Sides};
@@ -19,6 +21,7 @@ use super::poses::{Place, Poses, Tooled};
 use super::way;
 use crate::program::script::{At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Speed, StepKind};
 use crate::robot::Robot;
+pub use joints::Joints;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -42,7 +45,7 @@ pub struct Vertex {
     pub step: usize,
     pub role: Role,
     /// rad or m, one per axis.
-    pub q: Vec<f64>,
+    pub q: Joints,
     /// Share of the way to the step's goal; 1 for a goal.
     pub share: f64,
     /// Its numbers may be written (or, on a way, a point may be put there).
@@ -136,6 +139,7 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
     let one_arm = !solves || arm::one_configuration(script, &plain);
     let hint = script.targets.iter().find_map(|t| arm::joints_of(t, choice.robot.dof())).filter(|_| one_arm);
+    let hint = hint.map(Joints::from);
     if !one_arm {
         poses.posture = None;
     }
@@ -182,8 +186,8 @@ fn empty_run(entry: bool) -> Run {
 /// Where a move leads.
 struct Reached {
     /// Joints before it, where they are known.
-    from: Option<Vec<f64>>,
-    q: Vec<f64>,
+    from: Option<Joints>,
+    q: Joints,
     editable: bool,
     /// A Cartesian target that is written as joint moves.
     solved: bool,
@@ -207,7 +211,7 @@ struct Cutter<'a> {
     known: Vec<Option<f64>>,
     /// Joints at the last place of the program where they are known, else those of its first joint target; `None`: the arm may have
     /// gone over into another configuration since.
-    hint: Option<Vec<f64>>,
+    hint: Option<Joints>,
     /// All that the script says of the arm's configuration is the same.
     one_arm: bool,
     /// Targets whose configurations are noted.
@@ -258,7 +262,7 @@ impl Cutter<'_> {
     }
 
     /// The first point of a run.
-    fn start(&mut self, step: usize, q: Vec<f64>, editable: bool) {
+    fn start(&mut self, step: usize, q: Joints, editable: bool) {
         self.directions.go(self.choice.robot, &q, self.choice.deadband);
         self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0, certain: true });
     }
@@ -285,11 +289,7 @@ impl Cutter<'_> {
             }
         };
         let Some(mut reached) = reached else { return };
-        match &mut self.hint {
-            hint if !self.one_arm => *hint = None,
-            Some(hint) => hint.clone_from(&reached.q),
-            hint => *hint = Some(reached.q.clone()),
-        }
+        self.hint = self.one_arm.then(|| reached.q.clone());
         match reached.from.take() {
             // where the robot stands it takes no step
             None => self.start(step, reached.q, reached.editable && m.speed != Speed::Seconds(0.0)),

@@ -41,7 +41,15 @@ impl Cutter<'_> {
         for w in ways {
             let t_s = t0 + w.share * duration;
             self.directions.go(robot, &w.q, self.choice.deadband);
-            self.run.vertices.push(Vertex { step, role: Role::Way, q: w.q, share: w.share, editable, t_s, certain });
+            self.run.vertices.push(Vertex {
+                step,
+                role: Role::Way,
+                q: w.q.into(),
+                share: w.share,
+                editable,
+                t_s,
+                certain,
+            });
         }
         let goal = Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain };
         if editable

@@ -27,7 +27,7 @@ fn three_circular_steps_are_an_arc_to_which_the_path_is_straight() {
         for (k, path) in [(1, PathKind::Linear), (2, PathKind::Curve), (3, PathKind::Curve)] {
             let m = &found[k].1;
             assert_eq!((m.path, m.circle.as_deref()), (path, Some(&[of(1), of(2), of(3)][..])), "{text}");
-            assert_eq!(m.tool, Some(Frame::Named("1".into())));
+            assert_eq!(m.tool.as_deref(), Some(&Frame::Named("1".into())));
             assert!(m.closed.is_some());
         }
         assert!([0, 4].iter().all(|k| found[*k].1.circle.is_none()), "{text}");

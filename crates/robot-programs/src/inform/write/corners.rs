@@ -30,10 +30,10 @@ impl Writer<'_> {
                 "PL=0".to_string()
             }
         };
-        for tag in &statement.tags {
+        for tag in self.job.parts.tags(statement) {
             let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span)).into_owned();
             out.push(' ');
-            match tag.key {
+            match tag.key() {
                 "PL" => out.push_str(&corner(level(&word) == Some(0))),
                 "CR" => out.push_str(&radius(&word, point.clearance_m)),
                 _ => out.push_str(&word),
@@ -44,7 +44,7 @@ impl Writer<'_> {
 
     /// Corner radii are written on a controller only if the job has some: older ones do not know them.
     fn knows_radii(&self) -> bool {
-        self.job.statements.values().flat_map(|s| &s.tags).any(|t| t.key == "CR")
+        self.job.parts.has_tag("CR")
     }
 
     /// Narrows the corner at a move's own goal. A move that gives none keeps none: no size may be chosen for it.
@@ -52,13 +52,14 @@ impl Writer<'_> {
         let (Some(at_most), Some(statement)) = (edit.blend_at_most_m, self.statement(step)) else { return };
         let text = &self.job.script.texts[0];
         let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
-        let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
+        let tags = self.job.parts.tags(statement);
+        let Some(tag) = tags.iter().find(|t| matches!(t.key(), "PL" | "CR")) else { return };
         let word = String::from_utf8_lossy(text.slice(tag.span)).into_owned();
         // a size that is computed stays: any number in its place may be a wider corner
         if size(&word).is_none() {
             return;
         }
-        let new = match (tag.key, level(&word)) {
+        let new = match (tag.key(), level(&word)) {
             ("CR", _) => radius(&word, at_most),
             (_, Some(own)) if own <= fits => word.clone(),
             _ => format!("PL={fits}"),

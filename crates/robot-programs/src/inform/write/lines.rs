@@ -19,18 +19,20 @@ impl Writer<'_> {
         let of_kind = job.positions.iter().filter(|p| p.kind == position.kind);
         let next = self.next.entry(position.kind);
         let number = *next.and_modify(|n| *n += 1).or_insert_with(|| of_kind.map(|p| p.number).max().unwrap_or(0) + 1);
-        let name = format!("{}{number:0w$}", position.kind.word(), w = position.digits);
-        if name.len() > position.kind.word().len() + position.digits {
+        let digits = usize::from(position.digits);
+        let name = format!("{}{number:0digits$}", position.kind.word());
+        if name.len() > position.kind.word().len() + digits {
             return Err(self.refused(step, &format!("no number is left for a new {} position", position.kind.word())));
         }
-        let line = text.line_span(position.line);
+        let line = text.line_span(position.line());
         let mut bytes = name.clone().into_bytes();
         let equals = text.slice(line.clone()).iter().position(|&b| b == b'=').unwrap_or(0);
         let start = line.start + equals;
-        let end = position.numbers.last().map_or(start, |span| span.end());
-        let changed = position.numbers.iter().enumerate().filter_map(|(n, span)| Some((span.range(), form.get(n)?)));
+        let numbers = job.positions.numbers(model);
+        let end = numbers.last().map_or(start, |span| span.end());
+        let changed = numbers.iter().enumerate().filter_map(|(n, span)| Some((span.range(), form.get(n)?)));
         bytes.extend(text.substituted(start..end, changed));
-        self.new.push(NewLine { kind: position.kind, number, section: position.section, text: bytes, model });
+        self.new.push(NewLine { kind: position.kind, number, section: position.section.clone(), text: bytes, model });
         Ok(name)
     }
 
@@ -44,20 +46,20 @@ impl Writer<'_> {
         for (kind, mut lines) in by_kind {
             lines.sort_by_key(|l| l.number);
             let Some(last) = self.job.positions.iter().rfind(|p| p.kind == kind) else { continue };
-            let at = text.line_span(last.line);
+            let at = text.line_span(last.line());
             let ending = text.ending(at.start);
             let mut bytes = Vec::new();
-            let mut now = last.section;
+            let mut now = *last.section;
             for line in &lines {
                 let joints = matches!(line.section.meaning, Meaning::Pulse | Meaning::Angle);
-                self.headers(&mut bytes, &mut now, line.section, !joints, ending);
+                self.headers(&mut bytes, &mut now, *line.section, !joints, ending);
                 // what the model line has after its numbers is its own
                 debug_assert_eq!(self.job.positions[line.model].kind, kind);
                 bytes.extend_from_slice(&line.text);
                 bytes.extend_from_slice(ending);
             }
             if self.job.positions.iter().any(|p| p.line > last.line) {
-                self.headers(&mut bytes, &mut now, last.section, true, ending);
+                self.headers(&mut bytes, &mut now, *last.section, true, ending);
             }
             self.patches.push(Patch::new(0, at.end..at.end, bytes));
         }

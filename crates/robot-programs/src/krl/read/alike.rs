@@ -71,7 +71,7 @@ impl Alike {
         let (Some(place), Some(at)) = (reader.steps.last_place(), Anchors::of(start, &self.numbers)) else {
             return false;
         };
-        let others = place.others.clone();
+        let others = place.others;
         let step = StepKind::Move(m.alike(Goal::Joints(reader.targets.len())));
         let motion = known.moved(k, known.at.to(at));
         let numbers = &self.numbers;

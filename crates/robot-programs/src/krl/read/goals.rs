@@ -11,7 +11,7 @@ use crate::krl::program::Source;
 use crate::krl::relative;
 use crate::krl::target::{Others, target};
 use crate::script::pose::Frame;
-use crate::script::{At, Goal, Note, PathKind, PoseForm, PoseGoal, Shift, Target};
+use crate::script::{At, Goal, Note, PathKind, PoseForm, PoseGoal, Shift, Target, Text};
 use nalgebra::{Isometry3, Vector3};
 use std::sync::Arc;
 
@@ -38,6 +38,14 @@ impl Reader<'_> {
         (goal.map_or_else(|| Goal::Opaque(relative::UNKNOWN.into()), Goal::pose), end, None)
     }
 
+    /// What an aggregate says of axes that are none of the robot's: mostly what the one before it does.
+    fn others(&self, a: &Aggregate, text: &Text) -> Arc<[(String, Vec<u8>)]> {
+        match self.others.last() {
+            Some(Some(last)) if a.has_others(&self.names, text, last) => Arc::clone(last),
+            _ => a.others(&self.names, text).into(),
+        }
+    }
+
     /// The goal of a motion at token `at`.
     ///
     /// `goal = product | aggregate | name [index]`
@@ -48,7 +56,7 @@ impl Reader<'_> {
             Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word)?,
             Some(t) if t.is(b'{') => {
                 let (a, next) = aggregate(self.text, 0, line, at)?;
-                let others = Some(a.others(&self.names, self.text).into());
+                let others = Some(self.others(&a, self.text));
                 (self.aggregate(k, a, word)?, Some(next), others)
             }
             Some(t) if t.kind == Kind::Word => {
@@ -61,7 +69,7 @@ impl Reader<'_> {
                     None => Goal::Opaque(format!("{name} is not declared in the files given")),
                     Some(n) => {
                         if let Ok(a) = self.data.names[n].value() {
-                            others = Some(a.others(&self.names, &self.texts[a.file]).into());
+                            others = Some(self.others(a, &self.texts[a.file]));
                         }
                         self.named(n, word)?
                     }
@@ -136,13 +144,13 @@ impl Reader<'_> {
                 Err(why) => Goal::Opaque(why),
                 Ok(target) => {
                     self.targets.push(target);
-                    self.sources.push(Source::Inline(a.file as u16, a.span.into()));
+                    self.sources.push(Source::Inline(a.file as u16, a.span));
                     Goal::Joints(self.targets.len() - 1)
                 }
             });
         }
         let at = At::of_line(k);
-        let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span.clone().into()));
+        let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span));
         Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
     }
 
@@ -152,7 +160,7 @@ impl Reader<'_> {
     pub(super) fn via(&self, line: &[Token]) -> Option<Vector3<f64>> {
         let t = line.get(1)?;
         let of = |a: &Aggregate| {
-            let at = |name: &str| a.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1 * 1e-3);
+            let at = |name: &str| a.component(name).and_then(|c| c.value).map(|v| v.1 * 1e-3);
             Some(Vector3::new(at("X")?, at("Y")?, at("Z")?))
         };
         if t.is(b'{') {
@@ -188,12 +196,12 @@ impl Reader<'_> {
         if name.holds == Holds::Pose {
             let (a, text) = (a.clone(), name.text.clone());
             let (frame, tool) = self.frames();
-            let pose = match self.of_name.get(&n).copied() {
+            let pose = match self.of_name.get(n).copied().flatten().map(|t| t as usize) {
                 Some(t) => a.pose(&frame, &tool, word.path, Some(t)),
                 None => {
                     let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n as u32));
                     if let Some(t) = pose.as_ref().and_then(|p| p.target) {
-                        self.of_name.insert(n, t);
+                        self.of_name[n] = Some(t as u32);
                         self.elsewhere(n);
                     }
                     pose
@@ -201,15 +209,15 @@ impl Reader<'_> {
             };
             return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::pose));
         }
-        if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
-            return Ok(Goal::Joints(t));
+        if let (Some(Some(t)), true) = (self.of_name.get(n), word.path == PathKind::Joint) {
+            return Ok(Goal::Joints(*t as usize));
         }
         Ok(match target(self.axes, &self.texts[a.file], a, Some(name.text.clone()), at, word)? {
             Err(why) => Goal::Opaque(why),
             Ok(target) => {
                 self.targets.push(target);
                 self.sources.push(Source::Name(n as u32));
-                self.of_name.insert(n, self.targets.len() - 1);
+                self.of_name[n] = Some(self.targets.len() as u32 - 1);
                 self.elsewhere(n);
                 Goal::Joints(self.targets.len() - 1)
             }

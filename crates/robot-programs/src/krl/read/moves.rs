@@ -50,10 +50,10 @@ impl Reader<'_> {
         let (speed, blend_m) = self.speed_and_blend(word, tail);
         let motion = end.filter(|_| whole).map(|e| self.written(k, line, at..e, word, via));
         // of most motions they are those of the one before
-        let others = match self.steps.last_place() {
-            Some(last) if last.others == others => last.others.clone(),
-            _ => others,
-        };
+        if self.others.last() != Some(&others) {
+            self.others.push(others);
+        }
+        let others = self.others.len() as u32 - 1;
         self.steps.place(self.steps.next(), Site { motion, others });
         self.stands = match &goal {
             Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),

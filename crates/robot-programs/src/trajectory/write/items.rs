@@ -11,9 +11,9 @@ impl Writer<'_> {
     pub(super) fn item(&self, point: usize) -> Result<Range<usize>> {
         let Some(p) = self.trajectory.points.get(point) else { return Ok(0..0) };
         if self.trajectory.brackets {
-            return Ok(p.span.clone());
+            return Ok(p.span.range());
         }
-        let line = self.text.line_span(self.text.line_of(p.span.end.max(1) - 1) as usize - 1);
+        let line = self.text.line_span(self.text.line_of(p.span.end().max(1) - 1) as usize - 1);
         Ok(self.dash(point)?..line.end)
     }
 
@@ -29,9 +29,9 @@ impl Writer<'_> {
 
     /// What stands between a point and the one before it, with comments as blanks.
     fn gap(&self, point: usize) -> (usize, Vec<u8>) {
-        let end = self.trajectory.points.get(point).map_or(0, |p| p.span.start);
+        let end = self.trajectory.points.get(point).map_or(0, |p| p.span.start());
         let before = point.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
-        let start = before.map_or(end, |b| b.span.end).min(end);
+        let start = before.map_or(end, |b| b.span.end()).min(end);
         let mut gap = self.text.slice(start..end).to_vec();
         for c in self.document.tree.comments_in(&(start..end)) {
             for b in c.clone() {
@@ -69,7 +69,7 @@ impl Writer<'_> {
         let told = comments.iter().rev().find(|c| pragma(self.text.slice((*c).clone())).is_some());
         let from = told.map_or(0, |c| c.end.saturating_sub(start)).max(comma);
         let line = gap.iter().skip(from).position(|&b| b == b'\n').map(|k| start + from + k + 1);
-        let first = if brackets { p.span.start } else { self.dash(point)? };
+        let first = if brackets { p.span.start() } else { self.dash(point)? };
         let separator: &[u8] = if brackets { b"," } else { b"" };
         let mut bytes = Vec::new();
         if let (Some(at), Some(indentation)) = (line, self.indentation(first)) {
@@ -96,7 +96,7 @@ impl Writer<'_> {
     /// The time in the copy; a part that is left out (0) is written where it is needed.
     pub(super) fn swap_time(&self, time: &Time, text: &str, swaps: &mut Vec<(Range<usize>, Vec<u8>)>) {
         match time {
-            Time::Seconds(n) => swaps.push((n.start..n.end, text.into())),
+            Time::Seconds(n) => swaps.push((n.span.range(), text.into())),
             Time::Parts { sec, nano, braces, ros1, quote } => {
                 let (s, ns) = text.split_once('.').unwrap_or((text, "0"));
                 let ns = ns.trim_start_matches('0');
@@ -105,19 +105,20 @@ impl Writer<'_> {
                 for (n, other, text, name) in [(sec, nano, s, names[0]), (nano, sec, ns, names[1])] {
                     if let Some(n) = n {
                         let point = if n.style.point { ".0" } else { "" };
-                        swaps.push((n.start..n.end, format!("{text}{point}").into()));
+                        swaps.push((n.span.range(), format!("{text}{point}").into()));
                     } else if let (Some(other), true) = (other, text != "0") {
                         let q = quote.map_or(String::new(), |q| char::from(q).to_string());
                         let entry = format!("{q}{name}{q}: {text}");
-                        let line = self.text.line_span(self.text.line_of(other.start) as usize - 1);
-                        let head = self.text.slice(line.start..other.start);
+                        let line = self.text.line_span(self.text.line_of(other.span.start()) as usize - 1);
+                        let head = self.text.slice(line.start..other.span.start());
                         let blanks = head.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
-                        let mut bytes = if *braces { b", ".to_vec() } else { self.text.ending(other.end).to_vec() };
+                        let mut bytes =
+                            if *braces { b", ".to_vec() } else { self.text.ending(other.span.end()).to_vec() };
                         if !*braces {
                             bytes.extend_from_slice(&head[..blanks]);
                         }
                         bytes.extend_from_slice(entry.as_bytes());
-                        swaps.push((other.end..other.end, bytes));
+                        swaps.push((other.span.end()..other.span.end(), bytes));
                     }
                 }
             }
