@@ -10,8 +10,8 @@ use crate::plan::recording::vendor::{self, Language};
 use crate::plan::recording::{self, Kind, Options, document, work};
 use crate::program::formats::{self, Recognised};
 use crate::rewrite::script::path::Reading;
-use crate::robot::Robot;
 use crate::robot::frames::Frames;
+use crate::robot::{Joint, Robot};
 use anyhow::Result;
 use nalgebra::{Unit, Vector3};
 use std::io::Write;
@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(long, value_name = "PROGRAM", conflicts_with = "pose")]
     pub program: Vec<PathBuf>,
     /// Frames and tools of the programs' Cartesian targets (YAML, or the controller's own file)
-    #[arg(long, value_name = "FRAMES.yaml", requires = "program")]
+    #[arg(long, value_name = "FRAMES.yaml", requires = "program", conflicts_with = "pose")]
     pub frames: Option<PathBuf>,
     /// Standard deviation of the noise of one reading, um
     #[arg(long, value_name = "UM", default_value_t = 10.0)]
@@ -145,6 +145,7 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
 /// The pose in the middle of the programs, with what a user should know of them.
 fn work_pose(args: &Args, robot: &Robot, notes: &mut Vec<String>) -> Result<Vec<f64>> {
     let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
+    // of moves without a speed: the pose does not depend on it
     let tcp_speed_m_s = 0.05;
     let reading = Reading { robot, frames: &frames, tcp_speed_m_s, format: None };
     let mut programs = Vec::new();
@@ -155,7 +156,12 @@ fn work_pose(args: &Args, robot: &Robot, notes: &mut Vec<String>) -> Result<Vec<
         programs.push(program);
     }
     let pose = work::middle_of(&programs);
-    Ok(pose.ok_or_else(|| bad(Place::file("--program"), "no point of a path", "a program with moves"))?)
+    let pose = pose.ok_or_else(|| bad(Place::file("--program"), "no point of a path", "a program with moves"))?;
+    let joints = robot.axis_joints().zip(&pose);
+    let words =
+        |(joint, q): (&Joint, &f64)| format!("{} {:.1} {}", joint.name, joint.kind.to_user_unit(*q), joint.kind.unit());
+    notes.push(format!("pose in the middle of the program: {}", joints.map(words).collect::<Vec<_>>().join(", ")));
+    Ok(pose)
 }
 
 /// The language that the ending of the output names; `None`: a table.

@@ -6,7 +6,7 @@ use clap::{Arg, Command, Error};
 use std::ffi::OsString;
 
 /// Options that take the file a command works on, the first one that a command has before the others.
-const FILES: [&str; 5] = ["gaps", "log", "input", "controller", "before"];
+const FILES: [&str; 7] = ["gaps", "log", "input", "controller", "before", "path", "program"];
 /// Options by which other commands take such a file.
 const ELSEWHERE: [&str; 4] = ["--input", "--program", "--log", "--file"];
 
@@ -14,15 +14,24 @@ const ELSEWHERE: [&str; 4] = ["--input", "--program", "--log", "--file"];
 pub fn with_tip(mut error: Error, command: &Command, arguments: &[OsString]) -> Error {
     let found = [ContextKind::InvalidArg, ContextKind::InvalidSubcommand].into_iter().find_map(|k| error.get(k));
     let Some(ContextValue::String(found)) = found else { return error };
+    let found = found.clone();
+    // clap offers to pass an unknown option as a value
+    let as_value = |s: &StyledStr| s.to_string().contains("as a value");
+    if matches!(error.get(ContextKind::Suggested), Some(ContextValue::StyledStrs(all)) if all.iter().any(as_value)) {
+        error.remove(ContextKind::Suggested);
+    }
     let command = deepest(command, arguments);
-    let file = found.contains(['.', '/', '\\']) && !found.starts_with('-');
+    let file = found.contains(['.', '/', '\\']) && !found.starts_with('-') && found.parse::<f64>().is_err();
     let positional = command.get_positionals().next();
     let tip = if file {
         let options: Vec<&Arg> = command.get_opts().collect();
         let named = |name: &&str| options.iter().any(|o| o.get_long() == Some(name));
-        FILES.iter().find(|n| named(n)).map(|name| format!("a file is given with its option: '--{name} FILE'"))
+        let on_line = |name: &&&str| arguments.iter().any(|a| a.to_str() == Some(&format!("--{name}")));
+        let known: Vec<&&str> = FILES.iter().filter(|n| named(n)).collect();
+        let name = known.iter().copied().find(|n| on_line(n)).or(known.first().copied());
+        name.map(|name| format!("give the file with '--{name} FILE'"))
     } else {
-        let elsewhere = ELSEWHERE.iter().any(|o| found.starts_with(o));
+        let elsewhere = ELSEWHERE.contains(&found.split([' ', '=']).next().unwrap_or_default());
         positional.filter(|_| elsewhere).map(|p| format!("{} is given without an option", value_of(p)))
     };
     if let Some(tip) = tip {

@@ -158,6 +158,26 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         self.phase() == Some(value)
     }
 
+    /// It is a form with more freedom, which a diagnosis tries where the plain ones leave something.
+    fn is_wider(&self) -> bool {
+        false
+    }
+
+    /// Rows that follow each other after this time, s, show its course.
+    fn is_sampled(&self, _step_s: f64) -> bool {
+        true
+    }
+
+    /// The next form with less freedom, with values near its own; `None`: there is none.
+    fn plainer(&self) -> Option<Effect> {
+        None
+    }
+
+    /// What to do at the machine, where that depends on its form.
+    fn action(&self) -> &'static str {
+        self.info().action
+    }
+
     /// What it is in one log (by its place in the list), where that is not what it is in the first.
     fn in_log(&self, _log: usize) -> Option<Effect> {
         None

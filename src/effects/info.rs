@@ -50,7 +50,7 @@ pub struct EffectInfo {
     pub typical: fn(&TypicalSize) -> Vec<(String, Value)>,
     /// What a diagnosis tries at first: adds its candidates to the list.
     pub candidates: fn(&Survey, &mut Vec<Candidate>),
-    /// What it tries besides, where many effects are fitted together: forms with more freedom, rarer effects.
+    /// Forms with more freedom and rarer effects, tried where the plain ones leave something, and of settled poses and clocks.
     pub further: fn(&Survey, &mut Vec<Candidate>),
 }
 

@@ -47,7 +47,7 @@ pub static INFO: EffectInfo = EffectInfo {
     further: |survey, list| {
         for axis in survey.moving().filter(|&a| survey.axes[a].loaded) {
             let largest = survey.axes[axis].load;
-            for share in [0.0, 0.2, 0.5] {
+            for share in SHARES {
                 let make = move |b: f64| LoadedPlay { half_gap: b.max(0.0), torque: share * largest };
                 let one = Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make);
                 list.push(one.positive().with_shape(1));
@@ -55,6 +55,9 @@ pub static INFO: EffectInfo = EffectInfo {
         }
     },
 };
+
+/// Torques that are tried, as shares of the largest: the likelihood has steps, so that a refit does not find the torque.
+const SHARES: [f64; 12] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85];
 
 /// Half gap in rad or m, and the torque (Nm or N) beyond which the load picks the flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,6 +111,10 @@ impl EffectType for LoadedPlay {
             };
             *s = out;
         }
+    }
+
+    fn is_wider(&self) -> bool {
+        true
     }
 
     fn has_memory(&self) -> bool {

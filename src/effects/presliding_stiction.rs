@@ -231,6 +231,27 @@ impl EffectType for PreslidingStiction {
         true
     }
 
+    fn is_wider(&self) -> bool {
+        true
+    }
+
+    fn is_sampled(&self, step_s: f64) -> bool {
+        match (self.rise, self.decay) {
+            (Decay::Time(rise), Decay::Time(decay)) => rise > 0.5 * step_s && rise < 0.99 * decay,
+            (Decay::Time(rise), Decay::Travel(_)) => rise > 0.5 * step_s,
+            // the shortest travel is that over which the joint stands still
+            (Decay::Travel(_), _) => true,
+        }
+    }
+
+    fn plainer(&self) -> Option<Effect> {
+        if self.per_nm.is_some() {
+            return Some(Self { per_nm: None, ..*self }.into());
+        }
+        let spike = 0.5 * (self.spike[0] + self.spike[1]);
+        (!self.symmetric).then(|| Self { spike: [spike; 2], symmetric: true, ..*self }.into())
+    }
+
     fn uses_load(&self) -> bool {
         self.per_nm.is_some()
     }

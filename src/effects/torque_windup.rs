@@ -83,6 +83,10 @@ impl EffectType for TorqueWindup {
         &INFO
     }
 
+    fn is_wider(&self) -> bool {
+        self.cubic.is_some()
+    }
+
     fn values(&self) -> Vec<f64> {
         std::iter::once(self.compliance).chain(self.cubic).collect()
     }

@@ -256,6 +256,23 @@ impl EffectType for TransmissionError {
         value == 2 || value >= 3 + usize::from(self.fade.is_some())
     }
 
+    fn is_wider(&self) -> bool {
+        self.fade.is_some()
+    }
+
+    fn plainer(&self) -> Option<Effect> {
+        self.fade.map(|_| Self { fade: None, ..self.clone() }.into())
+    }
+
+    fn action(&self) -> &'static str {
+        match self.fade {
+            None => INFO.action,
+            Some(_) => {
+                "service the gear (worn tooth, wave generator, eccentric pinion); an offset cannot compensate it, because its amplitude depends on the speed"
+            }
+        }
+    }
+
     fn in_log(&self, log: usize) -> Option<Effect> {
         let phase_rad = *self.further_phases_rad.get(log.checked_sub(1)?)?;
         Some(Self { phase_rad, further_phases_rad: Vec::new(), ..self.clone() }.into())

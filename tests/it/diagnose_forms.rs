@@ -117,19 +117,71 @@ fn a_ripple_that_fades_with_speed_is_named_with_that_speed() {
 
 #[test]
 fn friction_that_grows_with_load_is_named_with_its_growth() {
-    let desk = WorkFolder::new();
-    std::fs::copy("tests/data/machines/arm/robot.yaml", desk.join("robot.yaml")).unwrap();
+    let desk = arm("{effect: stiction, joint: J2, spike_deg: 0.002, rise_s: 0.3, decay_s: 2, per_nm: 0.001}", 0.0);
+    let round = found(&desk, "robot.yaml");
+    assert_found(&round, "stiction", "J2", &[("rise_s", 0.3), ("decay_s", 2.0), ("per_nm", 0.001)]);
+}
+
+/// Commands of an arm whose joints all move, with two of them loaded both ways.
+fn commands_of_an_arm() -> String {
     let mut input = String::from("t_s,cmd_J1_deg,cmd_J2_deg,cmd_J3_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg\n");
     for k in 0..ROWS {
         let t = STEP_S * f64::from(k);
         let [a, b, c] = [0, 1, 2].map(|axis| 0.5 * command(axis, t));
-        writeln!(input, "{t:.3},{a:.6},{:.6},{:.6},{b:.6},{:.6},{c:.6}", a + 30.0, c, 40.0 + b).unwrap();
+        writeln!(input, "{t:.3},{a:.6},{:.6},{c:.6},{b:.6},{:.6},{c:.6}", a + 30.0, 40.0 + b).unwrap();
     }
-    std::fs::write(desk.join("input.csv"), input).unwrap();
-    let truth = "schema: lostmotion/model/1\nrobot: robot.yaml\nregistration: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}\n\
-                 effects:\n  - {effect: stiction, joint: J2, spike_deg: 0.002, rise_s: 0.3, decay_s: 2, per_nm: 0.001}\n";
+    input
+}
+
+/// A folder with the robot and the log of an arm with these effects: readings with white noise, and slow noise beside it.
+fn arm(effects: &str, slow_um: f64) -> WorkFolder {
+    let desk = WorkFolder::new();
+    std::fs::copy("tests/data/machines/arm/robot.yaml", desk.join("robot.yaml")).unwrap();
+    std::fs::write(desk.join("input.csv"), commands_of_an_arm()).unwrap();
+    let truth = format!(
+        "schema: lostmotion/model/1\nrobot: robot.yaml\nregistration: {{xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}}\neffects: [{effects}]\n"
+    );
     std::fs::write(desk.join("truth.yaml"), truth).unwrap();
-    run(desk.path(), "simulate --model truth.yaml --input input.csv --noise-um 8 --output log.csv").success();
+    run(desk.path(), "simulate --model truth.yaml --input input.csv --noise-um 7 --output white.csv").success();
+    let text = std::fs::read_to_string(desk.join("white.csv")).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let noise = Normal::new(0.0, 1e-3 * slow_um).unwrap();
+    let mut slow = [0.0; 3];
+    let mut out = String::new();
+    for line in text.lines() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_string).collect();
+        let n = cells.len();
+        if cells[0].parse::<f64>().is_ok() {
+            for (k, s) in slow.iter_mut().enumerate() {
+                // fades over 30 rows
+                *s = 0.967 * *s + (1.0_f64 - 0.967 * 0.967).sqrt() * noise.sample(&mut rng);
+                cells[n - 3 + k] = format!("{:.5}", cells[n - 3 + k].parse::<f64>().unwrap() + *s);
+            }
+        }
+        writeln!(out, "{}", cells.join(",")).unwrap();
+    }
+    std::fs::write(desk.join("log.csv"), out).unwrap();
+    desk
+}
+
+#[test]
+fn slow_noise_of_an_instrument_is_no_structure() {
+    let desk = arm("", 3.0);
+    let out = run(desk.path(), "diagnose --robot robot.yaml --log log.csv --json").success().stdout;
+    let d: Value = serde_json::from_slice(&out).unwrap();
+    assert_eq!(d["verdict"], "none", "{d:#}");
+}
+
+#[test]
+fn play_whose_flank_follows_the_load_is_named_beside_slow_noise() {
+    let desk = arm("{effect: loaded_play, joint: J5, half_gap_deg: 0.01, torque_nm: 0}", 2.0);
     let round = found(&desk, "robot.yaml");
-    assert_found(&round, "stiction", "J2", &[("rise_s", 0.3), ("decay_s", 2.0), ("per_nm", 0.001)]);
+    assert_found(&round, "loaded_play", "J5", &[("half_gap_deg", 0.01)]);
+}
+
+#[test]
+fn friction_of_one_size_keeps_one_size_beside_slow_noise() {
+    let desk = arm("{effect: stiction, joint: J2, spike_deg: 0.003, rise_s: 0.3, decay_s: 2}", 3.0);
+    let round = found(&desk, "robot.yaml");
+    assert_found(&round, "stiction", "J2", &[("spike_deg", 0.003), ("rise_s", 0.3), ("decay_s", 2.0)]);
 }

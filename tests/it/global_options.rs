@@ -84,7 +84,9 @@ fn a_file_that_is_given_the_way_of_another_command_gets_a_tip() {
         let text = tip(line);
         assert!(text.contains(expected), "{line:?}: {text}");
     }
-    assert!(!tip(&["identify", "static", "--nonsense"]).contains("tip:"));
+    for line in [&["identify", "static", "--nonsense"][..], &["robot", "check", "--robot", "a.yaml"]] {
+        assert!(!tip(line).contains("tip:"), "{}", tip(line));
+    }
 }
 
 #[test]

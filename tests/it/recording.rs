@@ -1,6 +1,6 @@
 //! `plan-experiment static|path|excitation`: programs that a robot can run, and gaps found within the precision that was told.
 
-use crate::support::bundled;
+use crate::support::{WorkFolder, bundled, run_args};
 use lostmotion::effects::{Backlash, EffectInstance, Target};
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::{path, scalar, static_test};
@@ -352,4 +352,39 @@ fn a_language_that_cannot_move_the_robot_or_run_the_plan_is_refused_with_what_to
     let path = plan(&arm, Kind::Path, &Options { speed_m_s: 10e-3, ..options() }).unwrap();
     let refused = vendor::program(&path, &arm, Language::Fanuc, "t").unwrap_err().to_string();
     assert!(refused.contains("the path program"), "{refused}");
+}
+
+#[test]
+fn a_test_is_recorded_where_the_programs_work() {
+    let desk = WorkFolder::new();
+    let robot = bundled("configs/kuka-kr120-r2500-pro.yaml");
+    let header = "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n";
+    let work = |a1: f64| format!("{header}{a1},-80,95,10,40,-20\n{},-70,85,10,50,-20\n", a1 + 10.0);
+    std::fs::write(desk.join("weld one.csv"), work(20.0)).unwrap();
+    std::fs::write(desk.join("two.csv"), work(40.0)).unwrap();
+    std::fs::write(desk.join("beyond.csv"), work(300.0)).unwrap();
+    std::fs::write(desk.join("empty.csv"), header).unwrap();
+    let plan = |rest: &[&str]| {
+        let mut line = vec!["plan-experiment", "static", "--robot", robot.to_str().unwrap(), "--json"];
+        line.extend(rest);
+        run_args(desk.path(), &line)
+    };
+    let both = plan(&["--program", "weld one.csv", "--program", "two.csv"]).success();
+    let document: serde_json::Value = serde_json::from_slice(&both.stdout).unwrap();
+    let pose: Vec<f64> = document["pose"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    for (found, expected) in pose.iter().zip([35.0, -75.0, 90.0, 10.0, 45.0, -20.0]) {
+        assert!((found - expected).abs() < 0.11, "{pose:?}");
+    }
+    assert!(both.stderr.contains("A1 35.0 deg"), "{}", both.stderr);
+    // what cannot be recorded there, or says two things
+    for (line, expected) in [
+        (&["--program", "beyond.csv"][..], "within the limits"),
+        (&["--program", "empty.csv"], "empty.csv"),
+        (&["--program", "two.csv", "--pose", "0,0,0,0,0,0"], "cannot be used with"),
+        (&["--frames", "none.yaml", "--pose", "0,0,0,0,0,0"], "cannot be used with"),
+    ] {
+        let refused = plan(line);
+        assert_eq!(refused.code, Some(2), "{line:?}");
+        assert!(refused.stderr.contains(expected), "{line:?}: {}", refused.stderr);
+    }
 }

@@ -52,10 +52,11 @@ pub fn is_seen(problem: &Problem, placed: &EffectInstance) -> bool {
     let period = placed.site(&problem.robot).rev() / ripple.cycles_per_rev;
     problem.motions().any(|l| {
         let (p, speed) = (l.drive.command(axis), Inputs::speed(&l.drive, axis));
-        let mut travel = 0.0;
-        p.windows(2).zip(speed).any(|(w, v)| {
-            travel = if v.abs() > SHOWS * fade { 0.0 } else { travel + (w[1] - w[0]).abs() };
-            travel >= period
+        let mut stretch: Option<[f64; 2]> = None;
+        p.iter().zip(speed).any(|(p, v)| {
+            let slow = v.abs() <= SHOWS * fade;
+            stretch = slow.then(|| stretch.map_or([*p, *p], |[lo, hi]| [lo.min(*p), hi.max(*p)]));
+            stretch.is_some_and(|[lo, hi]| hi - lo >= period)
         })
     })
 }

@@ -42,7 +42,7 @@ pub(in crate::diagnose) fn round(
             rms_before_um: digits(before.held_out * UM),
             rms_after_um: digits(after.held_out * UM),
         },
-        action: card.action.to_string(),
+        action: placed.effect.action().to_string(),
         joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
         candidates: alternatives
             .iter()

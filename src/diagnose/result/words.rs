@@ -31,11 +31,15 @@ impl GapUnit {
 /// Name and unit of a parameter's key: "half_gap_deg" is ("half gap", "deg"). `joint_unit` is that of knots, which have
 /// none in their key.
 pub fn key(key: &str, joint_unit: &'static str) -> (String, &'static str) {
-    const UNITS: [(&str, &str); 11] = [
+    const UNITS: [(&str, &str); 15] = [
         ("_deg_per_nm", "deg/Nm"),
         ("_mm_per_n", "mm/N"),
         ("_deg_per_mm_s", "deg per mm/s"),
         ("_mm_per_mm_s", "mm per mm/s"),
+        ("_deg_per_nm3", "deg/Nm^3"),
+        ("_deg_s", "deg/s"),
+        ("_mm_s", "mm/s"),
+        ("_nm", "Nm"),
         ("_per_rev", "per rev"),
         ("_ppm", "ppm"),
         ("_deg", "deg"),
@@ -50,6 +54,9 @@ pub fn key(key: &str, joint_unit: &'static str) -> (String, &'static str) {
     };
     if stem == "knots" {
         return (format!("half gap at knot {}", index.unwrap_or(0) + 1), joint_unit);
+    }
+    if stem == "per_nm" {
+        return ("growth with load".into(), "per Nm");
     }
     let found = UNITS.iter().find_map(|(s, unit)| stem.strip_suffix(s).map(|name| (name, *unit)));
     let (name, unit) = found.unwrap_or((stem, ""));

@@ -61,7 +61,13 @@ impl Course {
         *fit = fit::refit(search.problem, &fit.hypothesis, &fit.free, whitening);
         self.next = search.rounds(fit, whitening, steps, &prepared.groups);
         self.structure = freed::tested(search.problem, fit, &prepared.groups);
-        self.remains = remaining::remaining(search.problem, &self.structure, &prepared.free, fit, rms_nuisance);
+        self.remains = remaining::remaining(
+            search.problem,
+            &self.structure,
+            (&prepared.free, &prepared.groups),
+            fit,
+            rms_nuisance,
+        );
         search.exchange(fit, whitening, steps).0
     }
 
@@ -119,8 +125,9 @@ impl Search<'_> {
             Some(_) => (freed::tested(self.problem, &fit, groups), None, None),
             None => {
                 let problem = self.problem;
-                let left =
-                    |structure: &Tested, fit: &Fit| remaining::remaining(problem, structure, free, fit, rms_nuisance);
+                let left = |structure: &Tested, fit: &Fit| {
+                    remaining::remaining(problem, structure, (free, groups), fit, rms_nuisance)
+                };
                 self.rounds_and_merge(&mut fit, &mut whitening, &mut steps, groups, &left)
             }
         };

@@ -32,7 +32,7 @@
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
 //!   wrong
 //! - `unnamed`: structure that no effect names, as curves: `empirical` terms, as few and as smooth as held-out blocks support
-//! - `wider`: the search again with forms of more freedom, where the plain ones leave something
+//! - `wider`: the search again with forms that have more freedom, where the plain ones leave something
 
 pub(crate) mod across;
 pub(crate) mod arm;
@@ -123,8 +123,8 @@ pub(in crate::diagnose) struct Search<'a> {
     pub(in crate::diagnose) only: Option<fn(&str) -> bool>,
     /// Where it ends.
     pub(in crate::diagnose) limits: Limits,
-    /// Forms of more freedom are tried, too.
-    wider: bool,
+    /// Joints on which forms with more freedom are tried, too.
+    wider: &'a [usize],
 }
 
 /// What a refinement is for.
@@ -159,7 +159,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         kept: ScreeningCache::default(),
         only: None,
         limits: FAR,
-        wider: false,
+        wider: &[],
     };
     let mut end = search.course(&prepared, rms_nuisance);
     if let Some(whole) = search.with_wider_forms(&prepared, rms_nuisance, &end) {
@@ -219,11 +219,10 @@ impl Search<'_> {
         let sensitivities = Sensitivities::new(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = ScreeningContext::new(p, &base.hypothesis, &base.state, whitening, sensitivities.to_columns());
         let mut spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
-        if self.wider {
-            let fading: Vec<Candidate> = spectral.iter().flat_map(|c| candidates::fading(p, c)).collect();
-            spectral.extend(fading);
-        }
-        self.tried = self.candidates.len() as f64 + spectrum::tried(&ground);
+        let in_need = spectral.iter().filter(|c| c.axis().is_some_and(|a| self.wider.contains(&a)));
+        let fading: Vec<Candidate> = in_need.flat_map(|c| candidates::fading(p, c)).collect();
+        self.tried = (self.candidates.len() + fading.len()) as f64 + spectrum::tried(&ground);
+        spectral.extend(fading);
         let mut scored: Vec<(Score, &Candidate)> =
             self.kept.score(&ground, self.candidates).into_iter().zip(self.candidates).collect();
         let more: Vec<Score> = ground.score_all(&spectral);

@@ -99,8 +99,16 @@ pub struct Recording {
 /// Plans a program. Where gears turn by sums of axes (`gap_of`), one gear moves at a time, and the axes as that needs.
 ///
 /// # Errors
-/// Where no pose is visible, or the windows leave no room to move.
+/// Where the pose is beyond a limit, no pose is visible, or the windows leave no room to move.
 pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
+    if let Some(pose) = &options.pose {
+        for (joint, &q) in robot.axis_joints().zip(pose) {
+            if joint.limits.is_some_and(|[lo, hi]| q < lo || q > hi) {
+                let found = format!("{} at {:.3} {}", joint.name, joint.kind.to_user_unit(q), joint.kind.unit());
+                return Err(Error::setting("pose", found, "a pose within the limits of the joints"));
+            }
+        }
+    }
     let Some(by_gears) = robot.of_gears() else {
         let mut recording = of_axes(robot, kind, options)?;
         recording.notes.extend(robot.by_joints_alone());

@@ -1,17 +1,53 @@
 //! Where programs work: the pose in the middle of the joints that they command.
 //!
 //! Friction depends on load, a gap on position, and what a joint's error does to the TCP on the pose, so a test near the programs
-//! describes them better than one elsewhere.
+//! describes them better than one elsewhere. The middle is that of the positions without the outer tenths, so that a home position at
+//! both ends does not move it.
 
+use crate::numerics::robust::quantile_of_sorted;
 use crate::program::Program;
 
-/// Middle of each joint's range over all programs, rad or m; `None` where none has a point.
+/// Share of a program's points on either side that do not count.
+const OUTER: f64 = 0.1;
+
+/// Middle of each joint's range, over all programs, rad or m; `None` where none has a point.
 pub fn middle_of(programs: &[Program]) -> Option<Vec<f64>> {
     let axes = programs.iter().map(|p| p.q.len()).min()?;
     let middle = |axis: usize| {
-        let all = programs.iter().flat_map(|p| p.q[axis].iter());
-        let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
-        (lo <= hi).then_some(0.5 * (lo + hi))
+        let ends = programs.iter().filter_map(|p| {
+            let mut sorted = p.q[axis].clone();
+            sorted.sort_by(f64::total_cmp);
+            Some([quantile_of_sorted(&sorted, OUTER)?, quantile_of_sorted(&sorted, 1.0 - OUTER)?])
+        });
+        let all = ends.reduce(|[lo, hi], [a, b]| [lo.min(a), hi.max(b)]);
+        all.map(|[lo, hi]| 0.5 * (lo + hi))
     };
     (0..axes).map(middle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::input::from_bytes;
+    use crate::robot::Robot;
+
+    fn program(rows: &str) -> Program {
+        let robot = Robot::load(std::path::Path::new("configs/gantry-xyz-ballscrew.yaml")).unwrap();
+        let text = format!("x_mm,y_mm,z_mm\n{rows}");
+        Program::parse(from_bytes("program.csv".into(), text.into_bytes()).unwrap(), &robot).unwrap()
+    }
+
+    #[test]
+    fn the_middle_is_that_of_all_programs_and_homes_do_not_move_it() {
+        let work: String = (0..=100).map(|k| format!("{},{},-200\n", 400 + k, 300 - k)).collect();
+        let with_homes = program(&format!("0,0,0\n{work}0,0,0\n"));
+        let middle = middle_of(std::slice::from_ref(&with_homes)).unwrap();
+        for (found, expected) in middle.iter().zip([0.45, 0.25, -0.2]) {
+            assert!((found - expected).abs() < 2e-3, "{middle:?}");
+        }
+        let elsewhere = program("700,250,-200\n700,250,-200\n");
+        let both = middle_of(&[with_homes, elsewhere]).unwrap();
+        assert!((both[0] - 0.5 * (0.41 + 0.7)).abs() < 2e-3, "{both:?}");
+        assert_eq!(middle_of(&[]), None);
+    }
 }
