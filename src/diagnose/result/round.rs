@@ -91,10 +91,10 @@ fn keyed(outcome: &Outcome, placed: &EffectInstance, sigma: &[f64]) -> IndexMap<
         .collect()
 }
 
-/// A value with its interval; a fit that did not converge has none.
+/// A value with its interval; a fit that did not converge has none, and neither has a value that the log does not move.
 fn parameter(outcome: &Outcome, value: f64, sigma: f64) -> Parameter {
     let half = Z95 * sigma;
-    let ci95 = outcome.fit.converged.then(|| [digits(value - half), digits(value + half)]);
+    let ci95 = (outcome.fit.converged && half > 0.0).then(|| [digits(value - half), digits(value + half)]);
     Parameter { value: digits(value), ci95 }
 }
 
