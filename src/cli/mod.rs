@@ -1,8 +1,9 @@
 //! The command line: one file per command, each `arguments -> load -> call -> write`, no mathematics.
 //!
 //! Read in this order:
-//! - [`process`]: arguments in, exit code out; [`global`]: options of every command; [`help`]: help that wraps; [`exit`]: errors as they are
-//!   printed, and their exit codes; [`signals`]: what ends a run early; [`console`]: standard error; [`progress`]: that a long run is alive.
+//! - [`process`]: arguments in, exit code out; [`global`]: options of every command; [`help`]: help that wraps; [`usage`]: tips
+//!   beside usage errors; [`exit`]: errors as they are printed, and their exit codes; [`signals`]: what ends a run early;
+//!   [`console`]: standard error; [`progress`]: that a long run is alive.
 //! - [`paths`], [`logs`]: what is checked before anything is read; logs, read and found plausible.
 //! - The job: [`identify`] with [`identify_path`], [`fit`], [`rewrite`], [`undo`]; [`simulate`] and [`assess`] show what remains;
 //!   [`demo`] runs all of it.
