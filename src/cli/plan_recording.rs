@@ -158,9 +158,13 @@ fn work_pose(args: &Args, robot: &Robot, notes: &mut Vec<String>) -> Result<Vec<
     let pose = work::middle_of(&programs);
     let pose = pose.ok_or_else(|| bad(Place::file("--program"), "no point of a path", "a program with moves"))?;
     let joints = robot.axis_joints().zip(&pose);
+    if let Some((joint, q)) = joints.clone().find(|(j, q)| j.limits.is_some_and(|[lo, hi]| **q < lo || **q > hi)) {
+        let found = format!("{} at {:.3} {}", joint.name, joint.kind.to_user_unit(*q), joint.kind.unit());
+        return Err(bad(Place::file("--program"), found, "programs within the limits of the joints"));
+    }
     let words =
         |(joint, q): (&Joint, &f64)| format!("{} {:.1} {}", joint.name, joint.kind.to_user_unit(*q), joint.kind.unit());
-    notes.push(format!("pose in the middle of the program: {}", joints.map(words).collect::<Vec<_>>().join(", ")));
+    notes.push(format!("pose in the middle of the programs: {}", joints.map(words).collect::<Vec<_>>().join(", ")));
     Ok(pose)
 }
 

@@ -25,7 +25,7 @@ pub static INFO: EffectInfo = EffectInfo {
     reference: "Ruderman, Hoffmann, Bertram (2009), IEEE Trans. Industrial Electronics 56(10)",
     parameters: &[
         ("half_gap_deg", "half of the gap, 0 to 0.1 rad (10 mm)"),
-        ("torque_nm", "load above which the load decides the flank, 0 or more (N for a prismatic joint: torque_n)"),
+        ("torque_nm", "load above which the load decides the flank, 0 or more (N for a prismatic joint: force_n)"),
     ],
     confused_with: &["backlash", "gravity_compliance"],
     decide_by: "reverse at positions where gravity loads the joint in one direction, in the other, and not at all; change the payload",

@@ -169,7 +169,7 @@ pub struct GroupTest {
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Parameter {
     pub value: f64,
-    /// None where the fit did not converge.
+    /// None where the fit did not converge, or the log does not move the value.
     pub ci95: Option<[f64; 2]>,
 }
 

@@ -102,8 +102,8 @@ fn parameter(outcome: &Outcome, value: f64, sigma: f64) -> Parameter {
 fn evidence(outcome: &Outcome, k: usize, named: &(String, String), group: Option<&geometry::Group>) -> Evidence {
     let own = outcome.alternatives[k].iter().find(|r| r.effect == named.0 && r.target == named.1);
     let gain = own.map_or(0.0, |r| r.gain);
-    let values = || outcome.fit.hypothesis.effects[outcome.fit.free[k]].effect.values().len();
-    let count = own.map_or_else(values, |r| r.parameters);
+    // its form may have fewer than the one that was refitted among the alternatives
+    let count = outcome.fit.hypothesis.effects[outcome.fit.free[k]].effect.values().len();
     let dof = outcome.problem.n as f64;
     Evidence {
         statistic: "F",

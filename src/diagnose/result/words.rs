@@ -31,15 +31,18 @@ impl GapUnit {
 /// Name and unit of a parameter's key: "half_gap_deg" is ("half gap", "deg"). `joint_unit` is that of knots, which have
 /// none in their key.
 pub fn key(key: &str, joint_unit: &'static str) -> (String, &'static str) {
-    const UNITS: [(&str, &str); 15] = [
+    const UNITS: [(&str, &str); 18] = [
         ("_deg_per_nm", "deg/Nm"),
+        ("_rad_per_nm", "rad/Nm"),
         ("_mm_per_n", "mm/N"),
         ("_deg_per_mm_s", "deg per mm/s"),
         ("_mm_per_mm_s", "mm per mm/s"),
         ("_deg_per_nm3", "deg/Nm^3"),
+        ("_mm_per_n3", "mm/N^3"),
         ("_deg_s", "deg/s"),
         ("_mm_s", "mm/s"),
         ("_nm", "Nm"),
+        ("_n", "N"),
         ("_per_rev", "per rev"),
         ("_ppm", "ppm"),
         ("_deg", "deg"),
@@ -56,7 +59,7 @@ pub fn key(key: &str, joint_unit: &'static str) -> (String, &'static str) {
         return (format!("half gap at knot {}", index.unwrap_or(0) + 1), joint_unit);
     }
     if stem == "per_nm" {
-        return ("growth with load".into(), "per Nm");
+        return ("growth with load".into(), if joint_unit == "mm" { "per N" } else { "per Nm" });
     }
     let found = UNITS.iter().find_map(|(s, unit)| stem.strip_suffix(s).map(|name| (name, *unit)));
     let (name, unit) = found.unwrap_or((stem, ""));
@@ -88,7 +91,7 @@ impl Size {
     pub fn interval(&self) -> String {
         self.ci95
             .as_ref()
-            .map_or_else(|| "no interval: the fit did not converge".into(), |[lo, hi]| format!("{lo} to {hi}"))
+            .map_or_else(|| "no interval: the log does not determine it".into(), |[lo, hi]| format!("{lo} to {hi}"))
     }
 }
 
@@ -212,6 +215,21 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::catalogue;
+
+    #[test]
+    fn every_key_of_the_catalogue_has_its_unit_apart_from_its_name() {
+        let names = catalogue::ALL.iter().flat_map(|e| e.parameters.iter().map(|p| p.0));
+        let keys = names.flat_map(|n| n.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')));
+        for found in keys.filter(|k| k.contains('_')).chain(["force_n", "cubic_mm_per_n3", "fade_mm_s"]) {
+            let (name, _) = key(found, "deg");
+            assert!(!name.is_empty() && !name.ends_with("per") && !name.contains(" per "), "{found}: {name}");
+        }
+        assert_eq!(key("x_rad_per_nm", "deg"), ("x".into(), "rad/Nm"));
+        assert_eq!(key("fade_deg_s", "deg"), ("fade".into(), "deg/s"));
+        assert_eq!(key("torque_nm", "deg"), ("torque".into(), "Nm"));
+        assert_eq!(key("per_nm", "mm").1, "per N");
+    }
 
     #[test]
     fn keys_are_split_into_a_name_and_a_unit() {

@@ -115,7 +115,8 @@ impl Search<'_> {
         let ground = ScreeningContext::new(p, &fit.hypothesis, &fit.state, whitening, tangent);
         let scored = ground.score_all(&list);
         let merit = |(s, c): &(&Score, &Candidate)| s.gain - self.price * c.parameters() as f64;
-        let (score, best) = scored.iter().zip(&list).max_by(|a, b| merit(a).total_cmp(&merit(b)))?;
+        let finite = scored.iter().zip(&list).filter(|(s, _)| s.gain.is_finite());
+        let (score, best) = finite.max_by(|a, b| merit(a).total_cmp(&merit(b)))?;
         (self.chance(score.gain, best.parameters()) < CHANCE).then(|| best.axis()).flatten()
     }
 
