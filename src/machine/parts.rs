@@ -4,7 +4,7 @@ use super::CommandTrajectory;
 use super::predict::at_time;
 use crate::effects::{Clock, Effect, EffectInstance, Row, Stage};
 use crate::model::Model;
-use crate::robot::{Chain, JointFrame};
+use crate::robot::Chain;
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 
@@ -51,20 +51,6 @@ pub struct Scene<'a> {
     pub registration: Option<&'a Isometry3<f64>>,
     /// The tracker's clock.
     pub clock: Clock,
-    /// Joint frames of every row ([`joint_frames`]), where they are known; else those at `joint` are computed.
-    pub frames: Option<&'a [JointFrame]>,
-}
-
-/// Frames of all joints along columns of joint positions, row after row.
-pub fn joint_frames(chain: &Chain, joint: &[&[f64]]) -> Vec<JointFrame> {
-    let rows = joint.first().map_or(0, |j| j.len());
-    let (mut q, mut frames, mut all) = (vec![0.0; joint.len()], Vec::new(), Vec::new());
-    for row in 0..rows {
-        q.iter_mut().zip(joint).for_each(|(v, column)| *v = column[row]);
-        chain.joint_frames(&q, &mut frames);
-        all.extend_from_slice(&frames);
-    }
-    all
 }
 
 /// Moves points of the base frame by the effects that depend on the pose; those of TCP and measurement come after the shift
@@ -112,21 +98,18 @@ fn each_point<'a>(
     let (t_s, settled) = (scene.trajectory.t_s(), scene.trajectory.settled());
     let start = scene.trajectory.began_s();
     let uses_frames = effects.iter().any(|p| p.effect.uses_frames());
-    let per_row = scene.frames.map_or(0, |all| all.len() / points.len().max(1));
     let station_m = scene.registration.map_or(Vector3::zeros(), |r| r.inverse().translation.vector);
     points.par_chunks_mut(BLOCK).enumerate().for_each(|(block, points)| {
         let (mut q, mut frames) = (vec![0.0; scene.joint.len()], Vec::new());
         for (i, point) in points.iter_mut().enumerate() {
             let index = block * BLOCK + i;
-            if uses_frames && scene.frames.is_none() {
+            if uses_frames {
                 q.iter_mut().zip(scene.joint).for_each(|(v, column)| *v = column[index]);
                 scene.chain.joint_frames(&q, &mut frames);
             }
             let measured_s = t_s.get(index).map_or(0.0, |t| t - start);
             let t_s = scene.clock.at(measured_s, 0.0);
-            let known = scene.frames.map(|all| &all[index * per_row..(index + 1) * per_row]);
-            let frames = known.unwrap_or(&frames);
-            let row = Row { index, t_s, measured_s, settled, inputs: scene.trajectory, frames, station_m };
+            let row = Row { index, t_s, measured_s, settled, inputs: scene.trajectory, frames: &frames, station_m };
             change(point, &row, &effects);
         }
     });

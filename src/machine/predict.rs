@@ -61,7 +61,7 @@ pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
         .iter()
         .map(|chain| {
             let registration = model.registration.as_ref();
-            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, clock, frames: None })
+            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, clock })
         })
         .collect();
     let joint = joint.iter().map(|j| parts::number_in_time(drive, clock, j).into_owned()).collect();

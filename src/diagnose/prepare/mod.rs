@@ -100,7 +100,6 @@ fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> LogData {
         block: 1,
         left_out: Vec::new(),
         jacobian: OnceLock::new(),
-        frames: OnceLock::new(),
         log,
     }
 }

@@ -15,7 +15,7 @@ use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
 use crate::machine::{self, CommandTrajectory, parts, parts::Scene};
-use crate::robot::{Chain, JointFrame, Robot};
+use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
@@ -45,8 +45,6 @@ pub struct LogData {
     pub left_out: Vec<Vec<bool>>,
     /// Derivatives of the points at the first hypothesis: effects are far too small to change them.
     pub jacobian: OnceLock<Arc<Jacobian>>,
-    /// Joint frames at the commands, row after row, for sensitivities: effects are far too small to turn them.
-    pub frames: OnceLock<Arc<Vec<JointFrame>>>,
 }
 
 /// Derivatives of points by joints, `[reflector][axis][row]`, m/rad or m/m.
@@ -163,7 +161,6 @@ impl LogData {
             block: self.block,
             left_out: self.left_out.clone(),
             jacobian: self.jacobian.clone(),
-            frames: self.frames.clone(),
         }
     }
 }
@@ -276,14 +273,6 @@ impl Problem {
         LogState { servo, gear, jacobian: jacobian.clone(), joint, chain_m, points_m }
     }
 
-    /// Joint frames of a log at its commands.
-    fn frames_of<'a>(&self, log: &'a LogData) -> &'a [JointFrame] {
-        log.frames.get_or_init(|| {
-            let columns: Vec<&[f64]> = (0..self.robot.dof()).map(|a| log.drive.command(a)).collect();
-            Arc::new(parts::joint_frames(self.robot.chain(), &columns))
-        })
-    }
-
     /// Where the points of a log stand, for the effects that move them.
     fn scene<'a>(
         &self,
@@ -293,7 +282,7 @@ impl Problem {
         joint: &'a [&'a [f64]],
         clock: Clock,
     ) -> Scene<'a> {
-        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), clock, frames: None }
+        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), clock }
     }
 }
 

@@ -139,10 +139,8 @@ impl Problem {
         }
         if from.iter().chain(to).any(|p| p.effect.displaces()) {
             let columns: Vec<&[f64]> = s.joint.iter().map(|j| j.as_slice()).collect();
-            let uses_frames = from.iter().chain(to).any(|p| p.effect.uses_frames());
-            let frames = uses_frames.then(|| self.frames_of(log));
             for (k, chain) in self.chains(&state.geometry, log).iter().enumerate() {
-                let scene = Scene { frames, ..self.scene(h, log, chain, &columns, Clock::default()) };
+                let scene = self.scene(h, log, chain, &columns, Clock::default());
                 let x = parts::displacements_m(&scene, from, &s.points_m[k]);
                 let y = parts::displacements_m(&scene, to, &s.points_m[k]);
                 for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
