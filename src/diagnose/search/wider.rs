@@ -4,9 +4,8 @@
 //! speed: each includes a plain effect of the catalogue and has one to three parameters more. Tried everywhere, they would slow
 //! every diagnosis and stand in for what has no name. So they are tried on the joint that the remainder goes with, or that has an
 //! effect twice, then on the next one, and taken only where nothing but noise is left with them, and likelier than without. A freedom
-//! that the log does not need beyond doubt is taken back. Where
-//! what is left is mostly slow noise, the joint is that of the form which explains most of it: a load that changes its side a few
-//! times looks like slow noise.
+//! that the log does not need beyond doubt is taken back. Where what is left is mostly slow noise, the joint is that of the form
+//! which explains most of it: a load that changes its side a few times looks like slow noise.
 
 use crate::diagnose::candidates::cache::ScreeningCache;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext};
