@@ -16,7 +16,8 @@
 //! `e1 = e0 exp(-b) + (spike/2) (z0 - dir) a (exp(-a) - exp(-b)) / (b - a)` for `a = dr`, `b = dd`.
 //!
 //! Parameters: spikes 0 or more, at most 0.1 rad (10 mm), and no larger than a rise over travel: else the joint would turn back;
-//! rise 1 ms to 10 s. Typical: 0.0005 to 0.005 deg, rise 0.1 to 0.7 s, decay 0.3 to 5 s. `rewrite` undoes the plain spike.
+//! rise 1 ms to 10 s, and in a fit no longer than the decay: with another size, both exchanged are the same response.
+//! Typical: 0.0005 to 0.005 deg, rise 0.1 to 0.7 s, decay 0.3 to 5 s. `rewrite` undoes the plain spike.
 
 use super::*;
 

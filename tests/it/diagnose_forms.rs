@@ -1,5 +1,6 @@
-//! Friction that builds up, that is larger one way, that grows with load, and a ripple that fades with speed are named with their
-//! sizes. The first three are stepped here by hand, on a gantry whose TCP stands where its joints do.
+//! Friction that builds up, that is larger one way, or that grows with load, a ripple that fades with speed, and play that follows the
+//! load are named with their sizes, beside slow noise, too; slow noise alone is no fault. On the gantry, whose TCP stands where its joints
+//! do, the errors are stepped here by hand; those of the arm come from `simulate`.
 
 use crate::support::{WorkFolder, run};
 use rand::SeedableRng;
