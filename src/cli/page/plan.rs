@@ -25,7 +25,7 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &E
         page.tile(Tile::text("motion", best.motion.clone(), "").with_detail(best.does.clone()));
         page.tile(Tile::number("of one run", best.duration_s, 0, "s").with_detail(runs(best)));
         if let Some(e) = &best.evidence {
-            page.tile(Tile::text("expected 2 ln L", number(e.expected_2lnl), ""));
+            page.tile(Tile::text("expected 2 ln L", evidence(e.expected_2lnl), ""));
             page.tile(Tile::number("named alone", 100.0 * e.probability_named, 1, "% of logs"));
         }
     }
@@ -49,7 +49,7 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &E
     }
     if !plan.channels.is_empty() {
         let row = |c: &crate::plan::document::ChannelShown| {
-            vec![c.channel.to_string(), c.log.to_string(), c.motion.clone(), number(c.expected_2lnl)]
+            vec![c.channel.to_string(), c.log.to_string(), c.motion.clone(), evidence(c.expected_2lnl)]
         };
         let headings = ["channel", "columns of the log", "motion", "expected 2 ln L"];
         let view = TableView::numbers_after(3, &headings, plan.channels.iter().map(row));
@@ -115,11 +115,11 @@ fn motions(page: &mut Page, plan: &Plan) {
             cells.push(e.worst_ratio.map_or("–".into(), number));
             return cells;
         }
-        let evidence = e.evidence.as_ref();
-        cells.push(evidence.map_or("–".into(), |v| number(v.expected_2lnl)));
-        cells.push(evidence.map_or("–".into(), |v| format!("{:.1}", 100.0 * v.probability_named)));
-        let outside = evidence.and_then(|v| v.nearest_outside.as_ref());
-        cells.push(outside.map_or("–".into(), |o| format!("{} ({})", o.what, number(o.expected_2lnl))));
+        let shown = e.evidence.as_ref();
+        cells.push(shown.map_or("–".into(), |v| evidence(v.expected_2lnl)));
+        cells.push(shown.map_or("–".into(), |v| format!("{:.1}", 100.0 * v.probability_named)));
+        let outside = shown.and_then(|v| v.nearest_outside.as_ref());
+        cells.push(outside.map_or("–".into(), |o| format!("{} ({})", o.what, evidence(o.expected_2lnl))));
         cells
     };
     let mut headings = vec![("motion", false), ("what it does", false), ("s", true), ("runs", true)];
@@ -156,13 +156,15 @@ fn parameters(effect: &Value) -> String {
     format!("{kind}: {}", list.join(", "))
 }
 
+/// Evidence; next to none is 0.
+fn evidence(two_ln_l: f64) -> String {
+    if two_ln_l.abs() < 0.005 { "0".into() } else { number(two_ln_l) }
+}
+
 /// Four digits that count.
 fn number(v: f64) -> String {
-    if !v.is_finite() {
+    if !v.is_finite() || v == 0.0 {
         return crate::report::number(v, 0);
-    }
-    if v.abs() < 0.005 {
-        return "0".into();
     }
     let decimals = (3 - v.abs().log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{v:.decimals$}");
@@ -173,4 +175,19 @@ fn runs(entry: &Entry) -> String {
     let loads: Vec<String> =
         entry.runs.iter().filter_map(|r| r.payload_kg).map(|kg| format!("{} kg", number(kg))).collect();
     if loads.is_empty() { String::new() } else { format!("once with each of {}", loads.join(" and ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_sizes_keep_their_digits_and_no_evidence_is_zero() {
+        let effect = serde_json::json!({"effect": "backlash", "joint": "A2", "half_gap_deg": 0.003});
+        assert_eq!(parameters(&effect), "backlash: joint A2, half_gap_deg 0.003");
+        assert_eq!(
+            [number(0.0), number(0.00012345), evidence(0.003), evidence(7.667)],
+            ["0", "0.0001235", "0", "7.667"]
+        );
+    }
 }

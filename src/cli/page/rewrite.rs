@@ -65,7 +65,7 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, p
     let head = ["joint", "reversals", "largest offset, mdeg or µm", "remaining at a reversal, mdeg or µm", "decimals"];
     page.section(
         "What was done",
-        "\u{201c}Left\u{201d} is the part that remains because the command must not reverse while the friction offset fades.",
+        "What remains at a reversal: the part that the offset cannot take away, because the command must not reverse while the friction offset fades.",
         TableView::numbers_after(1, &head, rows),
     );
     if let Some(v) = &outcome.vendor {
