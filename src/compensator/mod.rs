@@ -8,9 +8,11 @@
 //! - [`schedule`]: a half gap over position as it stands in a document.
 //! - [`mod@response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
+//! - [`as_machine`]: the machine that a compensator describes.
 
 #![warn(missing_docs)]
 
+pub mod as_machine;
 mod evidence;
 pub mod file;
 pub mod from_model;

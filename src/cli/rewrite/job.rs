@@ -1,6 +1,6 @@
 //! What the arguments of `rewrite` ask for, every value checked.
 
-use super::{Args, proof, usage};
+use super::{Args, usage};
 use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
 use crate::effects::EffectInstance;
 use crate::error::shown;
@@ -57,7 +57,7 @@ impl Source {
             (None, Some(robot), Some(path)) => {
                 let robot = Robot::load(robot)?;
                 let compensator = Compensator::load(path, &robot)?;
-                machine = proof::machine_of(&robot, &compensator);
+                machine = compensator.machine(&robot);
                 (robot, compensator, path, None)
             }
             _ => return Err(usage("no compensator", "--robot and --compensator, or --model")),
