@@ -116,3 +116,19 @@ fn no_robot_of_the_library_is_left_out_of_the_page() {
         assert!(Path::new(&path).extension().is_some_and(|e| e == "yaml"), "{}", path.display());
     }
 }
+
+/// Where a linkage drives the forearm (ABB), or the pendant counts it so (FANUC), J2 alone does not tilt it.
+#[test]
+fn j2_alone_leaves_the_forearm_level_on_the_arms_whose_controller_counts_it_so() {
+    let level = |name: &str| {
+        let (robot, _) = load(name);
+        let tilt = |j2: f64| robot.forward(&[0.0, j2, 0.1, 0.2, 0.3, 0.4]).rotation;
+        (tilt(0.0) - tilt(0.5)).norm() < 1e-9
+    };
+    for name in ["abb-irb2400-12-155", "abb-irb4400l-30-243", "fanuc-m10ia", "fanuc-m20ia", "fanuc-lrmate200id"] {
+        assert!(level(name), "{name}");
+    }
+    for name in ["abb-irb1600-6-145", "abb-irb6600-225-255", "abb-irb6640-185-280", "motoman-gp25"] {
+        assert!(!level(name), "{name}");
+    }
+}

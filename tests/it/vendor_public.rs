@@ -115,6 +115,35 @@ fn without_the_sum_in_the_robot_file_a_fanuc_elbow_is_left_out() {
 }
 
 #[test]
+fn straight_motions_of_a_fanuc_arm_stay_where_the_robot_file_does_not_say_how_it_counts_j3() {
+    let desk = desk_of("fanuc-m10ia.yaml", &[("J1", "half_gap_deg: 0.01"), ("J2", "half_gap_deg: 0.01")]);
+    let points =
+        [[-10.0, 20.0, -5.0, 0.0, -60.0, 0.0], [10.0, 20.0, -5.0, 0.0, -60.0, 0.0], [-10.0, 0.0, 0.0, 0.0, -60.0, 0.0]];
+    let text = fanuc(&points).replace("   2:J P[2] 10%", "   2:L P[2] 100mm/sec");
+    desk.write("part.ls", &text);
+    desk.write("frames.yaml", "schema: lostmotion/frames/1\ntools:\n  \"1\": {xyz_mm: [0, 0, 100]}\n");
+    let robot = out(&desk, "robot.yaml");
+    let lines = |name: &str| out(&desk, name).lines().filter(|l| l.contains(":L P[")).count();
+    let rewrite = |name: &str| {
+        desk.run(&format!("rewrite --model model.yaml part.ls --frames frames.yaml --output {name} --force"))
+    };
+    rewrite("own.ls").success();
+    assert!(lines("own.ls") > 1, "{}", out(&desk, "own.ls"));
+    // as a URDF describes the arm: J3 against the upper arm
+    let against: String = robot.lines().filter(|l| !l.contains("name: J23")).map(|l| format!("{l}\n")).collect();
+    for gap_of in ["gap_of: {J3: J2 + J3}", ""] {
+        desk.write("robot.yaml", &against.replace("gap_of: {J3: J2 + J3}", gap_of));
+        rewrite("against.ls").success().stderr(contains("show J3 against the horizontal"));
+        assert_eq!(lines("against.ls"), 1, "{gap_of}");
+        assert_eq!(written(&out(&desk, "against.ls"), "J1")[1], 10.0, "{gap_of}");
+    }
+    // an arm that shows motor angles
+    desk.write("robot.yaml", &against.replace("gap_of: {J3: J2 + J3}", "gap_of: {J3: J3}"));
+    rewrite("motors.ls").success();
+    assert!(lines("motors.ls") > 1);
+}
+
+#[test]
 fn rounding_to_a_formats_digits_never_passes_a_limit() {
     let desk = desk_of("fanuc-m10ia.yaml", &[("J1", "half_gap_deg: 0.0096")]);
     let robot = out(&desk, "robot.yaml").replacen("limits_deg: [-180, 180]", "limits_deg: [-180, 179.9997]", 1);

@@ -70,6 +70,9 @@ POSES = 5
 AT_ZERO = {"kuka-kr210-l150": [0, -90, 90, 0, 0, 0]}
 # their `tool0` keeps the base's orientation at zero; the maker's has z out of the flange and x down, as at his other arms
 NO_TURN_OF_FLANGE = ["abb-irb4400l-30-243"]
+# J3 as the controller counts it is the forearm against the horizontal: how J2 enters the description's angle. FANUC by its motors, these two of
+# ABB by the linkage beside the arm (J23_coupled in abb_irb2400_support and abb_irb4400_support: J3 of the controller is J2 + J3 of the description)
+LINKAGE = {"abb-irb2400-12-155": -1, "abb-irb4400l-30-243": -1}
 
 
 def numbers(text, default):
@@ -193,12 +196,12 @@ def text_of(v, digits, towards_zero=False):
     return repr(int(v)) if v == int(v) else repr(v)
 
 
-def uniform(doc, name, names, coupled):
+def uniform(doc, name, names, ratio, gap_of):
     """One line a joint. Lengths to 1e-9 mm, angles to 1e-11 deg; limits and speeds cut, never beyond those of the URDF."""
     lines = ["schema: lostmotion/robot/1", f"name: {name}", f"convention: {doc['convention']}", "joints:"]
     for j in doc["joints"]:
-        if coupled and names[j["name"]] == "J3":
-            lines.append("  - {name: J23, kind: revolute, follows: {joint: J2, ratio: 1}}")
+        if ratio and names[j["name"]] == "J3":
+            lines.append(f"  - {{name: J23, kind: revolute, follows: {{joint: J2, ratio: {ratio}}}}}")
         cells = [f"name: {names[j['name']]}", f"kind: {j['kind']}"]
         cells += [f"{k}: {text_of(j[k], d)}" for k, d in [("theta_deg", 11), ("d_mm", 9), ("a_mm", 9), ("alpha_deg", 11)]]
         if "limits_deg" in j:
@@ -210,7 +213,7 @@ def uniform(doc, name, names, coupled):
         xyz, rpy = ([text_of(v, d) for v in doc[key][k]] for k, d in [("xyz_mm", 9), ("rpy_deg", 9)])
         lines.append(f"{key}: {{xyz_mm: [{', '.join(xyz)}], rpy_deg: [{', '.join(rpy)}]}}")
     lines.append("gravity_m_s2: [0, 0, -9.80665]")
-    if coupled:
+    if gap_of:
         lines.append("gap_of: {J3: J2 + J3}")
     return "\n".join(lines) + "\n"
 
@@ -244,6 +247,7 @@ def make(sources, binary):
         chain = Chain(text, tip)
         names = {j.get("name"): named(j.get("name"), file) for j in chain.moving}
         coupled = "fanuc" in file
+        ratio = 1 if coupled else LINKAGE.get(file, 0)
         licence = licence.split(",")[0]  # the other one of UR's package is for its pictures
         doc = yaml.safe_load((work / f"{file}.yaml").read_text())
         world = np.linalg.inv(chain.world(ET.fromstring(text)))
@@ -256,7 +260,7 @@ def make(sources, binary):
         for j, shown in zip(doc["joints"], AT_ZERO.get(file, [])):
             j["theta_deg"] -= shown
             j["limits_deg"] = [v + shown for v in j["limits_deg"]]
-        body = uniform(doc, name, names, coupled)
+        body = uniform(doc, name, names, ratio, coupled)
         reach = chain.reach(rng)
         head = [f"# {name}. Lengths, senses, limits and speeds: {path} of", f"# github.com/{repo} at commit {commit}",
                 f"# ({licence}), not verified here. max_accel_deg_s2: add it from the data sheet.",
@@ -265,14 +269,16 @@ def make(sources, binary):
             head += ["# A2 and A3 are the pendant's: the description counts from the arm upright with its forearm level, the maker from A2 -90, A3 90 there."]
         if coupled:
             head += ["# J3 is the pendant's: the forearm against the horizontal. J23 takes J2 out of it. gap_of: see docs/program-fanuc.md."]
+        elif ratio:
+            head += ["# J3 is the controller's: the forearm against the horizontal, which the linkage beside the arm keeps when J2 moves. J23 takes J2 out of it.",
+                     "# The motor of J3 drives that linkage, so its lost motion is one of J3 alone."]
         (ROOT / "configs" / f"{file}.yaml").write_text("\n".join(head) + "\n" + body)
         poses = []
         for _ in range(POSES):
             q = np.array([rng.uniform(max(lo, -math.pi), min(hi, math.pi)) for lo, hi in chain.limits()])
             m = world @ chain.frames(q)[0] @ flange
             deg = np.degrees(q) + np.array(AT_ZERO.get(file, 0))
-            if coupled:
-                deg[2] -= deg[1]
+            deg[2] -= ratio * deg[1]
             poses.append({"joints_deg": deg.tolist(), "xyz_m": m[:3, 3].tolist(), "rotation": m[:3, :3].tolist()})
         oracle[file] = {"reach_mm": round(reach, 1), "data_sheet_mm": sheet, "poses": poses}
         print(f"{file:28} {list(names.values())} reach {reach:.0f} / {sheet} {licence} {out.stderr.strip().splitlines()[0][-60:]}")

@@ -11,6 +11,7 @@ use crate::assess::program::document::{MovesShown, ReversalShown};
 use crate::assess::program::{self, Assessment, Figures, ReversalError, Verdict, document};
 use crate::cli::page::rewrite::Shown;
 use crate::compensator::Predicted;
+use crate::error::is_stdio;
 use crate::io::input;
 use crate::numerics::robust::median_of;
 use crate::rewrite::job::Job;
@@ -63,11 +64,16 @@ fn expected(predicted: &[Predicted], figures: &Figures) -> Option<(f64, String)>
     Some((rms_m, format!("`identify` predicts that {after:.1} of {before:.1} um are left on {}", nearest.log)))
 }
 
+/// A pipe gives its text once.
+fn can_be_read_again(input: &Path) -> bool {
+    !is_stdio(input) && input.is_file()
+}
+
 /// Works out the verdict on a program that is about to be put in place in a file.
 pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> Option<Proof> {
     let outcome = &ready.outcome;
     outcome.output.as_deref().filter(|o| *o != "-")?;
-    if outcome.unchanged || outcome.refusal.is_some() || args.input == Path::new("-") {
+    if outcome.unchanged || outcome.refusal.is_some() || !can_be_read_again(&args.input) {
         return None;
     }
     let Some(model) = source.machine.as_ref() else {
@@ -101,7 +107,7 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
 
 /// The verdict of a dry run: the program is rewritten once more in a folder of its own, which goes away.
 pub(super) fn of_plan(args: &Args, source: &Source, job: &Job, planned: &Outcome) -> Option<Proof> {
-    let whole = !planned.unchanged && planned.refusal.is_none() && args.input != Path::new("-");
+    let whole = !planned.unchanged && planned.refusal.is_none() && can_be_read_again(&args.input);
     if !whole || source.machine.is_none() || planned.points > MOST_POINTS {
         return None;
     }

@@ -47,6 +47,9 @@ pub enum Cause {
         /// Names of the tools.
         tools: Vec<String>,
     },
+    /// How the maker's programs count a joint and how the robot file does may differ; what is missing.
+    #[error("where its joints stand is not known: {0}")]
+    UnknownArm(String),
     /// An arc or spline leads to joint values, and where the joints turn on it is not known.
     #[error("the end of an arc or spline on which the turning points of the joints are not known")]
     CurveToJoints,

@@ -189,6 +189,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         ),
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
+    known.unknown_arm = notes::unknown_arm(format, task.robot);
     let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, &choice, &mut known);
     let by_clock = ByClock::of(task);
     let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);

@@ -1,11 +1,13 @@
 //! Notes about a whole program: what the robot file or the program does not say, and comments that were meant for the tool.
 
 use super::approach::Sides;
+use super::cause::Cause;
 use super::run::{Role, Run};
 use super::{Choices, Task};
 use crate::compensator::Compensator;
 use crate::error::counted;
 use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind};
+use crate::robot::{Joint, Robot};
 use std::collections::HashSet;
 
 /// The compensator without a joint whose gear turns by more than its own axis on most arms of the format's maker, where the robot
@@ -25,6 +27,24 @@ pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compens
     let mut reduced = task.compensator.clone();
     reduced.joints.retain(|j| j.axis != axis);
     (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
+}
+
+/// Why joints and places of a robot do not tell each other: most arms of the format's maker show a joint against the horizontal, and neither a
+/// joint that takes the other one out of it nor a gear that is the joint's own says how the robot file counts it.
+pub fn unknown_arm(format: &dyn Format, robot: &Robot) -> Option<Cause> {
+    let (axis, other) = format.coupled().filter(|&(axis, other)| axis.max(other) < robot.dof())?;
+    let (own, driver) = (robot.axis_index(axis), robot.axis_index(other));
+    let follows = |j: &Joint| j.follows.as_ref().is_some_and(|f| f.joint == driver);
+    let shown = robot.joints[..own].iter().any(follows);
+    let alone = robot.gap_of.iter().any(|g| g.axis == axis && g.others.is_empty());
+    let [own, other] = [axis, other].map(|k| robot.axis(k).name.as_str());
+    let text = || {
+        format!(
+            "most arms of this manufacturer show {own} against the horizontal; add a joint that follows {other} to the robot file, or \
+             `gap_of: {{{own}: {own}}}` for an arm that shows motor angles"
+        )
+    };
+    (!shown && !alone).then(|| Cause::UnknownArm(text()))
 }
 
 /// What was asked with `--approach-from`: how many targets a point was added to, and which of those at which the robot stops are

@@ -10,7 +10,7 @@
 
 use super::super::{Block, Slot};
 use super::plain::Cell;
-use super::print::power;
+use super::print::{Look, power};
 use super::slot::{MOST, NONE, New, SlotEdit};
 use crate::axes::Axes;
 use crate::decimal::print::{ROOM, fixed};
@@ -210,20 +210,27 @@ impl Edits {
         let span = block.rows[i];
         let (mut cursor, end) = (span.start as usize, span.end as usize);
         for (edit, token) in self.slots.iter_mut().zip(&block.tokens[i * n..(i + 1) * n]) {
+            let start = token.start as usize;
+            // the zeros at the end of an exponent are none of a fraction
+            let exponent = !token.plain && Look::of(&block.text[start..start + usize::from(token.len)]).has_exponent();
             match edit.slot {
                 Slot::Axis(a) => {
                     let own = self.forced.unwrap_or(token.decimals.max(edit.base));
                     let decimals = self.forced.unwrap_or(own.max(ADDED_LEAST));
                     let new = New { old: None, value: q[a], decimals };
                     cursor = edit.number(block, token, cursor, new, &mut self.scratch, out);
-                    drop_zeros(out, usize::from(decimals), usize::from(own));
+                    if !exponent {
+                        drop_zeros(out, usize::from(decimals), usize::from(own));
+                    }
                 }
                 Slot::Time => {
                     let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
                     let fewest = usize::from(token.decimals.max(edit.base));
                     let new = New { old: None, value: t_s.unwrap_or(block.t_s[i]), decimals };
                     cursor = edit.number(block, token, cursor, new, &mut self.scratch, out);
-                    drop_zeros(out, usize::from(decimals), fewest);
+                    if !exponent {
+                        drop_zeros(out, usize::from(decimals), fewest);
+                    }
                 }
             }
         }
@@ -324,6 +331,14 @@ mod tests {
         // the limit itself, at digits that hold it
         let text = "a_deg,b_deg\n0.0,0.980\n";
         assert_eq!(edited(text, &[0.0, 0.996], None), "a_deg,b_deg\n0.0,0.996\n");
+    }
+
+    #[test]
+    fn an_added_row_keeps_the_exponents_of_its_style() {
+        let text = "t_s,a_deg,b_deg\n0e0,1.0e0,5e-1\n2e0,20.0e0,5e-1\n";
+        let out = edited(text, &[1.0, 0.5, 20.0, 0.5], Some(([10.5, 0.25], 1.5)));
+        let added: Vec<f64> = out.lines().nth(2).unwrap().split(',').map(|c| c.parse().unwrap()).collect();
+        assert!(added.iter().zip([1.5, 10.5, 0.25]).all(|(got, want)| (got - want).abs() < 1e-9), "{out}");
     }
 
     #[test]

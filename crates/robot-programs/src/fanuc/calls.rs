@@ -7,9 +7,11 @@
 use super::flow::{self, Flow};
 use super::sections::sections;
 use super::statement::{is_comment, program_name, statements, words};
+use super::uses::FramesSet;
 use super::{instruction, motion};
 use crate::files::{self, Folders, of_folder};
 use crate::script::called::{Called, Does};
+use crate::script::held::{Effects, Event};
 use crate::script::{StepKind, Text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -39,8 +41,26 @@ fn names_of(program: &[u8]) -> BTreeSet<String> {
     found
 }
 
+/// A program beside one.
+#[derive(Default)]
+struct Program {
+    does: Does,
+    switches: Vec<Event>,
+    sets: FramesSet,
+}
+
+/// What the programs do that one calls, itself or by others.
+#[derive(Default)]
+pub(super) struct Beside {
+    pub called: Called,
+    /// What they switch on and off.
+    pub effects: Effects,
+    /// Frames and tools that they set.
+    pub sets: FramesSet,
+}
+
 /// What a program does besides what it calls; one that cannot be read may do anything.
-fn does(text: &Text) -> Does {
+fn program(text: &Text) -> Program {
     let name = (0..text.line_count().min(4)).find_map(|k| {
         let words: Vec<&[u8]> = text.line(k).split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).collect();
         let begins = words.first().is_some_and(|w| w.to_ascii_uppercase().ends_with(b"/PROG"));
@@ -48,29 +68,36 @@ fn does(text: &Text) -> Does {
     });
     let read = sections(text).ok().and_then(|s| statements(text, s.program).ok());
     let (Some(name), Some((all, _)), false) = (name, read, text.unread) else {
-        return Does { moves: true, ..Does::default() };
+        return Program { does: Does { moves: true, ..Does::default() }, ..Program::default() };
     };
+    let all: Vec<_> = all.into_iter().map(|s| (words(text, &s), s)).map(|(w, s)| (s, w)).collect();
     let mut does = Does { name, ..Does::default() };
-    for statement in &all {
+    let mut sets = FramesSet::default();
+    for (statement, words) in &all {
         let first = statement.pieces.first().map_or(&[][..], |p| text.slice(p.clone()));
         if is_comment(first) {
             continue;
         }
-        let words = words(text, statement);
-        let said = motion::read(text, statement, &words);
+        sets.add(text, words);
+        let said = motion::read(text, statement, words);
         does.counts |= said.as_ref().is_some_and(|said| said.relative);
-        does.moves |= said.is_some() || instruction::leads(text, &words).is_some() || statement.nested;
-        match flow::read(text, &words) {
+        does.moves |= said.is_some() || instruction::leads(text, words).is_some() || statement.nested;
+        match flow::read(text, words) {
             Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Middle | Flow::Close(_) => {}
             Flow::Call(name) => drop(does.calls.insert(name)),
             Flow::Step(StepKind::Dwell(_)) => does.waits = true,
             Flow::Step(_) => does.moves = true,
         }
     }
-    does
+    Program { does, switches: flow::switches(text, &all), sets }
 }
 
 /// What the programs beside one do.
-pub(super) fn beside(texts: &[Text]) -> Called {
-    Called::of(&texts.iter().filter(|t| t.context).map(|t| t.known(does)).collect::<Vec<_>>())
+pub(super) fn beside(texts: &[Text]) -> Beside {
+    let all: Vec<_> = texts.iter().filter(|t| t.context).map(|t| t.known(program)).collect();
+    let switches: Vec<_> = all.iter().map(|p| (p.does.name.clone(), p.switches.clone())).collect();
+    let called = Called::of(&all.iter().map(|p| &p.does).collect::<Vec<_>>());
+    let mut sets = FramesSet::default();
+    all.iter().for_each(|p| sets.extend(&p.sets));
+    Beside { called, effects: Effects::of(&switches), sets }
 }

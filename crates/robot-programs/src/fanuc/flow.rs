@@ -9,7 +9,7 @@ use super::statement::{Statement, is_comment, name_of, program_name};
 use super::{instruction, motion};
 use crate::script::called::Called;
 use crate::script::cursor::integer;
-use crate::script::held::{self, Event};
+use crate::script::held::{self, Effects, Event};
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -135,33 +135,55 @@ fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
     out
 }
 
-/// What leads the robot away from its positions before each statement, as bits, whichever way the program came there.
-pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> Vec<u32> {
-    let comment = |s: &Statement| s.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
-    let leads = |s: &Statement, words: &[Range<usize>]| instruction::leads(text, words).filter(|_| !comment(s));
-    if all.iter().all(|(s, words)| leads(s, words).is_none()) {
-        return Vec::new();
-    }
+/// Statements as what they switch on and off, and the first event of each.
+fn events(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> (Vec<Event>, Vec<usize>) {
     let (mut events, mut first) = (Vec::new(), Vec::with_capacity(all.len()));
     for (statement, words) in all {
         first.push(events.len());
-        let comment = comment(statement);
+        let comment = statement.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
         let flow = if comment || motion::read(text, statement, words).is_some() { Flow::On } else { read(text, words) };
         let name = |label: Label| label.map(|n| n.to_string());
-        events.push(match (leads(statement, words), flow) {
+        let calls =
+            |w: &Range<usize>| matches!(name_of(&text.slice(w.clone()).to_ascii_uppercase()), b"CALL" | b"AUFRUF");
+        let event = match (instruction::leads(text, words).filter(|_| !comment), flow) {
             (Some(event), _) => event,
             (_, Flow::Label(label)) => name(label).map_or(Event::Other, Event::Label),
             (_, Flow::Open(kind)) => Event::Open(kind == Break::Loop),
             (_, Flow::Middle) => Event::Middle,
             (_, Flow::Close(_)) => Event::Close,
+            (_, Flow::Jump(Jump { label: None, .. })) => Event::End,
+            (_, Flow::Call(name)) if words.first().is_some_and(calls) => Event::Call(name),
+            // a condition stands before it
+            (_, Flow::Call(name)) => {
+                events.extend([Event::Open(false), Event::Call(name)]);
+                Event::Close
+            }
             _ => Event::Other,
-        });
-        let label = matches!(events.last(), Some(Event::Label(_)));
+        };
+        let label = matches!(event, Event::Label(_));
+        events.push(event);
         if !comment && !label {
             events.extend(named(text, words).into_iter().map(|label| Event::Jump(name(label))));
         }
     }
-    let states = held::before_each(&events, held::from_before(&events));
+    (events, first)
+}
+
+/// What a program switches on and off, where it leads the robot away from its positions or calls others.
+pub(super) fn switches(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> Vec<Event> {
+    events(text, all).0
+}
+
+/// What leads the robot away from its positions before each statement, as bits, whichever way the program came there; `called`: what the
+/// programs do that it calls.
+pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)], called: &Effects) -> Vec<u32> {
+    let comment = |s: &Statement| s.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
+    let leads = |(s, words): &(Statement, Vec<Range<usize>>)| instruction::leads(text, words).is_some() && !comment(s);
+    if called.is_empty() && !all.iter().any(leads) {
+        return Vec::new();
+    }
+    let (events, first) = events(text, all);
+    let states = held::before_each(&events, held::from_before(&events), called);
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 

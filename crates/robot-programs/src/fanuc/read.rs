@@ -34,10 +34,12 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut reader = Reader::new(text, robot, taught, Uses::of(text, &all));
     reader.uncounted = count.is_none();
     reader.tracks = tracks(text, 0..sections.program.start);
-    reader.still = calls::beside(&texts);
+    let beside = calls::beside(&texts);
+    reader.uses.sets.extend(&beside.sets);
+    reader.still = beside.called;
     reader.quiet = flow::quiet_labels(text, &all, &reader.still);
     reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
-    reader.led = flow::led(text, &all);
+    reader.led = flow::led(text, &all, &beside.effects);
     for (k, (statement, parsed)) in all.iter().enumerate() {
         reader.led_now = reader.led.get(k).copied().unwrap_or_default();
         reader.statement(statement, parsed);
@@ -204,14 +206,14 @@ impl<'a> Reader<'a> {
     /// The tool of a position.
     fn tool(&self, position: &Position) -> Frame {
         let tool = positions::named(position.tool, "tool");
-        if self.uses.sets_tool(position.tool) { tool.made("0", SET) } else { tool }
+        if self.uses.sets.has_tool(position.tool) { tool.made("0", SET) } else { tool }
     }
 
     /// The Cartesian target of a position.
     fn pose(&self, position: usize) -> Option<PoseGoal> {
         let mut pose = self.taught.pose(position)?;
         let own = self.taught.positions.get(position)?;
-        if self.uses.sets_frame(own.frame) {
+        if self.uses.sets.has_frame(own.frame) {
             pose.frame = pose.frame.made("0", SET);
         }
         pose.tool = self.tool(own);

@@ -18,9 +18,88 @@ pub(super) struct Uses {
     /// Line of the last statement that gives a position a value, by index; of one whose index is computed.
     written: HashMap<u64, u64>,
     pub written_any: Option<u64>,
-    /// Numbers of the user frames and tools that the program sets; `None`: any.
+    pub sets: FramesSet,
+}
+
+/// Numbers of the user frames and tools that a program sets; `None`: any.
+#[derive(Default)]
+pub(super) struct FramesSet {
     frames: Vec<Option<u64>>,
     tools: Vec<Option<u64>>,
+}
+
+impl FramesSet {
+    /// Whether the program sets the user frame, or the tool, of a number.
+    pub fn has_frame(&self, number: Option<u64>) -> bool {
+        self.frames.iter().any(|s| s.is_none() || *s == number)
+    }
+
+    pub fn has_tool(&self, number: Option<u64>) -> bool {
+        self.tools.iter().any(|s| s.is_none() || *s == number)
+    }
+
+    /// Adds those of another program.
+    pub fn extend(&mut self, other: &Self) {
+        self.frames.extend(&other.frames);
+        self.tools.extend(&other.tools);
+    }
+
+    /// Adds the frames and tools that a statement sets, also as the action of an IF or on the way of a motion: what positions in them mean
+    /// is known only while the program runs.
+    ///
+    /// `setting = ("UFRAME" | "UTOOL") "[" number ... "]" "=" ... | ("$MNUFRAME" | "$MNUTOOL") "[" group "," number "]" "=" ...`
+    pub fn add(&mut self, text: &Text, words: &[Range<usize>]) {
+        for (k, word) in words.iter().enumerate() {
+            let word = text.slice(word.clone()).to_ascii_uppercase();
+            if !word.windows(5).any(|w| w == b"FRAME" || w == b"UTOOL") {
+                continue;
+            }
+            let next = words.get(k + 1).and_then(|w| text.bytes.get(w.start)).copied();
+            for (list, (system, name)) in [&mut self.frames, &mut self.tools]
+                .into_iter()
+                .zip([(&b"$MNUFRAME["[..], &b"UFRAME["[..]), (b"$MNUTOOL[", b"UTOOL[")])
+            {
+                if let Some(inside) = assigned(&word, system, next) {
+                    let number = inside.split(|b| *b == b',').nth(1).and_then(|n| std::str::from_utf8(n).ok());
+                    list.push(number.and_then(|n| n.trim().parse().ok()));
+                } else if let Some(inside) = assigned(&word, name, next) {
+                    let mut cursor = Cursor::new(inside);
+                    let number = integer(cursor.digits());
+                    list.push(number.filter(|_| matches!(cursor.peek(), None | Some(b':'))));
+                }
+            }
+        }
+    }
+}
+
+/// What stands in the brackets after `head` in a word, where that is given a value; `next`: what follows the word.
+///
+/// `assigned = [... ","] head ... "]" "="`
+fn assigned<'a>(word: &'a [u8], head: &[u8], next: Option<u8>) -> Option<&'a [u8]> {
+    let mut all = memchr::memmem::find_iter(word, head);
+    all.find_map(|at| {
+        let begins = at.checked_sub(1).is_none_or(|before| matches!(word[before], b',' | b')' | b'{'));
+        let open = at + head.len() - 1;
+        let end = closing(word, open).filter(|_| begins)?;
+        let sign = word.get(end).copied().or(next);
+        (sign == Some(b'=')).then(|| &word[open + 1..end - 1])
+    })
+}
+
+/// The byte after the bracket that closes the one at `open`; after the first that closes any, where a name has another one.
+fn closing(bytes: &[u8], open: usize) -> Option<usize> {
+    let mut depth = 0_usize;
+    let rest = bytes.get(open..bytes.len().min(open + NEAR))?;
+    let first = || rest.iter().position(|b| *b == b']');
+    let closes = |b: &u8| {
+        match b {
+            b'[' => depth += 1,
+            b']' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        *b == b']' && depth == 0
+    };
+    Some(open + rest.iter().position(closes).or_else(first)? + 1)
 }
 
 impl Uses {
@@ -30,14 +109,14 @@ impl Uses {
             if statement.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone()))) {
                 continue;
             }
-            if let Some(said) = motion::read(text, statement, words) {
+            let said = motion::read(text, statement, words);
+            uses.sets.add(text, words);
+            for k in 0..words.len() {
+                uses.positions_of_word(text, words, k, said.is_some());
+            }
+            if let Some(said) = said {
                 uses.read.extend(said.via);
                 uses.read_any |= said.any;
-                continue;
-            }
-            uses.frame_setting(&words.first().map(|w| text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default());
-            for k in 0..words.len() {
-                uses.positions_of_word(text, words, k);
             }
         }
         uses
@@ -53,55 +132,27 @@ impl Uses {
         self.written.get(&index).copied()
     }
 
-    /// Whether the program sets the user frame, or the tool, of a number.
-    pub fn sets_frame(&self, number: Option<u64>) -> bool {
-        self.frames.iter().any(|s| s.is_none() || *s == number)
-    }
-
-    pub fn sets_tool(&self, number: Option<u64>) -> bool {
-        self.tools.iter().any(|s| s.is_none() || *s == number)
-    }
-
-    /// What positions in a frame mean that the program sets is known only while it runs; `first`: the first word, in upper case.
-    ///
-    /// `setting = ("UFRAME" | "UTOOL") "[" number ... "]" "=" ... | ("$MNUFRAME" | "$MNUTOOL") "[" group "," number "]" "=" ...`
-    fn frame_setting(&mut self, first: &[u8]) {
-        let lists = [&mut self.frames, &mut self.tools];
-        for (list, (system, name)) in
-            lists.into_iter().zip([(&b"$MNUFRAME["[..], &b"UFRAME["[..]), (b"$MNUTOOL[", b"UTOOL[")])
-        {
-            if let Some(inside) = first.strip_prefix(system) {
-                let inside = inside.split(|b| *b == b']').next().unwrap_or_default();
-                let number = inside.split(|b| *b == b',').nth(1).and_then(|n| std::str::from_utf8(n).ok());
-                list.push(number.and_then(|n| n.trim().parse().ok()));
-            } else if let Some(inside) = first.strip_prefix(name) {
-                let mut cursor = Cursor::new(inside);
-                let number = integer(cursor.digits());
-                list.push(number.filter(|_| matches!(cursor.peek(), Some(b']' | b':'))));
-            }
-        }
-    }
-
-    /// Positions that word `k` of a statement names: written where the statement begins with it and `=` follows, else read.
+    /// Positions that word `k` of a statement names: written where `=` follows, also as the action of an IF or on the way of a motion, else
+    /// read. Of a motion (`moves`) only those that it writes.
     ///
     /// `statement = "P" "[" index "]" "=" ... | ... "P" "[" index "]" ...`
-    fn positions_of_word(&mut self, text: &Text, words: &[Range<usize>], k: usize) {
+    fn positions_of_word(&mut self, text: &Text, words: &[Range<usize>], k: usize, moves: bool) {
         let Some(word) = words.get(k) else { return };
         let bytes = text.slice(word.clone());
         for at in memchr::memmem::find_iter(&bytes.to_ascii_uppercase(), b"P[") {
             if at > 0 && (bytes[at - 1].is_ascii_alphanumeric() || b"_$".contains(&bytes[at - 1])) {
                 continue;
             }
-            let close = memchr::memchr(b']', &bytes[at..bytes.len().min(at + NEAR)]).map_or(at + 2, |n| at + n + 1);
+            let close = closing(bytes, at + 1).unwrap_or(at + 2);
             let found = index(text, word.start + at..word.start + close).map(|i| i.1);
             let next = bytes.get(close).or_else(|| words.get(k + 1).and_then(|w| text.bytes.get(w.start)));
             let line = text.line_of(word.start);
-            let writes = k == 0 && at == 0 && next == Some(&b'=');
-            match (found, writes) {
+            match (found, next == Some(&b'=')) {
                 (Some(n), true) => drop(self.written.insert(n, line)),
                 (None, true) => self.written_any = Some(line),
-                (Some(n), false) => drop(self.read.insert(n)),
-                (None, false) => self.read_any = true,
+                (Some(n), false) if !moves => drop(self.read.insert(n)),
+                (None, false) if !moves => self.read_any = true,
+                _ => {}
             }
         }
     }

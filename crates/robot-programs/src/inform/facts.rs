@@ -3,7 +3,7 @@
 use super::job::Kind;
 use super::list::List;
 use super::shared::{clears_positions, variables};
-use super::words::{FRAME_WORDS, is_plain_move, sets_frame, upper, upper_words, words};
+use super::words::{FRAME_WORDS, begin_of, is_plain_move, sets_frame, upper, upper_words, words};
 use crate::script::{At, Note, Text};
 use std::collections::BTreeSet;
 
@@ -37,19 +37,29 @@ pub(super) fn reads_place(text: &Text, begin: usize) -> BTreeSet<u64> {
     (begin..text.line_count()).filter(named).map(|k| k as u64 + 1).collect()
 }
 
-/// Numbers of user frames and tools that the job sets while it runs (`MFRAME UF#(1) ...`, `SETTOOL TL#(2) P001`); `None`: any.
+/// Numbers of user frames and tools that the job, or one that it calls, sets while it runs (`MFRAME UF#(1) ...`, `SETTOOL TL#(2) P001`);
+/// `None`: any.
 #[derive(Default)]
 pub(super) struct FramesSet([BTreeSet<Option<u32>>; 2]);
 
 impl FramesSet {
-    /// Reads what the instructions from line `begin` set.
+    /// Reads what the instructions from line `begin` set, and those of the jobs that are `run` from there.
+    pub(super) fn of(text: &Text, begin: usize, run: &[&Text]) -> Self {
+        let mut found = Self::default();
+        found.add(text, begin);
+        for job in run {
+            found.add(job, begin_of(job).unwrap_or_default());
+        }
+        found
+    }
+
+    /// Adds what a job sets.
     ///
     /// `frame = ("UF#" | "TL#") "(" number ")"`
-    pub(super) fn of(text: &Text, begin: usize) -> Self {
-        let mut found = Self::default();
+    fn add(&mut self, text: &Text, begin: usize) {
         for k in begin..text.line_count() {
             let words = sets_frame(text, k);
-            for (list, word) in found.0.iter_mut().zip(FRAME_WORDS) {
+            for (list, word) in self.0.iter_mut().zip(FRAME_WORDS) {
                 let named = words.iter().filter_map(|w| w.split_once(word).map(|(_, rest)| rest));
                 list.extend(named.map(|rest| {
                     let inside = rest.strip_prefix('(').and_then(|r| r.split(')').next());
@@ -57,7 +67,6 @@ impl FramesSet {
                 }));
             }
         }
-        found
     }
 
     /// Whether the user frame (`tool`: the tool) of a number is one of them.

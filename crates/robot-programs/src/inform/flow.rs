@@ -4,9 +4,9 @@
 //! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
 
 use super::shared::job_name;
-use super::words::{begin_of, is_plain_move, stands, still, upper_words};
+use super::words::{OVERLAID, begin_of, is_plain_move, stands, still, upper_words};
 use crate::script::called::{Called, Does};
-use crate::script::held::{self, Event};
+use crate::script::held::{self, Effects, Event};
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -98,15 +98,11 @@ pub(super) fn beside(texts: &[Text]) -> Called {
     Called::of(&texts.iter().map(|t| t.known(does)).collect::<Vec<_>>())
 }
 
-/// Overlaid motions (bits, in the order of `overlaid`) that may be on before each line, whichever way the job came there; empty: never.
+/// The instructions of a job as what they switch on and off, and the first of them of each line from `begin` on.
 ///
 /// `instruction = on | off | flow | "JUMP" ... | {word | label}`
-pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str)]) -> Vec<u32> {
-    let named = |word: &str| memchr::memmem::find(&text.bytes, word.as_bytes()).is_some();
-    if !overlaid.iter().any(|(on, off)| named(on) || named(off)) {
-        return Vec::new();
-    }
-    let (mut events, mut first) = (Vec::new(), vec![0; begin]);
+fn events(text: &Text, begin: usize) -> (Vec<Event>, Vec<usize>) {
+    let (mut events, mut first) = (Vec::new(), Vec::new());
     for k in begin..text.line_count() {
         first.push(events.len());
         if is_plain_move(text.line(k)) {
@@ -116,17 +112,30 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str
         let words = upper_words(text, k);
         let word = words.first().map(String::as_str).unwrap_or_default();
         let bit = |k: usize| 1 << k;
-        let turned = overlaid.iter().enumerate().find_map(|(k, (on, off))| {
+        let turned = OVERLAID.iter().enumerate().find_map(|(k, (on, off))| {
             (word == *on).then(|| Event::On(bit(k))).or_else(|| (word == *off).then(|| Event::Off(bit(k))))
         });
         let to = |word: &String| Event::Jump(Some(word.clone()));
         let event = match read(&words) {
             _ if turned.is_some() => turned.unwrap_or_default(),
             Flow::Label(name) => Event::Label(name),
-            Flow::Jump { label, .. } => label.as_ref().map_or(Event::Other, to),
+            Flow::Jump { label: Some(label), .. } => to(&label),
+            Flow::Jump { label: None, .. } => {
+                // what the other job does is done before this one ends
+                let job = words.get(1).filter(|_| word == "JUMP").and_then(|w| job_of(w));
+                events.push(Event::Open(false));
+                events.extend(job.map(Event::Call));
+                events.push(Event::End);
+                Event::Close
+            }
             Flow::Open(kind) => Event::Open(kind == Break::Loop),
             Flow::Middle => Event::Middle,
             Flow::Close(_) => Event::Close,
+            Flow::Call(name) if words.len() > 2 => {
+                events.extend([Event::Open(false), Event::Call(name)]);
+                Event::Close
+            }
+            Flow::Call(name) => Event::Call(name),
             // a label that is computed may be any
             Flow::Other if word == "JUMP" => Event::Jump(None),
             Flow::Other => {
@@ -138,7 +147,43 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, overlaid: &[(&str, &str
         };
         events.push(event);
     }
-    let states = held::before_each(&events, held::from_before(&events));
+    (events, first)
+}
+
+/// The jobs that a job runs, itself or by others, of those `beside` it.
+pub(super) fn run_by<'a>(text: &Text, beside: &'a [Text]) -> Vec<&'a Text> {
+    let mut open: Vec<String> = does(text).calls.into_iter().collect();
+    let mut found: Vec<&Text> = Vec::new();
+    while let Some(name) = open.pop() {
+        for job in beside {
+            let does = job.known(does);
+            if does.name == name && !found.iter().any(|f| std::ptr::eq(*f, job)) {
+                found.push(job);
+                open.extend(does.calls.iter().cloned());
+            }
+        }
+    }
+    found
+}
+
+/// A job under its name, and what it switches on and off.
+fn switches(text: &Text) -> Option<(String, Vec<Event>)> {
+    Some((job_name(text)?, events(text, begin_of(text)?).0))
+}
+
+/// Overlaid motions (bits, in the order of [`OVERLAID`]) that may be on before each line, whichever way the job came there, and whatever the
+/// jobs `beside` it do that it calls; empty: never.
+pub(super) fn overlaid_before(text: &Text, begin: usize, beside: &[Text]) -> Vec<u32> {
+    let named = |text: &Text, word: &str| memchr::memmem::find(&text.bytes, word.as_bytes()).is_some();
+    let any = |text: &&Text| OVERLAID.iter().any(|(on, off)| named(text, on) || named(text, off));
+    if !std::iter::once(text).chain(beside).any(|t| any(&t)) {
+        return Vec::new();
+    }
+    let jobs: Vec<_> = beside.iter().map(|t| t.known(switches)).filter_map(|job| (*job).clone()).collect();
+    let (events, mut lines) = events(text, begin);
+    let mut first = vec![0; begin];
+    first.append(&mut lines);
+    let states = held::before_each(&events, held::from_before(&events), &Effects::of(&jobs));
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 

@@ -95,7 +95,7 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Before the instructions, which begin at line `begin`; `beside`: the other jobs.
     fn new(text: &'a Text, robot: &'a Axes, list: &'a List, begin: usize, beside: &[Text]) -> Self {
-        let overlaid = flow::overlaid_before(text, begin, OVERLAID);
+        let overlaid = flow::overlaid_before(text, begin, beside);
         let jobs = flow::beside(beside);
         Self {
             text,
@@ -104,7 +104,7 @@ impl<'a> Reader<'a> {
             ends: job::ends(&list.positions),
             assigned: assigned(text, begin, list),
             shared: Shared::of(text, begin, beside),
-            frames_set: FramesSet::of(text, begin),
+            frames_set: FramesSet::of(text, begin, &flow::run_by(text, beside)),
             has_noted: false,
             counted: Counted::of(text, begin),
             moves: 0,

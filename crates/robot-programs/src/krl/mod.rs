@@ -13,8 +13,8 @@
 //! what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
 //! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds,
 //! sensors; [`settings`] speeds and frames in force, with [`lists`] of the controller and values of a [`frame`]; [`target`] axis values;
-//! [`product`] products of frames; [`relative`] relative motions; [`led`] what leads the robot away from its points; [`read`] makes the
-//! [`program`]; [`write`] the patches; [`clone`] a point's second form.
+//! [`product`] products of frames; [`relative`] relative motions; [`led`] what leads the robot away from its points; [`outside`] what
+//! routines of other files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.
@@ -52,6 +52,7 @@ mod lex;
 mod lists;
 mod motion;
 mod name;
+mod outside;
 mod product;
 mod program;
 mod project;

@@ -17,6 +17,7 @@ use super::going::Going;
 use super::led::Led;
 use super::lex::{Kind, Token, in_upper, tokens, upper};
 use super::motion::{self, Motion};
+use super::outside::Outside;
 use super::program::{Program, Source};
 use super::relative::{self, Stands};
 use super::settings::{self, Settings};
@@ -27,6 +28,7 @@ use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
 use crate::script::called;
+use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Targets, Text, pragma};
@@ -180,8 +182,9 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)]) -> Self {
         let going = Going::of(texts);
+        let outside = Outside::of(texts, &going);
         Self {
-            ahead: Ahead::of(&texts[0], data, &going),
+            ahead: Ahead::of(&texts[0], data, &going, &outside),
             texts,
             text: &texts[0],
             data,
@@ -204,7 +207,7 @@ impl<'a> Reader<'a> {
             spline: false,
             set: Settings::default(),
             going,
-            led: Led::of(&texts[0]),
+            led: Led::of(&texts[0], &Effects::of(&outside.events)),
             counting: relative::routines(texts),
             counted_calls: BTreeSet::new(),
             jumps: false,

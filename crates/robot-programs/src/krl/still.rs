@@ -72,7 +72,7 @@ impl Routines {
 }
 
 /// Whether a line that begins with this word may begin a routine.
-fn may_begin_routine(word: &[u8]) -> bool {
+pub(super) fn may_begin_routine(word: &[u8]) -> bool {
     ["DEF", "DEFFCT", "GLOBAL"].iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()))
 }
 

@@ -839,3 +839,27 @@ fn the_tool_of_a_move_with_a_procedure_stands_before_its_name() {
         assert_eq!(goal.tool, Frame::Named("tHand".into()), "{line}");
     }
 }
+
+#[test]
+fn a_move_with_a_signal_has_the_tool_after_its_zone() {
+    let target = "[[900,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let tools = |line: &str| {
+        let tool = "PERS tooldata tGun:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];";
+        match &moves(&program(tool, line))[0].goal {
+            Goal::Pose(p) => p.tool.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let gun = tools(&format!("MoveL {target},v100,fine,tGun;"));
+    for line in [
+        format!("MoveLDO {target},v100,fine,tGun,doGlue,1;"),
+        format!("MoveLDO {target},v100,fine,tGun\\WObj:=wobj0,doGlue,high;"),
+        format!("MoveJGO {target},v100,fine,tGun,goPart\\Value:=5;"),
+        format!("MoveLAO {target},v100,fine,tGun,aoFlow,0.5;"),
+        format!("MoveLSync {target},v100,fine,tGun,sName;"),
+        format!("MoveCDO {target},{target},v100,fine,tGun,doGlue,1;"),
+        format!("ArcL {target},v100,seam1,weld1,fine,tGun;"),
+    ] {
+        assert_eq!(tools(&line), gun, "{line}");
+    }
+}

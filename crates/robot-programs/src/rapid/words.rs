@@ -110,6 +110,8 @@ pub struct Motion {
     pub target: usize,
     /// `MoveAbsJ`, `MoveJ`, `MoveL`: target, speed, zone, tool in this order, and nothing happens on the way.
     pub plain: bool,
+    /// Its tool stands third after its target, and more may follow (a signal and its value). Process moves have it last.
+    pub tool_third: bool,
     /// Process state after it.
     pub process: Option<bool>,
     /// It stands and works at its end (a spot weld).
@@ -118,23 +120,33 @@ pub struct Motion {
 
 /// The motion instruction of a name in lower case.
 pub fn motion(name: &str) -> Option<Motion> {
-    let known = |path, leads, target| Motion { path, leads, target, plain: false, process: None, works: false };
-    let simple = |path, leads| Motion { plain: true, ..known(path, leads, 0) };
+    let known = |path, leads, target| Motion {
+        path,
+        leads,
+        target,
+        plain: false,
+        tool_third: false,
+        process: None,
+        works: false,
+    };
+    let third = |path, target| Motion { tool_third: true, ..known(path, Leads::Pose, target) };
+    let simple = |path, leads| Motion { plain: true, tool_third: true, ..known(path, leads, 0) };
     Some(match name {
         "moveabsj" => simple(PathKind::Joint, Leads::Joints),
         "movej" => simple(PathKind::Joint, Leads::Pose),
         "movel" => simple(PathKind::Linear, Leads::Pose),
-        "movec" => known(PathKind::Curve, Leads::Pose, 1),
+        "movec" => third(PathKind::Curve, 1),
         "triggabsj" => known(PathKind::Joint, Leads::Joints, 0),
         "moveextj" => known(PathKind::Joint, Leads::External, 0),
         "searchl" => known(PathKind::Linear, Leads::Search, 2),
         "searchc" => known(PathKind::Curve, Leads::Search, 3),
         "searchextj" => known(PathKind::Joint, Leads::Search, 2),
-        "movejdo" | "movejao" | "movejgo" | "movejsync" | "triggj" => known(PathKind::Joint, Leads::Pose, 0),
-        "moveldo" | "movelao" | "movelgo" | "movelsync" | "triggl" | "trigglios" => {
-            known(PathKind::Linear, Leads::Pose, 0)
-        }
-        "movecdo" | "movecao" | "movecgo" | "movecsync" | "triggc" => known(PathKind::Curve, Leads::Pose, 1),
+        "movejdo" | "movejao" | "movejgo" | "movejsync" => third(PathKind::Joint, 0),
+        "moveldo" | "movelao" | "movelgo" | "movelsync" => third(PathKind::Linear, 0),
+        "movecdo" | "movecao" | "movecgo" | "movecsync" => third(PathKind::Curve, 1),
+        "triggj" => known(PathKind::Joint, Leads::Pose, 0),
+        "triggl" | "trigglios" => known(PathKind::Linear, Leads::Pose, 0),
+        "triggc" => known(PathKind::Curve, Leads::Pose, 1),
         "spotl" | "spotml" => Motion { works: true, ..known(PathKind::Linear, Leads::Pose, 0) },
         "spotj" | "spotmj" => Motion { works: true, ..known(PathKind::Joint, Leads::Pose, 0) },
         "displ" | "paintl" | "capl" | "gluel" | "laserl" => known(PathKind::Linear, Leads::Pose, 0),
@@ -162,7 +174,7 @@ fn arc(name: &str) -> Option<Motion> {
         "end" => Some(false),
         _ => return None,
     };
-    Some(Motion { path, leads: Leads::Pose, target, plain: false, process, works: false })
+    Some(Motion { path, leads: Leads::Pose, target, plain: false, tool_third: false, process, works: false })
 }
 
 /// Instructions that neither move the robot nor change what targets mean. In lower case, sorted.

@@ -2,9 +2,49 @@
 //! leads), followed through labels, jumps and blocks until nothing is added.
 //!
 //! A state counts as on wherever one way through the program leaves it on: an instruction that switches it off and may be passed by
-//! ends nothing for those who pass by.
+//! ends nothing for those who pass by. A program that is called leaves behind what its own text does, as far as that text is there
+//! ([`Effects`]); one that is not there leaves everything as it was.
 
 use std::collections::BTreeMap;
+
+/// What running a program does to the states, as bits.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Effect {
+    /// That it may leave on, whatever was on before it.
+    leaves: u32,
+    /// That may stay on through it.
+    keeps: u32,
+}
+
+/// What the programs that may be called do, by their names.
+#[derive(Debug, Default)]
+pub struct Effects(BTreeMap<String, Effect>);
+
+impl Effects {
+    /// Of programs by their names, which may call each other. Of several with one name any may be meant.
+    pub fn of(programs: &[(String, Vec<Event>)]) -> Self {
+        let mut known = Self(programs.iter().map(|(name, _)| (name.clone(), Effect::default())).collect());
+        // effects only grow, so that it comes to an end
+        loop {
+            let mut next = Self::default();
+            for (name, events) in programs {
+                let end = |start| at_end(events, start, &known);
+                let all = next.0.entry(name.clone()).or_default();
+                all.leaves |= end(0);
+                all.keeps |= end(u32::MAX);
+            }
+            if next.0 == known.0 {
+                return known;
+            }
+            known = next;
+        }
+    }
+
+    /// Whether none of the programs switches anything.
+    pub fn is_empty(&self) -> bool {
+        self.0.values().all(|e| *e == Effect { leaves: 0, keeps: u32::MAX })
+    }
+}
 
 /// What a line of a program means here.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -28,6 +68,10 @@ pub enum Event {
     On(u32),
     /// States that go off.
     Off(u32),
+    /// A program is called.
+    Call(String),
+    /// The program may end here.
+    End,
 }
 
 /// A block that is open.
@@ -48,17 +92,24 @@ struct Joins {
 }
 
 /// The states, as bits, that may be on before each line, and after the last; `start`: those at the start.
-pub fn before_each(events: &[Event], start: u32) -> Vec<u32> {
+pub fn before_each(events: &[Event], start: u32, called: &Effects) -> Vec<u32> {
     let mut joins = Joins::default();
     // what is joined only grows, so that it comes to an end
-    let mut states = joins.pass(events, start);
+    let mut states = joins.pass(events, start, called);
     loop {
-        let next = joins.pass(events, start);
+        let next = joins.pass(events, start, called);
         if next == states {
             return states;
         }
         states = next;
     }
+}
+
+/// The states that may be on where a program ends.
+fn at_end(events: &[Event], start: u32, called: &Effects) -> u32 {
+    let states = before_each(events, start, called);
+    let ends = events.iter().zip(&states).filter(|(event, _)| **event == Event::End).map(|(_, state)| *state);
+    ends.chain(states.last().copied()).fold(0, |all, state| all | state)
 }
 
 /// The states that a text switches off before it ever switches them on: something before it did.
@@ -75,7 +126,7 @@ pub fn from_before(events: &[Event]) -> u32 {
 }
 
 impl Joins {
-    fn pass(&mut self, events: &[Event], start: u32) -> Vec<u32> {
+    fn pass(&mut self, events: &[Event], start: u32, called: &Effects) -> Vec<u32> {
         let (mut now, mut open) = (start, Vec::<Block>::new());
         let mut states = Vec::with_capacity(events.len() + 1);
         for (line, event) in events.iter().enumerate() {
@@ -106,12 +157,17 @@ impl Joins {
                     }
                 }
                 Event::Leave => open.iter_mut().for_each(|block| block.ends |= now),
-                Event::Other | Event::On(_) | Event::Off(_) => {}
+                Event::Other | Event::On(_) | Event::Off(_) | Event::Call(_) | Event::End => {}
             }
             states.push(now);
             match event {
                 Event::On(bits) => now |= bits,
                 Event::Off(bits) => now &= !bits,
+                Event::Call(name) => {
+                    if let Some(effect) = called.0.get(name) {
+                        now = now & effect.keeps | effect.leaves;
+                    }
+                }
                 _ => {}
             }
         }
@@ -122,8 +178,8 @@ impl Joins {
 
 #[cfg(test)]
 mod tests {
-    use super::Event::{self, Close, Jump, Label, Leave, Middle, Off, On, Open, Other};
-    use super::{before_each, from_before};
+    use super::Event::{self, Call, Close, End, Jump, Label, Leave, Middle, Off, On, Open, Other};
+    use super::{Effects, before_each, from_before};
 
     fn to(name: &str) -> Event {
         Jump(Some(name.into()))
@@ -156,7 +212,33 @@ mod tests {
             ("to any label", vec![at("A"), On(1), Jump(None), Off(1)], vec![1, 1, 1, 1, 0]),
         ];
         for (what, events, expected) in cases {
-            assert_eq!(before_each(&events, 0), expected, "{what}");
+            assert_eq!(before_each(&events, 0, &Effects::default()), expected, "{what}");
+        }
+    }
+
+    fn call(name: &str) -> Event {
+        Call(name.into())
+    }
+
+    #[test]
+    fn a_program_that_is_called_leaves_on_what_it_switches_on() {
+        // worked out by hand: what holds after `call(A)`, from nothing and from both states
+        let cases = [
+            ("it switches on", vec![("A", vec![On(1)])], [1, 3]),
+            ("it switches off", vec![("A", vec![Off(1)])], [0, 2]),
+            ("it does both", vec![("A", vec![On(1), Other, Off(1)])], [0, 2]),
+            ("it may end in between", vec![("A", vec![On(1), End, Off(1)])], [1, 3]),
+            ("it may not come there", vec![("A", vec![Open(false), Off(1), Close])], [0, 3]),
+            ("through another", vec![("A", vec![call("B"), Off(2)]), ("B", vec![On(1)])], [1, 1]),
+            ("it calls itself", vec![("A", vec![Open(false), On(1), call("A"), Close])], [1, 3]),
+            ("one of two", vec![("A", vec![On(1)]), ("A", vec![Off(2)])], [1, 3]),
+            ("another one", vec![("B", vec![On(1)])], [0, 3]),
+        ];
+        for (what, programs, expected) in cases {
+            let programs: Vec<_> = programs.into_iter().map(|(name, events)| (name.to_string(), events)).collect();
+            let effects = Effects::of(&programs);
+            let after = [0, 3].map(|start| before_each(&[call("A")], start, &effects)[1]);
+            assert_eq!(after, expected, "{what}");
         }
     }
 

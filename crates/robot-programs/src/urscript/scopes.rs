@@ -1,5 +1,6 @@
 //! Which names of a URScript mean one variable, and what is known of its value.
 
+use super::lex::Kind;
 use super::read::{ItemKind, Parsed};
 use std::collections::{HashMap, HashSet};
 
@@ -38,14 +39,27 @@ impl Parsed {
                 if name.is_empty() || Some(i) == *goal || !names.contains(name) {
                     continue;
                 }
-                if let Some(key) = self.key(item.def, name)
-                    && let Some(v) = self.variables.get_mut(&key)
-                {
-                    v.read = true;
+                if let Some(key) = self.key(item.def, name) {
+                    let changed = self.method(i).map(|method| format!("`{name}.{method}()` changes it"));
+                    if let Some(v) = self.variables.get_mut(&key) {
+                        v.read = true;
+                        v.changed = v.changed.take().or(changed);
+                    }
                 }
             }
         }
         self.items = items;
+    }
+
+    /// The method of a variable at token `i` that may change its list.
+    ///
+    /// `method = name "." word "("`
+    fn method(&self, i: usize) -> Option<&str> {
+        const READS: [&str; 2] = ["length", "slice"];
+        let mark = |k: usize, b: u8| self.tokens.get(k).is_some_and(|t| t.kind == Kind::Mark(b));
+        let method = self.words.at(i + 2);
+        let called = mark(i + 1, b'.') && mark(i + 3, b'(');
+        (called && !method.is_empty() && !READS.contains(&method)).then_some(method)
     }
 
     fn scope(&self, def: Option<usize>, name: &str, assigned: &HashSet<(Option<usize>, String)>) -> Option<usize> {

@@ -507,3 +507,17 @@ fn a_move_after_which_the_program_reads_its_place_keeps_its_goal() {
         assert_eq!(fixed(line), [false; 3], "{line}");
     }
 }
+
+#[test]
+fn a_list_that_a_method_changes_is_not_certain() {
+    let edited = |line: &str| {
+        let source = format!("q = {Q}\n{line}\nmovej(q)\n");
+        !matches!(moves(&source)[0].goal, Goal::Opaque(_))
+    };
+    assert!(edited("n = q.length()") && edited("textmsg(q.slice(0, 2))") && edited("other.pop()"));
+    for line in
+        ["q.append(0.1)", "n = q.pop()", "q.insert(0, 1.0)", "if q.remove(0) > 1:\n  sleep(1)\nend", "q.clear()"]
+    {
+        assert!(!edited(line), "{line}");
+    }
+}

@@ -60,6 +60,8 @@ pub struct Poses {
     pub missing: Missing,
     /// Joints in whose configuration the arm works where nothing else determines it, rad or m; `None`: not given.
     pub posture: Option<Arc<[f64]>>,
+    /// Why joints and places do not tell each other; `None`: they do.
+    pub unknown_arm: Option<Cause>,
 }
 
 impl Poses {
@@ -68,7 +70,8 @@ impl Poses {
         let si =
             |given: &Vec<f64>| robot.axis_joints().zip(given).map(|(j, v)| v * j.kind.si_per_user_unit()).collect();
         let posture = frames.posture_deg.as_ref().map(si);
-        Self { robot: robot.clone(), frames, by_tool: BTreeMap::new(), missing: Missing::default(), posture }
+        let (robot, by_tool, missing) = (robot.clone(), BTreeMap::new(), Missing::default());
+        Self { robot, frames, by_tool, missing, posture, unknown_arm: None }
     }
 
     /// Frame and tool of a target.

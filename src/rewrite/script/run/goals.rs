@@ -114,6 +114,7 @@ impl Cutter<'_> {
     /// The robot with the tool whose TCP goes on an arc; where no tool turns on it, all its points go on arcs alike.
     fn tool_of_circle(&mut self, m: &Move, points: [&[f64]; 3]) -> Result<Arc<Tooled>, Cause> {
         let tool = m.tool.as_ref().ok_or(Cause::CurveToJoints)?;
+        self.poses.unknown_arm.clone().map_or(Ok(()), Err)?;
         let rotations = points.map(|q| isometry(&self.plain.robot.forward(q)).rotation);
         let turns = (1..3).any(|k| rotations[0].angle_to(&rotations[k]) >= way::SAME_TURN);
         match self.poses.tool(tool) {
@@ -131,6 +132,7 @@ impl Cutter<'_> {
         let Some(tool) = m.tool.as_ref().filter(|_| m.path == PathKind::Linear && !self.is_gantry()) else {
             return Ok(None);
         };
+        self.poses.unknown_arm.clone().map_or(Ok(()), Err)?;
         let robot = &self.plain.robot;
         let turn = isometry(&robot.forward(from)).rotation.angle_to(&isometry(&robot.forward(to)).rotation);
         match self.poses.tool(tool) {
@@ -158,7 +160,11 @@ impl Cutter<'_> {
         m: &Move,
         from: &mut Option<Joints>,
     ) -> Option<(Vec<f64>, Place)> {
-        let why = match self.pose(goal, m, from.as_deref()) {
+        let solved = match self.poses.unknown_arm.clone() {
+            Some(why) => Err(why),
+            None => self.pose(goal, m, from.as_deref()),
+        };
+        let why = match solved {
             Ok(found) => return Some(found),
             Err(why) => why,
         };

@@ -330,3 +330,67 @@ fn a_remark_that_stands_after_the_end_of_a_statement_is_passed_over() {
     let d = doc(text.as_bytes());
     assert_eq!(harness::kinds(d.script())[1..], ["move", "dwell None", "move"]);
 }
+
+/// Why the goals of the motions of numbered lines stay, in a program with others beside it; and the tool of each Cartesian one.
+fn left_beside(lines: &str, beside: &[(&str, &str)]) -> Vec<String> {
+    let numbered = |lines: &str| {
+        let lines: Vec<String> = lines.lines().enumerate().map(|(k, l)| format!("{:4}:{l} ;", k + 1)).collect();
+        lines.join("\n")
+    };
+    let mut texts = vec![Text::new("p.ls", of_lines(&numbered(lines)).into_bytes())];
+    texts.extend(beside.iter().map(|(name, lines)| {
+        let program = format!("/PROG  {name}\n/ATTR\n/MN\n{}\n/POS\n/END\n", numbered(lines));
+        Text::of_context(format!("{name}.LS"), program.into_bytes())
+    }));
+    let d = Fanuc.parse(texts, &m10ia()).unwrap();
+    let why = |m: &Move| match &m.goal {
+        Goal::Opaque(why) => why.clone(),
+        _ => String::new(),
+    };
+    moves(d.as_ref()).iter().map(|(_, m)| why(m)).collect()
+}
+
+#[test]
+fn what_a_called_program_leaves_on_leads_the_robot_after_the_call() {
+    let (j, l) = ("J P[1] 100% FINE", "L P[2] 50mm/sec FINE");
+    let left = |lines: &str, beside: &[(&str, &str)]| {
+        left_beside(lines, beside).iter().map(|w| w.contains("leads the robot away")).collect::<Vec<bool>>()
+    };
+    let calls = format!("{j}\n  CALL SUB\n{l}\n  CALL STOP\n{l}");
+    for (sub, expected) in [
+        ("  SOFTFLOAT[1]", [false, true, false]),
+        ("  IF R[1]=1,JMP LBL[1]\n  Weave Sine[1]\n  LBL[1]", [false, true, true]),
+        ("  Weave Sine[1]\n  END\n  Weave End", [false, true, true]),
+        ("  Weave Sine[1]\n  Weave End", [false, false, false]),
+        ("  CALL DEEP", [false, true, false]),
+        ("  IF R[1]=1,CALL DEEP", [false, true, false]),
+    ] {
+        let beside = [("SUB", sub), ("STOP", "  SOFTFLOAT END\n  Track End"), ("DEEP", "  Track TAST[1]")];
+        assert_eq!(left(&calls, &beside), expected, "{sub}");
+    }
+    // whether the end is called is not certain
+    let perhaps = format!("  SOFTFLOAT[1]\n{j}\n  IF R[1]=1,CALL STOP\n{l}");
+    assert_eq!(left(&perhaps, &[("STOP", "  SOFTFLOAT END")]), [true, true]);
+}
+
+#[test]
+fn a_position_that_the_program_may_teach_is_not_known_wherever_it_does_so() {
+    let lines = |teaches: &str| format!("J P[1] 100% FINE\n{teaches}\nJ P[2] 100% FINE\nJ P[3] 100% FINE");
+    let left = |teaches: &str| {
+        let left = left_beside(&lines(teaches), &[]);
+        left.iter().map(|why| why.contains("the program writes")).collect::<Vec<bool>>()
+    };
+    for any in ["  P[R[1]]=LPOS", "  P[R[1:at]]=PR[2]", "  IF (DI[1]),P[R[1]]=JPOS", "  P[AR[1]]=LPOS"] {
+        assert_eq!(left(any), [true, true, true], "{any}");
+    }
+    for second in ["  P[2]=LPOS", "  P[2:a]=PR[R[1]]", "  IF (DI[1]),P[2]=LPOS", "  IF (DI[1]=ON),P[2:a]=PR[3]"] {
+        assert_eq!(left(second), [false, true, false], "{second}");
+    }
+    assert_eq!(left("  PR[1]=P[2]"), [false, false, false]);
+    // on the way of a motion
+    let nested = of_lines(
+        "   1:J P[1] 100% FINE DB 10.0mm {\n    :  P[2]=PR[4] ;\n    : } ;\n   2:J P[2] 100% FINE    ;\n   3:J P[3] 100% FINE    ;",
+    );
+    let left: Vec<bool> = self::left(&nested).iter().map(|why| why.contains("the program writes")).collect();
+    assert_eq!(left[left.len() - 2..], [true, false]);
+}

@@ -1,7 +1,7 @@
 //! Jobs and moves that are not for this compensator to change.
 
 use super::*;
-use crate::script::Script;
+use crate::script::{Script, Text};
 
 const LIST: &str = "///TOOL 0\n///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,-2000,300,0,-500,622\n\
                     C00002=2000,-2000,300,0,-500,622";
@@ -143,4 +143,55 @@ fn a_corner_whose_size_is_computed_stays_and_takes_no_points() {
     }
     let out = edited(&Inform, text.as_bytes(), &edits, &robot()).unwrap();
     assert_eq!(String::from_utf8(out).unwrap(), text.replace("C00001=1000,", "C00001=1007,"));
+}
+
+/// The script of a job with others beside it: their names and instructions.
+fn script_beside(own: &str, beside: &[(&str, &str)]) -> Script {
+    let mut texts = vec![Text::new("TEST.JBI", own.as_bytes().to_vec())];
+    texts.extend(beside.iter().map(|(name, lines)| {
+        let job = job("0,0,0,0,0,0", "", lines).replace("//NAME TEST", &format!("//NAME {name}"));
+        Text::of_context(format!("{name}.JBI"), job.into_bytes())
+    }));
+    Inform.parse(texts, &robot()).unwrap().script().clone()
+}
+
+#[test]
+fn what_a_called_job_leaves_on_leads_the_robot_after_the_call() {
+    let calls = "MOVJ C00000 VJ=25.00\nCALL JOB:SUB\nMOVJ C00001 VJ=25.00\nCALL JOB:STOP\nMOVJ C00002 VJ=25.00";
+    let left = |lines: &str, sub: &str| {
+        let beside = [("SUB", sub), ("STOP", "SFTOF\nFLOATOF"), ("DEEP", "FLOATON FL#(1)")];
+        let script = script_beside(&three(lines), &beside);
+        moves(&script).iter().map(|m| matches!(m.1.goal, Goal::Opaque(_))).collect::<Vec<bool>>()
+    };
+    for (sub, expected) in [
+        ("SFTON P001", [false, true, false]),
+        ("WVON WEV#(1)", [false, true, true]),
+        ("SFTON P001\nSFTOF", [false; 3]),
+        ("WVON WEV#(1)\nRET IF B000=1\nWVOF", [false, true, true]),
+        ("JUMP *OVER IF B000=1\nWVON WEV#(1)\n*OVER", [false, true, true]),
+        ("CALL JOB:DEEP", [false, true, false]),
+        ("CALL JOB:DEEP IF B000=1", [false, true, false]),
+        ("SET B000 1\nJUMP JOB:DEEP", [false, true, false]),
+    ] {
+        assert_eq!(left(calls, sub), expected, "{sub}");
+    }
+    // whether the end is called is not certain
+    let perhaps = "SFTON P001\nMOVJ C00000 VJ=25.00\nCALL JOB:STOP IF B000=1\nMOVJ C00001 VJ=25.00";
+    assert_eq!(left(perhaps, "NOP"), [true, true]);
+}
+
+#[test]
+fn a_frame_that_a_called_job_sets_is_not_the_one_that_is_given() {
+    let list = "///USER 1\n///TOOL 2\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0,0,0\nC00000=900.000,0.000,300.000,180.00,0.00,0.00";
+    let own = job("1,0,0,0,0,0", list, "CALL JOB:SUB\nMOVJ C00000 VJ=25.00");
+    let frames = |sub: &str| {
+        let beside = [("SUB", sub), ("DEEP", "SETTOOL TL#(2) P001"), ("OTHER", "MFRAME UF#(1) PX000 PX001 PX002")];
+        match &moves(&script_beside(&own, &beside))[0].1.goal {
+            Goal::Pose(p) => [&p.frame, &p.tool].map(|f| format!("{f:?}").contains("as the job sets it")),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(frames("MFRAME UF#(1) PX000 PX001 PX002"), [true, false]);
+    assert_eq!(frames("CALL JOB:DEEP"), [false, true]);
+    assert_eq!(frames("MFRAME UF#(3) PX000 PX001 PX002"), [false, false]);
 }

@@ -6,6 +6,7 @@ use crate::krl::going::{Going, Turning};
 use crate::krl::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use crate::krl::lists::Lists;
 use crate::krl::motion;
+use crate::krl::outside::Outside;
 use crate::krl::settings::Settings;
 use crate::krl::statement::{assignment, is_label, is_routine};
 use crate::script::Text;
@@ -29,12 +30,16 @@ pub(super) struct Ahead {
 }
 
 impl Ahead {
-    pub(super) fn of(text: &Text, data: &Data, going: &Going) -> Self {
-        let lists = lists(text, data);
+    /// Of the program's text; `outside`: what the routines of other files do that it calls.
+    pub(super) fn of(text: &Text, data: &Data, going: &Going, outside: &Outside) -> Self {
+        let mut lists = lists(text, data);
+        lists.add(&outside.lists);
         let (mut later, turning) = later(text, data, going, &lists);
+        let turning = turning.max(outside.turning);
         let (carried, moved) = carried(text, data);
+        let (carried, moved) = (carried.or(outside.carried.clone()), moved.or(outside.moved.clone()));
         let passed = passed(text);
-        for list in (0..2).filter(|list| !passed[*list].is_empty()) {
+        for list in (0..2).filter(|list| !passed[*list].is_empty() || outside.frames[*list]) {
             later[list] = Some(by_a_routine(list));
         }
         Self { later, turning, carried, moved, lists, passed }

@@ -97,6 +97,9 @@ fn motions_under_a_sensor_or_on_a_conveyor_stay() {
     assert_eq!(left(&format!("{j}ret=RSI_ON(#RELATIVE)\n{j}{AT}ret=RSI_OFF()\n{j}")), [false, true, true, false]);
     assert_eq!(left(&format!("{j}IF (RSI_ON() <> RSIOK) THEN\nHALT\nENDIF\n{j}RSI_OFF()\n{j}")), [false, true, false]);
     assert_eq!(left(&format!("{j}CONVEYOR.FOLLOW(#C1,1,1)\n{j}CONVEYOR.QUIT()\n{j}")), [false, true, false]);
+    // a function generator, which weaves
+    let generator = format!("{j}$TECH[1].MODE=#CYCLE\n{j}$TECH[1].CLASS=#PATH\n{AT}$TECH[1].MODE=#OFF\n{j}");
+    assert_eq!(left(&generator), [false, true, true, false]);
     // of the next round, of another way to the label, of whoever called
     assert_eq!(left(&format!("LOOP\n{j}ret=RSI_ON(#RELATIVE)\n{j}ENDLOOP\nret=RSI_OFF()\n{j}")), [true, true, false]);
     let past =

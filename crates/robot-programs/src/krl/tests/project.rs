@@ -267,3 +267,50 @@ fn a_point_of_all_modules_is_not_certain_beside_a_file_that_cannot_be_read() {
         assert!(why.contains("b.src cannot be read"), "{why}");
     }
 }
+
+#[test]
+fn what_a_routine_of_another_file_leaves_behind_holds_after_its_call() {
+    let line = "LIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\n";
+    // base and tool of the motions, or why they stay
+    let of = |body: &str, others: &[(&str, &str)]| {
+        let d =
+            project(&format!("DEF prog( )\nBAS(#BASE,1)\nBAS(#TOOL,2)\n{body}END\n"), "DEFDAT prog\nENDDAT\n", others);
+        let said = |m: &Move| match &m.goal {
+            Goal::Pose(p) => format!("{:?} {:?}", p.frame, p.tool),
+            Goal::Opaque(why) => why.clone(),
+            other => format!("{other:?}"),
+        };
+        moves(d.as_ref()).iter().map(|(_, m)| said(m)).collect::<Vec<String>>()
+    };
+    let calls = format!("{line}sub()\n{line}");
+    let [before, quiet] = of(&calls, &[("sub.src", "DEF sub( )\nLIN {X 1}\nEND\n")]).try_into().unwrap();
+    assert_eq!(before, quiet);
+    for (does, word) in [
+        ("$BASE=BASE_DATA[3]", "$BASE as a routine sets it"),
+        ("BAS(#TOOL,5)", "$TOOL as a routine sets it"),
+        ("FDAT_ACT=FP7\nBAS(#PTP_PARAMS,100)", "$BASE as a routine sets it"),
+        ("BASE_DATA[1]={X 1,Y 2,Z 3,A 0,B 0,C 0}", "1 as the program sets it"),
+        ("$IPO_MODE=#TCP", "$IPO_MODE is set"),
+        ("$WORLD=$NULLFRAME", "$WORLD is set"),
+        ("$ORI_TYPE=#CONSTANT", "$ORI_TYPE"),
+        ("ret=RSI_ON(#RELATIVE)", "a sensor"),
+        ("$TECH[1].MODE=#CYCLE", "a function generator"),
+        ("CONVEYOR.FOLLOW(#C1,1,1)", "a conveyor"),
+    ] {
+        let sub = format!("DEF sub( )\n{does}\nEND\n");
+        let through = format!("DEF sub( )\nIF $IN[1] THEN\ndeep()\nENDIF\nEND\nGLOBAL DEF deep( )\n{does}\nEND\n");
+        for file in [&sub, &through] {
+            let found = of(&calls, &[("sub.src", file)]);
+            // a list keeps what an earlier run has put into it
+            assert!(found[0] == before || does.starts_with("BASE_DATA"), "{file}: {}", found[0]);
+            assert!(found[1].contains(word), "{file}: {}", found[1]);
+        }
+        // another routine than the one that is called; one of its own with the same name
+        let other = [("other.src", format!("DEF other( )\n{does}\nEND\n"))].map(|(n, t)| (n, t.clone()));
+        assert_eq!(of(&calls, &[(other[0].0, &other[0].1)]), [before.clone(), quiet.clone()], "{does}");
+        let own = format!("{calls}END\nDEF sub( )\nLIN {{X 1}}\n");
+        assert_eq!(of(&own, &[("sub.src", &sub)])[..2], [before.clone(), quiet.clone()], "{does}");
+    }
+    let on_and_off = "DEF sub( )\nret=RSI_ON(#RELATIVE)\nLIN {X 1}\nret=RSI_OFF()\nEND\n";
+    assert_eq!(of(&calls, &[("sub.src", on_and_off)]), [before, quiet]);
+}

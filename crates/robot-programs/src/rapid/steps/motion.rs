@@ -100,7 +100,8 @@ impl Builder<'_> {
             goal,
             speed: named(args, &["speed"]).or_else(|| positional(args, motion.target + 1)),
             zone: self.zone_at(item, motion, args),
-            tool: named(args, &["tool"]).or_else(|| if motion.plain { positional(args, 3) } else { last() }),
+            tool: named(args, &["tool"])
+                .or_else(|| if motion.tool_third { positional(args, motion.target + 3) } else { last() }),
             end: semicolon.end(),
         })
     }
@@ -239,7 +240,7 @@ impl Builder<'_> {
     fn zone_at(&mut self, item: &Item, motion: &Motion, args: &[Arg]) -> Option<usize> {
         named(args, &["zone"]).or_else(|| {
             let after = positional(args, motion.target + 2)?;
-            if motion.plain || motion.path == PathKind::Curve && self.f.word(item.span.start) == "movec" {
+            if motion.tool_third {
                 return Some(after);
             }
             (after..args.len()).find(|&k| self.zone(&args[k], item).is_some())

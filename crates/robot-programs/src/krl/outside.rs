@@ -1,0 +1,163 @@
+//! What routines of other files of the project leave behind when the program calls them: another base or tool, another way in which the
+//! tool turns, a sensor or a conveyor that leads the robot.
+//!
+//! Read are the routines (`DEF`, `DEFFCT`) that the program's text names before a bracket, and those that they name in turn. A routine of the
+//! program itself goes before one of the same name elsewhere; of several elsewhere any may be meant. A routine that no file of the
+//! project has leaves everything as it was.
+
+use super::calls::calls;
+use super::going::{Going, Turning};
+use super::led;
+use super::lex::{Kind, Token, in_upper, tokens, upper};
+use super::lists::{LISTS, Lists, as_set};
+use super::statement::{assignment, is_routine};
+use super::still::may_begin_routine;
+use crate::script::Text;
+use crate::script::cursor::integer;
+use crate::script::held::Event;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// What the routines do that the program calls, itself or by others.
+#[derive(Default)]
+pub(super) struct Outside {
+    /// One of them sets `$BASE`, `$TOOL`.
+    pub(super) frames: [bool; 2],
+    pub(super) turning: Turning,
+    /// A variable that they set and that makes any base mean something else.
+    pub(super) carried: Option<String>,
+    pub(super) moved: Option<String>,
+    /// Elements of `BASE_DATA` and `TOOL_DATA` that they set.
+    pub(super) lists: Lists,
+    /// What each of them switches on and off.
+    pub(super) events: Vec<(String, Vec<Event>)>,
+}
+
+/// Names of the routines of a text, and their lines.
+#[derive(Default)]
+struct Routines(Vec<(String, Range<usize>)>);
+
+impl Routines {
+    /// `routine = ["GLOBAL"] ("DEF" | "DEFFCT") ... name "(" ...`
+    fn of(text: &Text) -> Self {
+        let mut all: Vec<(String, Range<usize>)> = Vec::new();
+        let mut line = Vec::new();
+        for k in 0..text.line_count() {
+            if !may_begin_routine(super::lex::first_word(text, k)) {
+                continue;
+            }
+            tokens(text, k, &mut line);
+            let words: Vec<_> = line.iter().take(2).map(|t| in_upper(text, t)).collect();
+            if !matches!(words.as_slice(), [first, second] if is_routine(first, second)) {
+                continue;
+            }
+            let open = line.iter().position(|t| t.is(b'('));
+            let name = open.and_then(|o| o.checked_sub(1)).map(|n| upper(text, &line[n])).unwrap_or_default();
+            if let Some(before) = all.last_mut() {
+                before.1.end = k;
+            }
+            all.push((name, k + 1..text.line_count()));
+        }
+        Self(all)
+    }
+}
+
+/// Routines of other files, by name.
+type Known<'a> = BTreeMap<String, Vec<(&'a Text, Range<usize>)>>;
+
+impl Outside {
+    /// Of the program's text, which comes first, and the rest of its project.
+    pub(super) fn of(texts: &[Text], going: &Going) -> Self {
+        let mut outside = Self::default();
+        let (Some(own), true) = (texts.first(), texts.iter().any(|t| t.context)) else { return outside };
+        let own_names: BTreeSet<String> = own.known(Routines::of).0.iter().map(|r| r.0.clone()).collect();
+        let mut known = Known::new();
+        for text in texts.iter().filter(|t| t.context) {
+            for (name, lines) in text.known(Routines::of).0.iter().filter(|r| !own_names.contains(&r.0)) {
+                known.entry(name.clone()).or_default().push((text, lines.clone()));
+            }
+        }
+        let mut open = called(own, 0..own.line_count(), &known);
+        let mut seen = BTreeSet::new();
+        while let Some(name) = open.pop_first() {
+            if !seen.insert(name.clone()) {
+                continue;
+            }
+            for (text, lines) in known.get(&name).into_iter().flatten() {
+                outside.routine(&name, text, lines.clone(), going);
+                open.extend(called(text, lines.clone(), &known));
+            }
+        }
+        outside
+    }
+
+    /// Adds what a routine does.
+    fn routine(&mut self, name: &str, text: &Text, lines: Range<usize>, going: &Going) {
+        let (mut line, mut events) = (Vec::new(), Vec::new());
+        for k in lines {
+            tokens(text, k, &mut line);
+            line.retain(|t| t.kind != Kind::Comment);
+            let Some(first) = line.first() else { continue };
+            let word = upper(text, first);
+            led::events(text, &line, &word, &mut events);
+            self.turning = self.turning.max(going.turning(text, &line, &word).unwrap_or_default());
+            self.setting(text, &line, &word);
+        }
+        self.events.push((name.to_string(), events));
+    }
+
+    /// A statement that sets frames, or what they mean.
+    ///
+    /// `setting = "BAS" "(" "#" command ... | variable ["[" number "]" | "." field] "=" ...`
+    fn setting(&mut self, text: &Text, line: &[Token], word: &str) {
+        let is_set = || assignment(line).is_some();
+        let frames = match word {
+            "BAS" => match line.get(3).map(|t| upper(text, t)).as_deref() {
+                Some("BASE" | "EX_BASE") => [true, false],
+                Some("TOOL") => [false, true],
+                Some("INITMOV" | "FRAMES" | "CP_PARAMS" | "PTP_PARAMS") => [true, true],
+                _ => [false, false],
+            },
+            "$BASE" => [is_set(), false],
+            "$TOOL" => [false, is_set()],
+            "FDAT_ACT" => [is_set(); 2],
+            "$IPO_MODE" if is_set() => {
+                let back = line.last().is_some_and(|t| upper(text, t) == "BASE");
+                self.carried = self.carried.take().or_else(|| (!back).then(|| format!("{word} is set")));
+                return;
+            }
+            "$WORLD" | "$ROBROOT" if is_set() => {
+                self.moved = Some(format!("{word} is set"));
+                return;
+            }
+            _ => {
+                if let Some(list) = LISTS.iter().position(|l| *l == word).filter(|_| is_set()) {
+                    let index = line.get(2).filter(|_| line.get(3).is_some_and(|t| t.is(b']')));
+                    let number: Option<u32> = index.and_then(|t| integer(text.slice(t.span())));
+                    let mut set = Lists::default();
+                    set.set(list, number.map(f64::from), as_set);
+                    self.lists.add(&set);
+                }
+                return;
+            }
+        };
+        self.frames.iter_mut().zip(frames).for_each(|(all, own)| *all |= own);
+    }
+}
+
+/// The routines of other files that lines of a text name before a bracket.
+///
+/// `call = name "(" ...`
+fn called(text: &Text, lines: Range<usize>, known: &Known) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut line = Vec::new();
+    for k in lines {
+        if memchr::memchr(b'(', text.line(k)).is_none() {
+            continue;
+        }
+        tokens(text, k, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        found.extend(calls(text, &line).into_iter().filter(|name| known.contains_key(name)));
+    }
+    found
+}
