@@ -144,6 +144,30 @@ fn straight_motions_of_a_fanuc_arm_stay_where_the_robot_file_does_not_say_how_it
 }
 
 #[test]
+fn poses_of_a_fanuc_program_need_no_joint_values_and_are_edited_without_the_count_of_j3() {
+    let desk = desk_of("fanuc-m10ia.yaml", &[("J1", "half_gap_deg: 0.01")]);
+    let robot: String =
+        out(&desk, "robot.yaml").lines().filter(|l| !l.contains("name: J23")).map(|l| format!("{l}\n")).collect();
+    desk.write("robot.yaml", &robot.replace("gap_of: {J3: J2 + J3}", ""));
+    desk.write("frames.yaml", "schema: lostmotion/frames/1\ntools:\n  \"1\": {xyz_mm: [0, 0, 100]}\n");
+    let mut text = String::from("/PROG  P\n/ATTR\nLINE_COUNT\t= 3;\n/MN\n");
+    for k in 1..=3 {
+        text += &format!("{k:4}:L P[{k}] 100mm/sec FINE    ;\n");
+    }
+    text += "/POS\n";
+    for (k, y) in [-150.0, 150.0, -150.0].iter().enumerate() {
+        text += &format!(
+            "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX =   800.000  mm,\tY = {y:9.3}  mm,\tZ =   100.000  mm,\n\tW =   180.000 deg,\tP =     0.000 deg,\tR =     0.000 deg\n}};\n",
+            k + 1
+        );
+    }
+    desk.write("part.ls", &(text + "/END\n"));
+    desk.run("rewrite --model model.yaml part.ls --frames frames.yaml --output out.ls").success();
+    let y = written(&out(&desk, "out.ls"), "Y");
+    assert!(y[1] > 150.1 && y[2] < -150.1, "{y:?}");
+}
+
+#[test]
 fn rounding_to_a_formats_digits_never_passes_a_limit() {
     let desk = desk_of("fanuc-m10ia.yaml", &[("J1", "half_gap_deg: 0.0096")]);
     let robot = out(&desk, "robot.yaml").replacen("limits_deg: [-180, 180]", "limits_deg: [-180, 179.9997]", 1);

@@ -47,7 +47,7 @@ pub enum Cause {
         /// Names of the tools.
         tools: Vec<String>,
     },
-    /// How the maker's programs count a joint and how the robot file does may differ; what is missing.
+    /// How the maker's programs count a joint and how the robot file does may differ, so that joint values do not tell where the arm stands.
     #[error("where its joints stand is not known: {0}")]
     UnknownArm(String),
     /// An arc or spline leads to joint values, and where the joints turn on it is not known.

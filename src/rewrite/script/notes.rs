@@ -29,7 +29,7 @@ pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compens
     (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
 }
 
-/// Why joints and places of a robot do not tell each other: most arms of the format's maker show a joint against the horizontal, and neither a
+/// Why joint values of a program do not tell where the arm stands: most arms of the format's maker show a joint against the horizontal, and neither a
 /// joint that takes the other one out of it nor a gear that is the joint's own says how the robot file counts it.
 pub fn unknown_arm(format: &dyn Format, robot: &Robot) -> Option<Cause> {
     let (axis, other) = format.coupled().filter(|&(axis, other)| axis.max(other) < robot.dof())?;

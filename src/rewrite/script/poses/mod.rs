@@ -60,7 +60,7 @@ pub struct Poses {
     pub missing: Missing,
     /// Joints in whose configuration the arm works where nothing else determines it, rad or m; `None`: not given.
     pub posture: Option<Arc<[f64]>>,
-    /// Why joints and places do not tell each other; `None`: they do.
+    /// Why joint values of the program do not tell where the arm stands; `None`: they do.
     pub unknown_arm: Option<Cause>,
 }
 

@@ -160,7 +160,9 @@ impl Cutter<'_> {
         m: &Move,
         from: &mut Option<Joints>,
     ) -> Option<(Vec<f64>, Place)> {
-        let solved = match self.poses.unknown_arm.clone() {
+        // a straight way from joint values begins where the arm stands
+        let unknown = self.poses.unknown_arm.clone().filter(|_| self.by_joints && m.path != PathKind::Joint);
+        let solved = match unknown.filter(|_| from.is_some()) {
             Some(why) => Err(why),
             None => self.pose(goal, m, from.as_deref()),
         };
@@ -169,10 +171,10 @@ impl Cutter<'_> {
             Err(why) => why,
         };
         // a target whose configuration names its joints is known wherever the robot comes from
-        let alone = from.as_ref().filter(|_| why == Cause::NotReached);
-        let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
+        let way_alone = matches!(why, Cause::NotReached | Cause::UnknownArm(_));
+        let alone = from.as_ref().filter(|_| way_alone).and_then(|_| self.pose(goal, m, None).ok());
         if alone.is_some() {
-            self.lost(at, Cause::NotFollowed);
+            self.lost(at, if why == Cause::NotReached { Cause::NotFollowed } else { why });
             *from = None;
         } else {
             self.forget(m);

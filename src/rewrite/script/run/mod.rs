@@ -158,6 +158,7 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         hint,
         one_arm,
         named: 0,
+        by_joints: false,
         directions: Directions::default(),
     };
     for (k, step) in script.steps.iter().enumerate() {
@@ -216,6 +217,8 @@ struct Cutter<'a> {
     one_arm: bool,
     /// Targets whose configurations are noted.
     named: usize,
+    /// The move before led to joint values.
+    by_joints: bool,
     directions: Directions,
 }
 
@@ -288,6 +291,7 @@ impl Cutter<'_> {
                 return self.lost(at, Cause::Undetermined);
             }
         };
+        self.by_joints = matches!(m.goal, Goal::Joints(_));
         let Some(mut reached) = reached else { return };
         self.hint = self.one_arm.then(|| reached.q.clone());
         match reached.from.take() {
