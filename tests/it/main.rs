@@ -9,6 +9,7 @@ mod astray;
 mod bad_input;
 mod bag;
 mod bench;
+mod borders;
 mod cartesian_arcs;
 mod cartesian_circle;
 mod cartesian_path;

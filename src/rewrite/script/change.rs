@@ -43,13 +43,7 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
             let line = script.steps[vertex.step].at.line;
             if let Some(edit) = edits.steps.get(vertex.step) {
                 for p in edit.before {
-                    let own = match (run.line(vertex.step), last) {
-                        (Some(line), _) => line.at(p.share),
-                        (None, Some(from)) => {
-                            Some(from.iter().zip(&vertex.q).map(|(a, b)| a + p.share * (b - a)).collect())
-                        }
-                        (None, None) => None,
-                    };
+                    let own = run.plan(last, vertex, p.share);
                     if let Some(own) = own.filter(|_| !p.of_way) {
                         total += 1;
                         change(&mut changes, line, true, &own, &p.q);

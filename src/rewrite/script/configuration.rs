@@ -7,6 +7,9 @@
 //! - ABB (RAPID Instructions, Functions and Data types, confdata): cf1, cf4, cf6 are the quarters of a turn in which axes 1, 4, 6
 //!   stand (0: 0 to 90 deg, -1: -90 to 0 deg). cfx counts 4 for a wrist behind axis 1, 2 for one behind the lower arm, 1 for a
 //!   negative axis 5. Controllers of robots without cfx write 0 there, so it decides only between joints in the same quarters.
+//!   On linear and circular ways the robot goes to the nearest joints whatever is written (RAPID Reference Manual, Basic characteristics,
+//!   robot configuration), and the check of the configuration allows a difference of one in cf1, cf4 and cf6, and none in cfx
+//!   (RobotStudio API, `ConfigurationMode.Compliant`).
 //! - FANUC (operator's manuals, configuration of a position): T in front of axis 1, B behind; U elbow up, D down; F and N are
 //!   the two signs of J5; the turn numbers of J1, J4, J6 are 0 within half a turn, 1 and -1 for the turn beyond. Which sign
 //!   is F differs by model, so that letter chooses only where the joints before do not. What it says has no effect on a
@@ -21,12 +24,21 @@ use crate::program::script::pose::Configuration;
 use crate::robot::Arm;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+/// Joints that keep so far from a border are not near it, and joints beyond it by less stand on it, rad: digits of programs.
+pub const CLEAR: f64 = 2e-5;
+
 /// Joints against a configuration: `slack` widens its borders (rad, m and sines); negative: the joints must keep clear of them.
 pub fn allows(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -> bool {
+    stands(configuration, arm, q, slack)
+        && q.iter().enumerate().all(|(axis, v)| allows_axis(configuration, axis, *v, slack))
+}
+
+/// The signs that several joints make together, or that joint 5 makes by its sine: front, elbow, wrist.
+pub fn stands(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -> bool {
     let posture = arm.posture(q);
     let front = |wanted: bool| posture.is_none_or(|p| side(p.front_m, wanted, slack));
     let elbow = |wanted: bool| posture.is_none_or(|p| side(p.elbow, wanted, slack));
-    let stands = match *configuration {
+    match *configuration {
         Configuration::Kuka { status, .. } => {
             // beyond half a turn the wrist is the other one
             let wrist = |s: u8| q.get(4).is_none_or(|v| side(v.sin(), s & 4 == 0, slack));
@@ -35,24 +47,55 @@ pub fn allows(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -
         Configuration::Abb { .. } => true,
         Configuration::Fanuc { up, front: in_front, .. } => front(in_front) && (!in_front || elbow(up)),
         Configuration::Yaskawa { lower, rear, .. } => front(!rear) && (rear || elbow(!lower)),
-    };
-    stands && q.iter().enumerate().all(|(axis, v)| allows_axis(configuration, axis, *v, slack))
+    }
 }
 
 /// One joint against what a configuration says of it alone: its sign, quarter or turn.
 pub fn allows_axis(configuration: &Configuration, axis: usize, v: f64, slack: f64) -> bool {
+    let [lo, hi] = range(configuration, axis, v, false);
+    (lo - slack..=hi + slack).contains(&v)
+}
+
+/// Whether a straight way or an arc may end at joints although their configuration is another one, where the controller checks
+/// configurations. ABB's robots go on to the nearest joints on such ways whatever is written, and the check stops the program only where axes 1, 4, 6
+/// are further than a quarter from theirs, or where cfx differs.
+pub fn tolerates(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -> bool {
+    matches!(configuration, Configuration::Abb { .. })
+        && prefers(configuration, arm, q)
+        && q.iter().enumerate().all(|(axis, v)| tolerates_axis(configuration, axis, *v, slack))
+}
+
+/// One joint of [`tolerates`]. `slack` widens its own quarter and narrows those next to it, rad.
+pub fn tolerates_axis(configuration: &Configuration, axis: usize, v: f64, slack: f64) -> bool {
+    let [lo, hi] = range(configuration, axis, v, true);
+    allows_axis(configuration, axis, v, slack) || (lo + slack..=hi - slack).contains(&v)
+}
+
+/// Where a joint at `v` may stand by what a configuration says of it alone, rad; of two such ranges the one on its side. `on_way`: at the end of a
+/// straight way or an arc, where a joint that stands in a quarter next to that of the configuration is [tolerated](tolerates).
+pub fn range(configuration: &Configuration, axis: usize, v: f64, on_way: bool) -> [f64; 2] {
+    const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+    const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
+    const NEGATIVE: [f64; 2] = [f64::NEG_INFINITY, 0.0];
     // axes 1, 4 and 6, in this order
     let of = |list: [usize; 3]| list.iter().position(|a| *a == axis);
     match *configuration {
-        Configuration::Kuka { turn, .. } => turn.is_none_or(|t| side(v, t >> axis & 1 == 0, slack)),
-        Configuration::Abb { quarters, .. } => of([0, 3, 5]).is_none_or(|k| {
+        Configuration::Kuka { turn, .. } => turn.map_or(ANY, |t| if t >> axis & 1 == 0 { POSITIVE } else { NEGATIVE }),
+        Configuration::Abb { quarters, .. } => of([0, 3, 5]).map_or(ANY, |k| {
             let from = f64::from(quarters[k]) * FRAC_PI_2;
-            (from - slack..=from + FRAC_PI_2 + slack).contains(&v)
+            let beyond = v < from - CLEAR || v > from + FRAC_PI_2 + CLEAR;
+            let next = if on_way && beyond { FRAC_PI_2 } else { 0.0 };
+            [from - next, from + FRAC_PI_2 + next]
         }),
-        Configuration::Fanuc { turns, .. } => {
-            of([0, 3, 5]).is_none_or(|k| (v - f64::from(turns[k]) * TAU).abs() <= PI + slack)
-        }
-        Configuration::Yaskawa { beyond, .. } => of([3, 5, 0]).is_none_or(|k| side(v.abs() - PI, beyond[k], slack)),
+        Configuration::Fanuc { turns, .. } => of([0, 3, 5]).map_or(ANY, |k| {
+            let middle = f64::from(turns[k]) * TAU;
+            [middle - PI, middle + PI]
+        }),
+        Configuration::Yaskawa { beyond, .. } => of([3, 5, 0]).map_or(ANY, |k| match beyond[k] {
+            false => [-PI, PI],
+            true if v < 0.0 => [f64::NEG_INFINITY, -PI],
+            true => [PI, f64::INFINITY],
+        }),
     }
 }
 
@@ -248,6 +291,27 @@ mod tests {
         assert!(!prefers(&conf(0, -1, 1, 1), &arm, &q) && !prefers(&conf(0, -1, 1, 4), &arm, &q));
         // the wrist turned over: axis 5 negative
         assert!(prefers(&conf(0, 1, -1, 1), &arm, &deg([30.0, 10.0, 5.0, 160.0, -40.0, -80.0])));
+    }
+
+    #[test]
+    fn straight_ways_of_abb_may_end_a_quarter_off_and_not_in_another_posture() {
+        let (_, arm) = arm(include_str!("../../../configs/abb-irb1600-6-145.yaml"));
+        let conf = |cf1, cf4, cf6, cfx| Configuration::Abb { quarters: [cf1, cf4, cf6], cfx };
+        let q = deg([30.0, 10.0, 5.0, -20.0, 40.0, 100.0]);
+        let tolerated = |c: Configuration| tolerates(&c, &arm, &q, 2e-3);
+        assert!(tolerated(conf(0, -1, 1, 0)) && tolerated(conf(-1, 0, 2, 0)) && tolerated(conf(1, -2, 0, 0)));
+        assert!(!tolerated(conf(2, -1, 1, 0)) && !tolerated(conf(0, 1, 1, 0)) && !tolerated(conf(0, -1, -1, 0)));
+        assert!(!tolerated(conf(0, 0, 1, 1)) && !tolerated(conf(0, 0, 1, 4)));
+        // on the far border of the quarter next to its own
+        assert!(!tolerates(&conf(1, -1, 1, 0), &arm, &deg([0.01, 10.0, 5.0, -20.0, 40.0, 100.0]), 2e-3));
+        // other makers check nothing of the kind, or say nothing of it
+        for own in [
+            Configuration::Kuka { status: None, turn: Some(0b001000) },
+            Configuration::Fanuc { flip: true, up: true, front: true, turns: [0; 3] },
+            Configuration::Yaskawa { no_flip: false, lower: false, rear: false, beyond: [false; 3] },
+        ] {
+            assert!(allows(&own, &arm, &q, 1e-5) && !tolerates(&own, &arm, &q, 2e-3), "{own}");
+        }
     }
 
     /// FANUC: a pendant's (0, 0, 0, 0, -90, 0) reads 'N U T, 0, 0, 0'.

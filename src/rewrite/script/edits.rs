@@ -78,16 +78,6 @@ pub fn collect(
     (unplaced, added)
 }
 
-/// Of edits in joints those that are left once they are poses: a change that its target cannot hold is none.
-pub fn keep_written(in_joints: &mut Edits, written: &Edits) {
-    in_joints.steps.retain(|step, edit| {
-        let Some(left) = written.steps.get(step) else { return false };
-        edit.goal = edit.goal.take().filter(|_| left.goal.is_some());
-        edit.before.retain(|p| left.before.iter().any(|l| l.share == p.share));
-        true
-    });
-}
-
 /// The goal vertex at which a point stands.
 fn goal<'a>(run: &'a Run, out: &Out) -> Option<&'a Vertex> {
     run.vertices.get(out.vertex).filter(|v| out.fraction.is_none() && v.role == Role::Goal)

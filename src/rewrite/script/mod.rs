@@ -60,7 +60,7 @@ use collected::Collected;
 use coverage::Coverage;
 use edits::Unplaced;
 use fading::ByClock;
-use poses::Poses;
+use poses::{Held, Poses};
 use run::{Choice, Cut, Gap, Run};
 use std::collections::BTreeMap;
 
@@ -197,7 +197,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
         Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
     unplaced.points += collected::spare(script, task.choices, &mut edits);
-    let (changes, changes_total) = as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced);
+    let mut held = Held::default();
+    let (changes, changes_total) =
+        as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
     // an estimate of a part would read as one of the whole
     let whole = gaps.is_empty() && partial.is_empty();
     stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
@@ -217,6 +219,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(demands::enough_digits(script, &edits, task)?);
     notes.extend(clockless);
     notes.extend(rates.notes(task.robot));
+    notes.extend(held.notes(task.robot));
     notes.extend(of_arm);
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
@@ -294,15 +297,14 @@ fn as_poses(
     edits: &mut Edits,
     left: &mut BTreeMap<usize, Cause>,
     unplaced: &mut Unplaced,
+    held: &mut Held,
 ) -> (Vec<Change>, usize) {
     let script = document.script();
     circles::settle(script, runs, edits, left);
     if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
         return change::of_edits(script, runs, edits, task.robot, task.listed);
     }
-    let mut in_joints = edits.clone();
-    poses::write(script, runs, edits, left, unplaced);
-    edits::keep_written(&mut in_joints, edits);
+    let mut in_joints = poses::write(script, runs, edits, left, unplaced, held);
     arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
     change::of_edits(script, runs, &in_joints, task.robot, task.listed)
 }

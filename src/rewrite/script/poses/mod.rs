@@ -9,8 +9,10 @@
 //! Nothing is claimed where several solutions are as good, where the solution next to the joints before and the one that a
 //! configuration names differ, or where the target lies outside of the joint limits.
 //!
-//! In this folder: frames, tools and places here; [`solve`] chooses the joints of a target; [`mod@write`] makes numbers of joints.
+//! In this folder: frames, tools and places here; [`solve`] chooses the joints of a target; [`borders`] keeps joints with offsets in the
+//! configuration that is written; [`mod@write`] makes numbers of joints.
 
+mod borders;
 mod solve;
 #[cfg(test)]
 mod tests;
@@ -25,6 +27,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+pub use borders::Held;
 pub use write::{own_numbers, write};
 
 /// A robot with one of its tools, ready for the inverse.

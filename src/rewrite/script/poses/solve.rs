@@ -2,7 +2,7 @@
 //! its configuration, by the joints before, by joints elsewhere in the program, or by the posture that the user gives.
 
 use super::super::cause::Cause;
-use super::super::configuration::{self, allows, allows_axis, misfit, prefers};
+use super::super::configuration::{self, allows, allows_axis, misfit, prefers, tolerates, tolerates_axis};
 use super::super::way;
 use super::Place;
 use crate::program::script::PathKind;
@@ -50,13 +50,45 @@ impl Place {
         if let (Some(from), true, false) = (from, follows, ordered) {
             let q = way::follow(&self.tooled, from, &end, true, via).ok_or(Cause::NotReached)?;
             let fits = match &goal.solution {
-                Solution::Configured(c) if goal.binding => allows(c, arm, &q, SLACK),
+                Solution::Configured(c) if goal.binding => {
+                    allows(c, arm, &q, SLACK) || tolerates(c, arm, &q, SLACK) && !self.named(arm, c, &end, from)
+                }
                 _ => true,
             };
             within(robot, &q)?;
             return if fits { Ok(q) } else { Err(Cause::OtherArm) };
         }
-        self.chosen(arm, goal, from, &end, hint)
+        self.chosen(arm, goal, from, &end, hint).or_else(|why| match &goal.solution {
+            // a straight way from an unknown place ends at the only joints at which the check of the configuration lets it
+            Solution::Configured(c) if follows && why == Cause::NotConfigured => self.tolerated(arm, c, &end, hint),
+            _ => Err(why),
+        })
+    }
+
+    /// Whether joints that reach a pose have the configuration.
+    fn named(&self, arm: &Arm, c: &Configuration, end: &Isometry3<f64>, near: &[f64]) -> bool {
+        let robot = &self.tooled.robot;
+        let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
+        let all = arm.solutions(robot, &arm::pose_of(end), near);
+        all.iter().filter_map(|q| turned(robot, q, near, &may)).any(|q| allows(c, arm, &q, SLACK))
+    }
+
+    /// The only joints that reach a pose and that are [tolerated](tolerates) for a configuration.
+    fn tolerated(
+        &self,
+        arm: &Arm,
+        c: &Configuration,
+        end: &Isometry3<f64>,
+        hint: Option<&[f64]>,
+    ) -> Result<Vec<f64>, Cause> {
+        let robot = &self.tooled.robot;
+        let zero = vec![0.0; robot.dof()];
+        let beside = hint.filter(|h| h.len() == zero.len()).unwrap_or(&zero);
+        let all = arm.solutions(robot, &arm::pose_of(end), beside);
+        let may = |axis: usize, v: f64| tolerates_axis(c, axis, v, SLACK);
+        let mut found: Vec<Vec<f64>> = all.iter().filter_map(|q| turned(robot, q, beside, &may)).collect();
+        found.retain(|q| tolerates(c, arm, q, SLACK));
+        if found.len() > 1 { Err(Cause::SeveralArms) } else { found.pop().ok_or(Cause::NotConfigured) }
     }
 
     /// Whether a controller that takes the joints next to `near` comes to `q`: by their largest difference and by the sum of squares,

@@ -1,9 +1,12 @@
 //! Joints of targets and back, by five arms; frames and tools by name.
 
+use super::super::configuration::allows;
+use super::borders::Rounding;
 use super::solve::distance;
 use super::*;
 use crate::program::script::PathKind;
 use crate::program::script::pose::{Configuration, PoseForm, Quantity, Solution};
+use crate::robot::GapOf;
 use nalgebra::{Translation3, UnitQuaternion};
 use proptest::prelude::*;
 
@@ -192,18 +195,106 @@ fn several_frames_are_known_where_all_are_the_same() {
     assert!(poses.place(&asks(&["a", "d"])).unwrap_err().to_string().contains("frame `d`"));
 }
 
+/// What rounding to a last digit of so many mm and degrees may do.
+fn digits(mm: f64, deg: f64) -> Rounding {
+    let mut all = Rounding::default();
+    for k in 0..6 {
+        all.add(PoseForm::EulerZyx, k, 0.0, if k < 3 { mm * 1e-3 } else { deg.to_radians() });
+    }
+    all
+}
+
 #[test]
-fn an_offset_across_a_border_of_the_configuration_leaves_the_target() {
+fn signs_that_several_joints_make_leave_a_target_on_their_border() {
     let place = place(0, Isometry3::identity(), Isometry3::identity());
-    let q: Vec<f64> = [10.0, -80.0, 95.0, 0.001, 40.0, -20.0].map(f64::to_radians).into();
-    let taught = Solution::Configured(Configuration::Kuka { status: Some(2), turn: Some(0b100010) });
+    let taught = Solution::Configured(Configuration::Kuka { status: Some(2), turn: None });
+    let mut q: Vec<f64> = [10.0, -80.0, 95.0, 30.0, 40.0, -20.0].map(f64::to_radians).into();
     let goal = goal(&place.arm_at(&q), taught);
-    let mut to = q.clone();
-    to[0] += 5e-5;
-    to[3] += 1e-3;
-    assert!(place.may_be(&goal, &to, 1e-6).is_ok());
-    to[3] = -5e-5;
-    assert!(place.may_be(&goal, &to, 1e-6).unwrap_err() == Cause::Border);
+    assert!(place.may_be(&goal, &q, digits(1e-4, 1e-4)).is_ok());
+    // the wrist goes over to the other sign of A5
+    q[4] = -5e-5;
+    assert!(place.may_be(&goal, &q, digits(1e-4, 1e-4)).unwrap_err() == Cause::Border);
+}
+
+/// Configuration, pendant joints, the joint that stands on a border (counted from 0), and on which side it has to stay.
+fn on_borders() -> [(usize, Configuration, [f64; 6], usize, f64); 7] {
+    let abb = |quarters| Configuration::Abb { quarters, cfx: 0 };
+    let kuka = |turn| Configuration::Kuka { status: Some(2), turn: Some(turn) };
+    let fanuc = Configuration::Fanuc { flip: false, up: true, front: true, turns: [0, 0, -1] };
+    let yaskawa = Configuration::Yaskawa { no_flip: true, lower: false, rear: false, beyond: [true, false, false] };
+    [
+        // tools straight down
+        (1, abb([0, 0, 0]), [10.0, 20.0, 15.0, 0.0, 55.0, 10.0], 3, 1.0),
+        (1, abb([0, -1, 0]), [10.0, 20.0, 15.0, 0.0, 55.0, 10.0], 3, -1.0),
+        (1, abb([0, -1, 1]), [10.0, 20.0, 15.0, -5.0, 55.0, 90.0], 5, 1.0),
+        (0, kuka(0b000010), [10.0, -80.0, 95.0, 0.0, 75.0, 10.0], 3, 1.0),
+        (0, kuka(0b000011), [0.0, -80.0, 95.0, 20.0, 75.0, 10.0], 0, -1.0),
+        (2, fanuc, [10.0, 20.0, 15.0, 20.0, -60.0, -180.0], 5, -1.0),
+        (3, yaskawa, [10.0, 20.0, 15.0, -180.0, -60.0, 10.0], 3, -1.0),
+    ]
+}
+
+#[test]
+fn a_joint_that_its_offset_takes_over_a_border_stays_on_it_and_the_others_have_theirs() {
+    for (k, configuration, q, axis, side) in on_borders() {
+        let place = place(k, isometry(&[0.02, 0.0, 0.2, 0.0, 0.0, 0.1]), isometry(&[0.3, 0.1, 0.0, 0.0, 0.0, 0.4]));
+        let q: Vec<f64> = q.map(f64::to_radians).into();
+        let form = FORMS[k];
+        let at = place.frame.inverse() * place.arm_at(&q);
+        let goal = goal(&at, Solution::Configured(configuration.clone()));
+        let own = form.coordinates(&at, &[0.0; 7]);
+        let rounding = digits(1e-4, 1e-4);
+        for by in [-7e-5, -1e-5, 0.0, 1e-5, 7e-5] {
+            let to: Vec<f64> = q.iter().enumerate().map(|(n, v)| v + if n == axis { by } else { 7e-5 }).collect();
+            let kept = place.held(&goal, false, [&q, &to], rounding).unwrap();
+            assert!(place.may_be(&goal, &kept, rounding).is_ok());
+            // an offset to the inside is written, one over the border is not; the joint is not further from where it has to be
+            let lost = by * side < 0.0;
+            assert!((kept[axis] - if lost { q[axis] } else { to[axis] }).abs() < 1e-5, "{configuration} {by}");
+            assert!((kept[axis] - to[axis]).abs() <= by.abs() + 1e-5);
+            assert!((0..6).all(|n| n == axis || kept[n] == to[n]));
+            // as it is written, to four decimals, it has the configuration without any slack
+            let numbers = place.shifted(&goal, form, &own, &q, &kept).unwrap();
+            let unit = |n: usize| 1e-4 * if form == PoseForm::Quaternion && n > 2 { 1e-2 } else { form.unit(n) };
+            let written: Vec<f64> = numbers.iter().enumerate().map(|(n, v)| (v / unit(n)).round() * unit(n)).collect();
+            let read = PoseGoal { position_m: Vector3::from_column_slice(&written[..3]), ..goal.clone() };
+            let read = PoseGoal { rotation: Some(form.pose(&written).unwrap().rotation), ..read };
+            let back = place.joints(&read, Some(&q), PathKind::Joint, None).unwrap();
+            assert!(distance(&back, &kept) < 1e-5, "{configuration} {by}: {back:?}");
+            let arm = place.tooled.arm.as_ref().unwrap();
+            assert!(allows(&configuration, arm, &back, 0.0), "{configuration} {by}: {back:?}");
+        }
+    }
+}
+
+#[test]
+fn a_joint_beyond_its_border_or_with_coarse_digits_or_in_a_sum_leaves_the_target() {
+    for (k, configuration, q, axis, side) in on_borders() {
+        let place = place(k, Isometry3::identity(), Isometry3::identity());
+        let mut q: Vec<f64> = q.map(f64::to_radians).into();
+        let goal = goal(&place.arm_at(&q), Solution::Configured(configuration));
+        let with = |q: &[f64], by: f64| -> Vec<f64> {
+            q.iter().enumerate().map(|(n, v)| v + if n == axis { by * side } else { 7e-5 }).collect()
+        };
+        let fine = digits(1e-4, 1e-4);
+        assert!(place.held(&goal, false, [&q, &with(&q, -7e-5)], fine).is_ok());
+        assert!(place.held(&goal, false, [&q, &with(&q, -7e-5)], digits(0.01, 0.01)).unwrap_err() == Cause::Border);
+        // well inside no digit matters
+        assert!(place.held(&goal, false, [&q, &with(&q, 1e-2)], digits(0.01, 0.01)).is_ok());
+        let mut robot = place.tooled.robot.clone();
+        robot.gap_of = vec![GapOf { axis: 2, others: vec![(axis, 1.0)] }];
+        let summed = Place { tooled: Arc::new(Tooled::new(&robot, Isometry3::identity())), ..place.clone() };
+        assert!(summed.held(&goal, false, [&q, &with(&q, -7e-5)], fine).unwrap_err() == Cause::Border);
+        // a little outside, as rounded programs are, it stays where it is; further outside nobody knows
+        q[axis] -= 1.5e-5 * side;
+        assert!(place.held(&goal, false, [&q, &with(&q, -7e-5)], fine).unwrap()[axis] == q[axis]);
+        q[axis] -= 1e-3 * side;
+        assert!(place.held(&goal, false, [&q, &with(&q, -7e-5)], fine).unwrap_err() == Cause::Border);
+        assert!(place.held(&goal, false, [&q, &q], fine).unwrap_err() == Cause::Border);
+        // an order that the controller does not look at holds nobody
+        let free = PoseGoal { binding: false, ..goal };
+        assert_eq!(place.held(&free, false, [&q, &with(&q, -7e-5)], fine).unwrap(), with(&q, -7e-5));
+    }
 }
 
 #[test]

@@ -1,20 +1,15 @@
 //! Joints with their offsets as numbers of Cartesian targets, and which targets cannot hold theirs.
 
 use super::super::cause::Cause;
-use super::super::configuration::allows;
+use super::super::configuration::{CLEAR, stands};
 use super::super::edits::Unplaced;
 use super::super::run::{Role, Run};
 use super::Place;
+use super::borders::{Held, Rounding};
 use super::solve::within;
-use crate::program::script::pose::{PoseForm, PoseGoal, Quantity, Solution};
-use crate::program::script::{Edits, Goal, Move, Script, StepKind};
-use crate::robot::JointKind;
+use crate::program::script::pose::{PoseForm, PoseGoal, Solution};
+use crate::program::script::{Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
 use std::collections::BTreeMap;
-
-/// How far joints with their offset must keep clear of the borders of their configuration, rad: the digits that are written.
-const CLEAR: f64 = 2e-5;
-/// Half a last digit of a pose may move a joint by so much at most, rad.
-const LOST_RAD: f64 = 1e-3;
 
 impl Place {
     /// Numbers of a pose target whose joints move from `q` to `to`; `own`: the numbers that stand there.
@@ -38,11 +33,11 @@ impl Place {
     ///
     /// # Errors
     /// Why not.
-    pub fn may_be(&self, goal: &PoseGoal, q: &[f64], digit: f64) -> Result<(), Cause> {
+    pub fn may_be(&self, goal: &PoseGoal, q: &[f64], rounding: Rounding) -> Result<(), Cause> {
         let robot = &self.tooled.robot;
         within(robot, q)?;
         if let (Some(arm), Solution::Configured(c), true) = (&self.tooled.arm, &goal.solution, goal.binding)
-            && !allows(c, arm, q, -CLEAR)
+            && !stands(c, arm, q, -CLEAR)
         {
             return Err(Cause::Border);
         }
@@ -51,15 +46,44 @@ impl Place {
         {
             return Err(Cause::NamedJoints);
         }
-        // half a last digit of the pose, as joints
-        if robot.dof() >= 6 && robot.axis_joints().all(|j| j.kind == JointKind::Revolute) {
-            let (_, jacobian) = robot.chain().jacobian(q);
-            let least = jacobian.singular_values().min();
-            if 0.5 * digit > LOST_RAD * least {
-                return Err(Cause::Singular);
-            }
+        self.determined(q, rounding)
+    }
+}
+
+/// A target into which joints with their offsets are to be written.
+struct Written<'a> {
+    place: &'a Place,
+    goal: &'a PoseGoal,
+    on_way: bool,
+    rounding: Rounding,
+}
+
+impl Written<'_> {
+    /// Joints `to`, with their offsets, as its numbers may hold them; `q`: without offsets.
+    ///
+    /// # Errors
+    /// Why not.
+    fn holds(&self, q: &[f64], to: &[f64]) -> Result<Vec<f64>, Cause> {
+        let kept = self.place.held(self.goal, self.on_way, [q, to], self.rounding)?;
+        self.place.may_be(self.goal, &kept, self.rounding)?;
+        Ok(kept)
+    }
+
+    /// Keeps the new points of an edit, in joints, that its target's kind can hold; `plan`: joints without offsets by the share of the way.
+    /// Returns how many go.
+    fn keep_points(&self, edit: &mut Edit, plan: impl Fn(f64) -> Option<Vec<f64>>) -> u64 {
+        let holds = |p: &NewPoint| self.holds(&plan(p.share)?, &p.q).ok();
+        // of a split arc no point may miss
+        let whole = || {
+            let stays = |q: &Vec<f64>| self.holds(q, q).is_ok();
+            edit.before.iter().all(|p| holds(p).is_some()) && edit.vias.iter().chain(&edit.goal).all(stays)
+        };
+        if !edit.vias.is_empty() && !whole() {
+            return edit.clear_points();
         }
-        Ok(())
+        let all = edit.before.len();
+        edit.before.retain_mut(|point| holds(point).map(|q| point.q = q).is_some());
+        (all - edit.before.len()) as u64
     }
 }
 
@@ -71,66 +95,59 @@ pub fn own_numbers(script: &Script, goal: &PoseGoal) -> Option<(PoseForm, Vec<f6
     values.filter(|v| v.len() == form.count()).map(|v| (form, v))
 }
 
-/// Makes poses of the edits of Cartesian targets, which are joints until here. An edit that its target cannot hold goes, and
-/// `left` says why, and new points that have to go are `unplaced`.
+/// Makes poses of the edits of Cartesian targets, which are joints until here and stay joints in the copy that is returned. An edit that
+/// its target cannot hold goes, and `left` says why, and new points that have to go are `unplaced`; `held`: joints that lack offsets.
 pub fn write(
     script: &Script,
     runs: &[Run],
     edits: &mut Edits,
     left: &mut BTreeMap<usize, Cause>,
     unplaced: &mut Unplaced,
-) {
+    held: &mut Held,
+) -> Edits {
+    let mut joints = edits.clone();
     for run in runs {
+        let mut before: Option<&[f64]> = None;
         for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
-            let Some(StepKind::Move(Move { goal: Goal::Pose(goal), .. })) =
-                script.steps.get(vertex.step).map(|s| &s.kind)
-            else {
+            let start = before.replace(&vertex.q);
+            let Some(StepKind::Move(m)) = script.steps.get(vertex.step).map(|s| &s.kind) else { continue };
+            let Goal::Pose(goal) = &m.goal else {
                 continue;
             };
             if edits.steps.get(vertex.step).is_none_or(|e| e.as_joint_moves) {
                 continue;
             }
-            let (Some(place), Some((form, own))) = (run.places.get(&vertex.step), own_numbers(script, goal)) else {
-                edits.steps.remove(vertex.step);
+            let edit = edits.steps.remove(vertex.step);
+            joints.steps.remove(vertex.step);
+            let (Some(place), Some((form, own)), Some(mut edit)) =
+                (run.places.get(&vertex.step), own_numbers(script, goal), edit)
+            else {
                 continue;
             };
-            let Some(mut edit) = edits.steps.remove(vertex.step) else { continue };
-            let digit = finest_angle(script, goal);
-            let mut gone = 0;
-            let all = edit.before.iter().map(|p| &p.q).chain(&edit.vias).chain(&edit.goal);
-            if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, q, digit).is_err()) {
-                // of a split arc no point may miss
-                gone += edit.clear_points();
-            }
-            edit.before.retain_mut(|point| {
-                let may = place.may_be(goal, &point.q, digit).is_ok();
-                if may {
-                    point.q = place.written(goal, form, &point.q, &own);
-                }
-                gone += u64::from(!may);
-                may
-            });
+            let numbers = goal.target.and_then(|t| script.targets.get(t));
+            let rounding = Rounding::of(numbers.as_ref(), edits);
+            let target = Written { place, goal, on_way: m.path != PathKind::Joint, rounding };
+            let gone = target.keep_points(&mut edit, |share| run.plan(start, vertex, share));
             unplaced.lose(script, vertex.step, gone);
             if let Some(q) = edit.goal.take() {
-                match place.may_be(goal, &q, digit) {
-                    Ok(()) => edit.goal = place.shifted(goal, form, &own, &vertex.q, &q),
+                match target.holds(&vertex.q, &q) {
+                    Ok(kept) => {
+                        held.count(script.steps[vertex.step].at, &vertex.q, &q, &kept);
+                        edit.goal = Some(kept);
+                    }
                     Err(why) => drop(left.insert(vertex.step, why)),
                 }
             }
-            if edit.goal.is_some() || !edit.before.is_empty() || edit.blend_at_most_m.is_some() {
-                edits.steps.insert(vertex.step, edit);
+            if edit.goal.is_none() && edit.before.is_empty() && edit.blend_at_most_m.is_none() {
+                continue;
             }
+            joints.steps.insert(vertex.step, edit.clone());
+            for point in &mut edit.before {
+                point.q = place.written(goal, form, &point.q, &own);
+            }
+            edit.goal = edit.goal.and_then(|q| place.shifted(goal, form, &own, &vertex.q, &q));
+            edits.steps.insert(vertex.step, edit);
         }
     }
-}
-
-/// Weight of the finest digit of the coarsest angle of a target, rad (of a quaternion's parts twice that).
-fn finest_angle(script: &Script, goal: &PoseGoal) -> f64 {
-    let Some(target) = goal.target.and_then(|t| script.targets.get(t)) else { return 0.0 };
-    let factor = |k: usize| match target.pose.map(|f| f.quantity(k)) {
-        Some(Quantity::Angle) => 1.0,
-        Some(Quantity::Ratio) => 2.0,
-        _ => 0.0,
-    };
-    target.values.iter().enumerate().filter_map(|(k, v)| Some(v?.finest * factor(k))).fold(0.0, f64::max)
+    joints
 }

@@ -81,6 +81,14 @@ impl Run {
         self.untimed.is_none()
     }
 
+    /// Joints without offsets at a share of the way from `start` to a goal; `None`: the way is not known.
+    pub fn plan(&self, start: Option<&[f64]>, goal: &Vertex, share: f64) -> Option<Vec<f64>> {
+        match (self.line(goal.step), start) {
+            (Some(line), _) => line.at(share),
+            (None, start) => Some(start?.iter().zip(goal.q.iter()).map(|(a, b)| a + share * (b - a)).collect()),
+        }
+    }
+
     /// The sampled way of a step.
     pub fn line(&self, step: usize) -> Option<&way::Line> {
         self.lines.get(&step)
