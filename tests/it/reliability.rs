@@ -54,6 +54,22 @@ fn rates_that_cannot_be_checked_are_reported() {
     assert!(!text.contains("were not checked"), "{text}");
 }
 
+/// The verdict reads the program again, and a named pipe would wait for another writer for ever.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_from_a_named_pipe_is_read_once() {
+    let desk = desk();
+    let made = std::process::Command::new("mkfifo").arg(desk.path("pipe.csv")).status().unwrap();
+    assert!(made.success());
+    let (pipe, program) = (desk.path("pipe.csv"), desk.read("p.csv"));
+    let writer = std::thread::spawn(move || std::fs::write(pipe, program).unwrap());
+    let done = after(&desk, &["timeout", "60"], "rewrite --model model.yaml pipe.csv --output out.csv");
+    assert!(done.status.success(), "{:?} {}", done.status, said(&done));
+    writer.join().unwrap();
+    desk.run("rewrite --model model.yaml p.csv --output own.csv").success();
+    assert_eq!(desk.read("out.csv"), desk.read("own.csv"));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_log_that_unpacks_beyond_the_memory_is_refused_by_name() {

@@ -123,7 +123,7 @@ fn j2_alone_leaves_the_forearm_level_on_the_arms_whose_controller_counts_it_so()
     let level = |name: &str| {
         let (robot, _) = load(name);
         let tilt = |j2: f64| robot.forward(&[0.0, j2, 0.1, 0.2, 0.3, 0.4]).rotation;
-        (tilt(0.0) - tilt(0.5)).norm() < 1e-9
+        (tilt(0.0).matrix() - tilt(0.5).matrix()).norm() < 1e-9
     };
     for name in ["abb-irb2400-12-155", "abb-irb4400l-30-243", "fanuc-m10ia", "fanuc-m20ia", "fanuc-lrmate200id"] {
         assert!(level(name), "{name}");

@@ -1,4 +1,4 @@
-//! Programs that a program calls: whether they move the robot.
+//! Programs that a program calls: whether they move the robot, and what they leave behind: weaving, tracking, offsets, other frames and tools.
 //!
 //! A called program stands beside the one that calls it, as `NAME.LS`, and says its name in `/PROG`. It moves nothing where it has no
 //! motion, no process, no frame, no monitor, no instruction that is not known (a macro may move), and where all that it calls stand there
@@ -12,6 +12,7 @@ use super::{instruction, motion};
 use crate::files::{self, Folders, of_folder};
 use crate::script::called::{Called, Does};
 use crate::script::held::{Effects, Event};
+use crate::script::lex::text_of;
 use crate::script::{StepKind, Text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -64,7 +65,7 @@ fn program(text: &Text) -> Program {
     let name = (0..text.line_count().min(4)).find_map(|k| {
         let words: Vec<&[u8]> = text.line(k).split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).collect();
         let begins = words.first().is_some_and(|w| w.to_ascii_uppercase().ends_with(b"/PROG"));
-        words.get(1).filter(|_| begins).map(|n| String::from_utf8_lossy(n).to_ascii_uppercase())
+        words.get(1).filter(|_| begins).map(|n| text_of(n).to_ascii_uppercase())
     });
     let read = sections(text).ok().and_then(|s| statements(text, s.program).ok());
     let (Some(name), Some((all, _)), false) = (name, read, text.unread) else {

@@ -10,6 +10,7 @@ use super::{instruction, motion};
 use crate::script::called::Called;
 use crate::script::cursor::integer;
 use crate::script::held::{self, Effects, Event};
+use crate::script::lex::text_of;
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -104,7 +105,7 @@ fn call(action: &[u8]) -> Option<Flow> {
     let name = program_name(rest);
     let after = rest[name.len()..].trim_ascii();
     let arguments = after.is_empty() || after.starts_with(b"(") && after.ends_with(b")");
-    (!name.is_empty() && arguments).then(|| Flow::Call(String::from_utf8_lossy(name).into_owned()))
+    (!name.is_empty() && arguments).then(|| Flow::Call(text_of(name).into_owned()))
 }
 
 /// The number in brackets, `LBL[3]`, `LBL[3:end]`.

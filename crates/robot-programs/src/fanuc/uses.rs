@@ -50,10 +50,12 @@ impl FramesSet {
     /// `setting = ("UFRAME" | "UTOOL") "[" number ... "]" "=" ... | ("$MNUFRAME" | "$MNUTOOL") "[" group "," number "]" "=" ...`
     pub fn add(&mut self, text: &Text, words: &[Range<usize>]) {
         for (k, word) in words.iter().enumerate() {
-            let word = text.slice(word.clone()).to_ascii_uppercase();
-            if !word.windows(5).any(|w| w == b"FRAME" || w == b"UTOOL") {
+            let word = text.slice(word.clone());
+            let named = |open: usize| open.checked_sub(1).is_some_and(|at| b"eElL".contains(&word[at]));
+            if !memchr::memchr_iter(b'[', word).any(named) {
                 continue;
             }
+            let word = word.to_ascii_uppercase();
             let next = words.get(k + 1).and_then(|w| text.bytes.get(w.start)).copied();
             for (list, (system, name)) in [&mut self.frames, &mut self.tools]
                 .into_iter()
@@ -139,7 +141,8 @@ impl Uses {
     fn positions_of_word(&mut self, text: &Text, words: &[Range<usize>], k: usize, moves: bool) {
         let Some(word) = words.get(k) else { return };
         let bytes = text.slice(word.clone());
-        for at in memchr::memmem::find_iter(&bytes.to_ascii_uppercase(), b"P[") {
+        let named = |open: usize| open.checked_sub(1).filter(|at| bytes[*at].eq_ignore_ascii_case(&b'P'));
+        for at in memchr::memchr_iter(b'[', bytes).filter_map(named) {
             if at > 0 && (bytes[at - 1].is_ascii_alphanumeric() || b"_$".contains(&bytes[at - 1])) {
                 continue;
             }

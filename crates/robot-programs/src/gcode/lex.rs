@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::script::Text;
 use crate::script::cursor::Cursor;
+use crate::script::lex::text_of;
 use crate::script::number::{self, Style};
 use std::ops::Range;
 
@@ -148,7 +149,7 @@ fn flow(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Res
         return Err(text.bad(base + at, format!("`{found}`"), "a number or `<name>` after `O`"));
     }
     let label = cursor.since(from).trim_ascii();
-    block.label = String::from_utf8_lossy(label).trim_start_matches('0').to_ascii_lowercase();
+    block.label = text_of(label).trim_start_matches('0').to_ascii_lowercase();
     let word = keyword(cursor.rest().trim_ascii_start());
     // `O1000 (TITLE)` goes on after the number; `o100 call [1]` does not
     if word.is_some() {

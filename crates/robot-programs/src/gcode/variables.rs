@@ -10,6 +10,7 @@ use super::assignments::Assignments;
 use crate::script::Text;
 use crate::script::cursor::{Cursor, integer};
 use crate::script::fold::{self, Known, Part};
+use crate::script::lex::text_of;
 use crate::script::number::{self, Style};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -135,7 +136,7 @@ fn parts(expression: &[u8]) -> Option<Vec<Part>> {
             }
             _ if b.is_ascii_alphabetic() => {
                 cursor.letters();
-                Part::Name(String::from_utf8_lossy(cursor.since(from)).to_ascii_uppercase())
+                Part::Name(text_of(cursor.since(from)).to_ascii_uppercase())
             }
             _ => return None,
         });
@@ -149,7 +150,7 @@ fn name(cursor: &mut Cursor) -> Option<String> {
     if cursor.eat(b'<') {
         cursor.past(b">").then_some(())?;
         let own = cursor.since(from).iter().filter(|b| !b.is_ascii_whitespace()).map(|b| b.to_ascii_lowercase());
-        return Some(format!("#{}", String::from_utf8_lossy(&own.collect::<Vec<u8>>())));
+        return Some(format!("#{}", text_of(&own.collect::<Vec<u8>>())));
     }
     let n: u32 = integer(cursor.digits())?;
     Some(format!("#{n}"))

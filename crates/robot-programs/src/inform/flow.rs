@@ -152,6 +152,9 @@ fn events(text: &Text, begin: usize) -> (Vec<Event>, Vec<usize>) {
 
 /// The jobs that a job runs, itself or by others, of those `beside` it.
 pub(super) fn run_by<'a>(text: &Text, beside: &'a [Text]) -> Vec<&'a Text> {
+    if beside.is_empty() {
+        return Vec::new();
+    }
     let mut open: Vec<String> = does(text).calls.into_iter().collect();
     let mut found: Vec<&Text> = Vec::new();
     while let Some(name) = open.pop() {
@@ -172,14 +175,14 @@ fn switches(text: &Text) -> Option<(String, Vec<Event>)> {
 }
 
 /// Overlaid motions (bits, in the order of [`OVERLAID`]) that may be on before each line, whichever way the job came there, and whatever the
-/// jobs `beside` it do that it calls; empty: never.
-pub(super) fn overlaid_before(text: &Text, begin: usize, beside: &[Text]) -> Vec<u32> {
+/// jobs do that are `run` from it; empty: never.
+pub(super) fn overlaid_before(text: &Text, begin: usize, run: &[&Text]) -> Vec<u32> {
     let named = |text: &Text, word: &str| memchr::memmem::find(&text.bytes, word.as_bytes()).is_some();
-    let any = |text: &&Text| OVERLAID.iter().any(|(on, off)| named(text, on) || named(text, off));
-    if !std::iter::once(text).chain(beside).any(|t| any(&t)) {
+    let any = |text: &Text| OVERLAID.iter().any(|(on, off)| named(text, on) || named(text, off));
+    if !any(text) && !run.iter().any(|job| any(job)) {
         return Vec::new();
     }
-    let jobs: Vec<_> = beside.iter().map(|t| t.known(switches)).filter_map(|job| (*job).clone()).collect();
+    let jobs: Vec<_> = run.iter().map(|t| t.known(switches)).filter_map(|job| (*job).clone()).collect();
     let (events, mut lines) = events(text, begin);
     let mut first = vec![0; begin];
     first.append(&mut lines);

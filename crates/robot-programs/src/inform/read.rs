@@ -95,7 +95,8 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Before the instructions, which begin at line `begin`; `beside`: the other jobs.
     fn new(text: &'a Text, robot: &'a Axes, list: &'a List, begin: usize, beside: &[Text]) -> Self {
-        let overlaid = flow::overlaid_before(text, begin, beside);
+        let run = flow::run_by(text, beside);
+        let overlaid = flow::overlaid_before(text, begin, &run);
         let jobs = flow::beside(beside);
         Self {
             text,
@@ -104,7 +105,7 @@ impl<'a> Reader<'a> {
             ends: job::ends(&list.positions),
             assigned: assigned(text, begin, list),
             shared: Shared::of(text, begin, beside),
-            frames_set: FramesSet::of(text, begin, &flow::run_by(text, beside)),
+            frames_set: FramesSet::of(text, begin, &run),
             has_noted: false,
             counted: Counted::of(text, begin),
             moves: 0,

@@ -9,6 +9,7 @@ use super::words::{STARTS, is_known, is_plain_move, upper_words};
 use crate::files::{self, Folders, of_folder};
 use crate::script::Text;
 use crate::script::cursor::strip_word;
+use crate::script::lex::text_of;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -40,7 +41,7 @@ fn called(bytes: &[u8]) -> BTreeSet<String> {
     let name = |at: usize| {
         let rest = &bytes[at + b"JOB:".len()..];
         let end = rest.iter().position(|b| b.is_ascii_whitespace() || *b == b'(').unwrap_or(rest.len());
-        String::from_utf8_lossy(&rest[..end]).into_owned()
+        text_of(&rest[..end]).into_owned()
     };
     memchr::memmem::find_iter(&bytes, b"JOB:").map(name).collect()
 }
@@ -200,7 +201,7 @@ pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
 /// `name = "//NAME" name`
 pub(super) fn job_name(text: &Text) -> Option<String> {
     let line = (0..text.line_count().min(8)).find_map(|k| strip_word(text.line(k).trim_ascii(), b"//NAME"))?;
-    Some(String::from_utf8_lossy(line.trim_ascii()).to_ascii_uppercase())
+    Some(text_of(line.trim_ascii()).to_ascii_uppercase())
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use super::lex::{Kind, Token};
 use crate::decimal::POW10;
 use crate::error::Result;
+use crate::script::lex::text_of;
 use crate::script::number::last_digit;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Span, Text, Value, number};
@@ -40,7 +41,7 @@ impl Label {
                 short.make_ascii_uppercase();
                 Self::Short(short)
             }
-            _ => Self::Long(Box::new(String::from_utf8_lossy(word).to_ascii_uppercase())),
+            _ => Self::Long(Box::new(text_of(word).to_ascii_uppercase())),
         }
     }
 

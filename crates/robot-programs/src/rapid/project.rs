@@ -15,6 +15,7 @@ use super::lex::{self, Like};
 use super::read::{self, Parsed, Storage};
 use crate::files::{Folders, of_folder};
 use crate::script::cursor::unmarked;
+use crate::script::lex::text_of;
 use crate::script::{At, Text};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -103,7 +104,7 @@ impl Said {
     fn of(text: &Text) -> Self {
         let is_word = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_' || *b >= 0x80;
         let words = text.bytes.split(|b| !is_word(b)).filter(|w| !w.is_empty());
-        let mut words: HashSet<String> = words.map(|w| String::from_utf8_lossy(w).to_ascii_lowercase()).collect();
+        let mut words: HashSet<String> = words.map(|w| text_of(w).to_lowercase()).collect();
         let by_name = words.contains("setdataval") || words.contains("setalldataval");
         let (mut sets, mut shared) = (None, HashMap::new());
         if let Ok(p) = lex::lex(text, Like::Read).and_then(|l| read::parse(text, l)) {

@@ -9,6 +9,7 @@ use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
 use crate::script::alike::Passed;
+use crate::script::lex::text_of;
 use std::ops::Range;
 
 /// Tokens by index.
@@ -108,7 +109,7 @@ pub struct Parsed {
 ///
 /// `file = module {module}`
 pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
-    let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).to_lowercase());
+    let words = Words::of(text, &lexed.tokens, |bytes| text_of(bytes).to_lowercase());
     let out =
         Parsed { tokens: lexed.tokens, comments: lexed.comments, passed: lexed.passed, words, ..Parsed::default() };
     let mut p = Parser { text, out, i: 0, module: 0, modules: 0 };

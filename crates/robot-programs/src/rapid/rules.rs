@@ -5,6 +5,7 @@ use super::read::{Item, ItemKind, Parsed};
 use super::value::Node;
 use super::words;
 use crate::script::Text;
+use crate::script::lex::text_of;
 use std::collections::HashSet;
 
 /// `main`, else the first procedure with a move or a call that none of this file calls.
@@ -94,7 +95,7 @@ impl External {
     /// `extax = "[" six numbers "]" | expression`
     pub fn of(text: &Text, node: Option<&Node>) -> Self {
         let Some(node) = node else { return Self::Unknown };
-        let written = || String::from_utf8_lossy(text.slice(node.bytes())).to_ascii_lowercase();
+        let written = || text_of(text.slice(node.bytes())).to_lowercase();
         node.numbers::<6>().map_or_else(|| Self::Text(written()), Self::Numbers)
     }
 

@@ -863,3 +863,28 @@ fn a_move_with_a_signal_has_the_tool_after_its_zone() {
         assert_eq!(tools(&line), gun, "{line}");
     }
 }
+
+#[test]
+fn names_that_differ_in_a_letter_of_latin_1_are_different() {
+    let target = |j1: &str| format!("[[{j1},0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let source = |moves: &str| {
+        let declared =
+            format!("CONST jointtarget j\u{e4}:={};CONST jointtarget j\u{f6}:={};", target("10"), target("20"));
+        let text = program(&declared, moves);
+        // as controllers write it: a byte a letter
+        text.chars().map(|c| c as u8).collect::<Vec<u8>>()
+    };
+    let goals = |moves: &str| {
+        let doc = harness::parse(&Rapid, &source(moves), &robot()).unwrap();
+        let script = doc.script();
+        let first = |m: &Move| match m.goal {
+            Goal::Joints(t) => script.targets.get(t).unwrap().values.get(0).map(|v| v.si.to_degrees().round()),
+            _ => None,
+        };
+        script.moves().map(|(_, m)| first(m)).collect::<Vec<Option<f64>>>()
+    };
+    let to = |name: &str| format!("MoveAbsJ {name},v300,fine,tool0;");
+    assert_eq!(goals(&(to("j\u{e4}") + &to("j\u{f6}"))), [Some(10.0), Some(20.0)]);
+    // in capitals it is the same name; one that nothing declares is none of them
+    assert_eq!(goals(&(to("J\u{c4}") + &to("j\u{fc}"))), [Some(10.0), None]);
+}

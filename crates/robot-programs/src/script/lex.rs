@@ -94,9 +94,15 @@ pub fn not_too_long(text: &Text) -> Result<()> {
     Err(text.bad(0, format!("a program of {} bytes", text.bytes.len()), format!("at most {LONGEST}")))
 }
 
+/// A name in UTF-8, or else in Latin-1, where each byte is a letter: names that differ in any byte stay different.
+pub fn text_of(name: &[u8]) -> Cow<'_, str> {
+    let latin = |_| Cow::Owned(name.iter().map(|b| char::from(*b)).collect());
+    std::str::from_utf8(name).map_or_else(latin, Cow::Borrowed)
+}
+
 /// A word in upper case.
 pub fn upper_of(word: &[u8]) -> Cow<'_, str> {
-    match String::from_utf8_lossy(word) {
+    match text_of(word) {
         // most words are in upper case already
         Cow::Borrowed(word) if !word.bytes().any(|b| b.is_ascii_lowercase()) => Cow::Borrowed(word),
         word => Cow::Owned(word.to_ascii_uppercase()),

@@ -9,7 +9,7 @@ use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
 use crate::script::alike::Passed;
-use crate::script::lex::outside;
+use crate::script::lex::{outside, text_of};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -121,7 +121,7 @@ struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     fn new(text: &'a Text, lexed: Lexed) -> Self {
-        let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).into_owned());
+        let words = Words::of(text, &lexed.tokens, |bytes| text_of(bytes).into_owned());
         let p =
             Parsed { tokens: lexed.tokens, comments: lexed.comments, passed: lexed.passed, words, ..Parsed::default() };
         Self { text, p, open: Vec::new(), def: None, branches: 0 }
