@@ -888,3 +888,28 @@ fn names_that_differ_in_a_letter_of_latin_1_are_different() {
     // in capitals it is the same name; one that nothing declares is none of them
     assert_eq!(goals(&(to("J\u{c4}") + &to("j\u{fc}"))), [Some(10.0), None]);
 }
+
+#[test]
+fn a_new_point_keeps_the_bytes_of_its_statement() {
+    let list = |j1: &str| format!("[[{j1},0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let source = program("", &format!("MoveAbsJ {},v\u{e4},fine,tGr\u{e4};", list("10")));
+    for bytes in [source.chars().map(|c| c as u8).collect::<Vec<u8>>(), source.clone().into_bytes()] {
+        let doc = harness::parse(&Rapid, &bytes, &robot()).unwrap();
+        let (k, m) = doc.script().moves().next().map(|(k, m)| (k, m.clone())).unwrap();
+        let q: Vec<f64> =
+            doc.script().targets.get(m.goal.target().unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
+        let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        edits.steps.insert(k, Edit { before: vec![point], ..Edit::default() });
+        let out = harness::applied(doc.as_ref(), &edits).unwrap().remove(0);
+        let count = |text: &[u8], part: &[u8]| text.windows(part.len()).filter(|w| *w == part).count();
+        let old = &bytes[bytes.windows(2).position(|w| w == b",v").unwrap()..];
+        let speed_to_end = &old[..old.iter().position(|b| *b == b';').unwrap()];
+        assert_eq!(
+            (count(&bytes, speed_to_end), count(&out, speed_to_end)),
+            (1, 2),
+            "{}",
+            String::from_utf8_lossy(&out)
+        );
+    }
+}

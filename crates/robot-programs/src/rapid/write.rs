@@ -67,9 +67,9 @@ impl OneText for Writer<'_> {
             let own = Text::new("", foreign.to_vec());
             let start = literal.bytes.start();
             let moved = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n));
-            return Ok(flat(&own.substituted(0..foreign.len(), moved)));
+            return in_utf8(flat(&own.substituted(0..foreign.len(), moved)));
         }
-        Ok(flat(&self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
+        in_utf8(flat(&self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
     }
 
     /// `[[..],[..]]` for a move whose own target is Cartesian.
@@ -85,7 +85,7 @@ impl OneText for Writer<'_> {
             number::write(q / si, style, number::decimals_for(style, self.digit(axis) / si, 6))
         });
         let axes: Vec<String> = axes.collect();
-        Ok(format!("[[{}],{}]", axes.join(","), flat(external.as_bytes())))
+        Ok(format!("[[{}],{}]", axes.join(","), in_utf8(flat(external.as_bytes()))?))
     }
 
     fn via(&self, site: &Site) -> Option<Span> {
@@ -179,11 +179,11 @@ impl Writer<'_> {
             let target = self.target(k, m, site, point, edit.as_joint_moves)?;
             let via = edit.piece(n).map(|at| self.on_arc(k, m, Some(&point.q), at)).transpose()?;
             let word = match edit.as_joint_moves {
-                true => "MoveAbsJ".into(),
+                true => b"MoveAbsJ".to_vec(),
                 false => flat(text.slice(site.word)),
             };
             let (time, targets) = (times.as_ref().and_then(|t| t.get(n)), (target.as_str(), via.as_deref()));
-            bytes.extend(self.copy(&word, m, site, point, targets, time)?.into_bytes());
+            bytes.extend(self.copy(&word, m, site, point, targets, time)?);
             if first {
                 bytes.extend_from_slice(text.ending(site.bytes.start()));
                 bytes.extend_from_slice(before);
@@ -198,25 +198,25 @@ impl Writer<'_> {
     /// The statement of a new point.
     fn copy(
         &self,
-        word: &str,
+        word: &[u8],
         m: &Move,
         site: &Site,
         point: &NewPoint,
         (target, via): (&str, Option<&str>),
         time: Option<&String>,
-    ) -> Result<String> {
+    ) -> Result<Vec<u8>> {
         let text = self.text()?;
-        let mut parts = Vec::new();
+        let mut parts: Vec<Vec<u8>> = Vec::new();
         for (n, arg) in site.args.iter().enumerate() {
             let is = |place: Option<u16>| place.map(usize::from) == Some(n);
             let mut part = if let Some(via) = via.filter(|_| is(site.via)) {
-                via.to_string()
+                via.as_bytes().to_vec()
             } else if n == usize::from(site.goal) {
                 // joint moves take no displacement
-                let point = if word == "MoveAbsJ" { arg.bytes } else { site.point }.range();
+                let point = if word == b"MoveAbsJ" { arg.bytes } else { site.point }.range();
                 flat(&text.substituted(arg.bytes.range(), [(point, target)]))
             } else if is(site.zone) {
-                self.zone(m, point, &flat(text.slice(arg.bytes)))
+                self.zone(m, point, flat(text.slice(arg.bytes)))
             } else {
                 flat(text.slice(arg.bytes))
             };
@@ -225,40 +225,40 @@ impl Writer<'_> {
                     "conc" | "inpos" | "z" => false,
                     "t" => {
                         if let Some(time) = time {
-                            part.push_str(&format!("\\T:={time}"));
+                            part.extend(format!("\\T:={time}").into_bytes());
                         }
                         false
                     }
                     _ => true,
                 };
                 if keep {
-                    part.push_str(&flat(text.slice(*switch)));
+                    part.extend(flat(text.slice(*switch)));
                 }
             }
             if !part.is_empty() {
                 parts.push(part);
             }
         }
-        let comma = if spaced(text, site) { ", " } else { "," };
-        Ok(format!("{word} {};", parts.join(comma)))
+        let comma: &[u8] = if spaced(text, site) { b", " } else { b"," };
+        Ok([word, b" ", &parts.join(comma), b";"].concat())
     }
 
     /// Zone of a new point.
-    fn zone(&self, m: &Move, point: &NewPoint, own: &str) -> String {
+    fn zone(&self, m: &Move, point: &NewPoint, own: Vec<u8>) -> Vec<u8> {
         let exact = m.blend_m == Some(0.0);
         if exact && m.path == PathKind::Joint {
-            return own.to_string();
+            return own;
         }
         let room_mm = point.clearance_m.min(m.blend_m.filter(|_| !exact).unwrap_or(f64::INFINITY)) * 1e3;
         let taken = |name: &str| self.words.contains(&format!("{name} declared"));
         // rounded down, so that it fits
         let mm = (room_mm.min(Z0_MM) / FINEST_ZONE_MM + 1e-9).floor() * FINEST_ZONE_MM;
         if taken("z0") || mm.is_nan() || mm < FINEST_ZONE_MM {
-            if exact { own.to_string() } else { "fine".into() }
+            if exact { own } else { b"fine".to_vec() }
         } else if room_mm >= Z0_MM {
-            "z0".into()
+            b"z0".to_vec()
         } else {
-            format!("z0\\Z:={mm:.2}")
+            format!("z0\\Z:={mm:.2}").into_bytes()
         }
     }
 }
@@ -292,8 +292,14 @@ fn beside(text: &Text, old: &Range<usize>, declaration: &str) -> Patch {
     Patch::new(0, at..at, bytes)
 }
 
+/// The text of a target, which stands as text among new bytes.
+fn in_utf8(target: Vec<u8>) -> Result<String> {
+    String::from_utf8(target)
+        .map_err(|_| Error::Refused("a target with a name that is no UTF-8 cannot be copied".into()))
+}
+
 /// Text on one line: line breaks and comments become blanks.
-fn flat(bytes: &[u8]) -> String {
+fn flat(bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(bytes.len());
     let mut i = 0;
     let mut quoted = false;
@@ -314,5 +320,5 @@ fn flat(bytes: &[u8]) -> String {
         }
         i += 1;
     }
-    String::from_utf8_lossy(&out).trim().to_string()
+    out.trim_ascii().to_vec()
 }

@@ -66,7 +66,8 @@ impl OneText for Writer<'_> {
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
-        Ok(flat(self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
+        let list = flat(self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n))));
+        String::from_utf8(list).map_err(|_| Error::Refused("a list that is no UTF-8 cannot be copied".into()))
     }
 
     /// `[..]` for a move whose own target is a pose.
@@ -180,7 +181,7 @@ impl Writer<'_> {
                 _ => {}
             }
             patches.sort_by_key(|p| p.0.start);
-            bytes.extend(flat(text.substituted(site.bytes.range(), patches)).into_bytes());
+            bytes.extend(flat(text.substituted(site.bytes.range(), patches)));
             bytes.extend_from_slice(text.ending(site.bytes.start()));
             bytes.extend_from_slice(indent);
         }
@@ -226,9 +227,9 @@ fn blend(most_m: f64) -> String {
 }
 
 /// Text on one line: line breaks and comments become blanks.
-fn flat(out: Vec<u8>) -> String {
+fn flat(out: Vec<u8>) -> Vec<u8> {
     if !out.contains(&b'\n') {
-        return String::from_utf8_lossy(&out).into_owned();
+        return out;
     }
     let lines = out.split(|&b| b == b'\n').map(|line| {
         let mut quote = None;
@@ -240,7 +241,7 @@ fn flat(out: Vec<u8>) -> String {
             }
             quote.is_none() && b == b'#'
         });
-        String::from_utf8_lossy(line[..comment.unwrap_or(line.len())].trim_ascii()).into_owned()
+        line[..comment.unwrap_or(line.len())].trim_ascii()
     });
-    lines.collect::<Vec<_>>().join(" ")
+    lines.collect::<Vec<_>>().join(&b' ')
 }

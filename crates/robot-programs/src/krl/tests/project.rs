@@ -301,8 +301,8 @@ fn what_a_routine_of_another_file_leaves_behind_holds_after_its_call() {
         let through = format!("DEF sub( )\nIF $IN[1] THEN\ndeep()\nENDIF\nEND\nGLOBAL DEF deep( )\n{does}\nEND\n");
         for file in [&sub, &through] {
             let found = of(&calls, &[("sub.src", file)]);
-            // a list keeps what an earlier run has put into it
-            assert!(found[0] == before || does.starts_with("BASE_DATA"), "{file}: {}", found[0]);
+            // frames are set anew before the first motion; the rest may be left from an earlier run
+            assert!(found[0] == before || !word.contains("as a routine"), "{file}: {}", found[0]);
             assert!(found[1].contains(word), "{file}: {}", found[1]);
         }
         // another routine than the one that is called; one of its own with the same name
