@@ -5,6 +5,10 @@
 //! corrected for short series). Bins that are missing or discarded are replaced by their prediction, in residuals and in
 //! columns alike, so that the filter stays linear. Autoregressive noise also absorbs part of what the model lacks: judge a
 //! model by data that were not fitted.
+//!
+//! What the laws lack is as smooth as the movement. Beside it an instrument may have next to no noise, and a filter that predicts the
+//! residual almost exactly would see nothing but corners: a gap that stays wrong for a whole stroke would cost nothing. So the noise is
+//! that of the residual and of white noise of the size of what laws are known to miss.
 
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
@@ -103,12 +107,12 @@ impl Noise {
         Self { rotation, along }
     }
 
-    /// Estimate from residuals.
-    pub fn of(residual: &[Vector3<f64>], missing: &[bool]) -> Self {
+    /// Estimate from residuals, to each direction of which white noise of standard deviation `floor_m` is added.
+    pub fn of(residual: &[Vector3<f64>], missing: &[bool], floor_m: f64) -> Self {
         let rotation = principal(residual, missing);
         let along = std::array::from_fn(|c| {
             let series: Vec<f64> = residual.iter().map(|r| (rotation.row(c) * r)[0]).collect();
-            burg(&series, missing)
+            burg(&series, missing, floor_m)
         });
         Self { rotation, along }
     }
@@ -135,8 +139,9 @@ fn principal(residual: &[Vector3<f64>], missing: &[bool]) -> Matrix3<f64> {
     eigen.eigenvectors.transpose()
 }
 
-/// Burg's method over the stretches between missing bins.
-fn burg(series: &[f64], missing: &[bool]) -> Autoregressive {
+/// Burg's method over the stretches between missing bins; the sums are those expected where white noise of standard deviation `floor` is
+/// added to the series.
+fn burg(series: &[f64], missing: &[bool], floor: f64) -> Autoregressive {
     let mean = {
         let (s, n) =
             series.iter().zip(missing).filter(|(_, m)| !**m).fold((0.0, 0.0), |(s, n), (v, _)| (s + v, n + 1.0));
@@ -152,6 +157,7 @@ fn burg(series: &[f64], missing: &[bool]) -> Autoregressive {
     }
     let good = run.iter().filter(|r| **r > 0).count().max(1);
     let mut power = (0..n).filter(|&i| run[i] > 0).map(|i| forward[i] * forward[i]).sum::<f64>() / good as f64;
+    power += floor * floor;
     let mut phi: Vec<f64> = Vec::new();
     let mut best = (f64::INFINITY, Vec::new(), power);
     for order in 0..=MOST_LAGS.min(good / 20) {
@@ -164,8 +170,10 @@ fn burg(series: &[f64], missing: &[bool]) -> Autoregressive {
         if criterion / used < best.0 {
             best = (criterion / used, phi.clone(), power);
         }
-        // reflection by the stretches that are long enough
-        let (mut num, mut den) = (0.0, 0.0);
+        // reflection by the stretches that are long enough; first what the filters of this order make of the white noise
+        let white = floor * floor * (0..n).filter(|&i| run[i] > order + 1).count() as f64;
+        let mut num = white * phi.iter().zip(phi.iter().rev()).map(|(a, b)| a * b).sum::<f64>();
+        let mut den = 2.0 * white * (1.0 + phi.iter().map(|p| p * p).sum::<f64>());
         for i in 1..n {
             if run[i] > order + 1 {
                 num += forward[i] * backward[i - 1];
@@ -222,6 +230,34 @@ mod tests {
                 assert!((a - b).abs() < 1e-9, "bin {i} of {n}: {a} for {b}");
             }
         }
+    }
+
+    /// Truth: the same filter estimated from a series to which white noise was in fact added. Without the white noise a step of the size of
+    /// the residual hardly counts, as it is predicted from its neighbours.
+    #[test]
+    fn a_floor_is_white_noise_that_is_expected_instead_of_drawn() {
+        let (n, floor) = (6000, 2e-6);
+        let missing: Vec<bool> = (0..n).map(|i| i % 97 == 5).collect();
+        let smooth: Vec<f64> =
+            (0..n).map(|i| 5e-6 * ((0.031 * i as f64).sin() + (0.0173 * i as f64 + 1.0).sin())).collect();
+        let mut state = 11u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut normal = || (0..12).map(|_| uniform()).sum::<f64>();
+        let drawn: Vec<f64> = smooth.iter().map(|v| v + floor * normal()).collect();
+        let counts = |noise: &Autoregressive| {
+            let mut step: Vec<f64> = (0..n).map(|i| if i < n / 2 { 0.0 } else { floor }).collect();
+            noise.whiten(&mut step, &missing, &mut Vec::new());
+            step.iter().map(|v| v * v).sum::<f64>().sqrt()
+        };
+        let (expected, real, without) =
+            (burg(&smooth, &missing, floor), burg(&drawn, &missing, 0.0), burg(&smooth, &missing, 0.0));
+        assert!((expected.sigma / real.sigma - 1.0).abs() < 0.03, "{} for {}", expected.sigma, real.sigma);
+        assert!((counts(&expected) / counts(&real) - 1.0).abs() < 0.2, "{} for {}", counts(&expected), counts(&real));
+        assert!(without.sigma < 0.1 * expected.sigma, "{} beside {}", without.sigma, expected.sigma);
+        assert_eq!(burg(&drawn, &missing, 0.0), burg(&drawn, &missing, 1e-30), "no floor, no change");
     }
 
     #[test]
