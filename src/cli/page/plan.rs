@@ -186,7 +186,7 @@ mod tests {
         let effect = serde_json::json!({"effect": "backlash", "joint": "A2", "half_gap_deg": 0.003});
         assert_eq!(parameters(&effect), "backlash: joint A2, half_gap_deg 0.003");
         assert_eq!(
-            [number(0.0), number(0.00012345), evidence(0.003), evidence(7.667)],
+            [number(0.0), number(0.00012346), evidence(0.003), evidence(7.667)],
             ["0", "0.0001235", "0", "7.667"]
         );
     }
