@@ -163,7 +163,7 @@ fn poses_of_a_fanuc_program_need_no_joint_values_and_are_edited_without_the_coun
     }
     desk.write("part.ls", &(text + "/END\n"));
     desk.run("rewrite --model model.yaml part.ls --frames frames.yaml --output out.ls").success();
-    let y = written(&out(&desk, "out.ls"), "Y");
+    let y = written(&out(&desk, "out.ls"), "Y =");
     assert!(y[1] > 150.1 && y[2] < -150.1, "{y:?}");
 }
 

@@ -89,6 +89,8 @@ fn assigned<'a>(word: &'a [u8], head: &[u8], next: Option<u8>) -> Option<&'a [u8
 }
 
 /// The byte after the bracket that closes the one at `open`; after the first that closes any, where a name has another one.
+///
+/// `brackets = "[" ... [brackets] ... "]"`
 fn closing(bytes: &[u8], open: usize) -> Option<usize> {
     let mut depth = 0_usize;
     let rest = bytes.get(open..bytes.len().min(open + NEAR))?;
