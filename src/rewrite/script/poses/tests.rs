@@ -242,7 +242,7 @@ fn a_joint_that_its_offset_takes_over_a_border_stays_on_it_and_the_others_have_t
         // Yaskawa writes poses as FANUC does
         let form = FORMS[k.min(2)];
         let at = place.frame.inverse() * place.arm_at(&q);
-        let goal = goal(&at, Solution::Configured(configuration.clone()));
+        let goal = goal(&at, Solution::Configured(configuration));
         let own = form.coordinates(&at, &[0.0; 7]);
         let rounding = digits(1e-4, 1e-4);
         for by in [-7e-5, -1e-5, 0.0, 1e-5, 7e-5] {
