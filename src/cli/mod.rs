@@ -3,7 +3,7 @@
 //! Read in this order:
 //! - [`process`]: arguments in, exit code out; [`global`]: options of every command; [`help`]: help that wraps; [`usage`]: tips
 //!   beside usage errors; [`exit`]: errors as they are printed, and their exit codes; [`signals`]: what ends a run early;
-//!   [`console`]: standard error; [`progress`]: that a long run is alive.
+//!   [`console`]: standard error, [`print`]: standard output; [`progress`]: that a long run is alive.
 //! - [`paths`], [`logs`]: what is checked before anything is read; logs, read and found plausible.
 //! - The job: [`identify`] with [`identify_path`], [`fit`], [`rewrite`], [`undo`]; [`simulate`] and [`assess`] show what remains;
 //!   [`demo`] runs all of it.
@@ -38,6 +38,7 @@ pub mod page;
 pub(crate) mod paths;
 pub(crate) mod plan_experiment;
 pub(crate) mod plan_recording;
+pub(crate) mod print;
 pub mod process;
 pub(crate) mod progress;
 pub(crate) mod rewrite;

@@ -297,7 +297,7 @@ fn document<'a>(robot: &'a Robot, poses: &'a [(String, Vec<f64>)], findings: &[F
 
 fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> String {
     let mut joints =
-        super::assess::table(&["joint", "kind", "theta", "d", "a", "alpha", "limits", "speed", "acceleration"]);
+        super::print::table(&["joint", "kind", "theta", "d", "a", "alpha", "limits", "speed", "acceleration"]);
     for j in &robot.joints {
         let unit = j.kind.unit();
         let edge =
@@ -316,7 +316,7 @@ fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> 
             rate(j.max_accel, "s2"),
         ]);
     }
-    let mut places = super::assess::table(&["TCP at", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"]);
+    let mut places = super::print::table(&["TCP at", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"]);
     for (name, q) in poses {
         let (xyz, rpy) = tcp(robot, q);
         // -0.0000 reads badly

@@ -3,7 +3,7 @@
 use super::guard::{self, Named, Note, Notes};
 use super::outcome::{Outcome, Ready, Target};
 use super::script::Choices;
-use super::script::context::Contexts;
+use super::script::context::{self, Contexts, LARGEST_SCRIPT};
 use super::summary::Line;
 use super::{LimitKind, Options, Origin, RewriteStats, sizes};
 use crate::compensator::{Compensator, JointCompensator};
@@ -22,8 +22,6 @@ use std::sync::Arc;
 
 /// Bytes at the start of a program by which its format is recognised.
 const HEAD: u64 = 1 << 16;
-/// A vendor program is read whole; a larger one is none that a controller could load.
-pub(super) const LARGEST_SCRIPT: u64 = 256 << 20;
 /// Bytes of memory that a byte of a vendor program takes at most: joint targets 13 to 21 (benches/vendor.py), Cartesian ones 36.
 const SCRIPT_PER_BYTE: u64 = 45;
 /// Bytes that the verdict takes beside them: it simulates a program of up to 20,000 moves before and after, 5 kB a move (1 MB: 131 to 151
@@ -132,7 +130,7 @@ impl Job<'_> {
         input::open(input).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
         match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
             Recognised::Csv => None,
-            Recognised::Script(format) => super::script::job::sum_of(self.contexts.of(format, input).iter()),
+            Recognised::Script(format) => context::sum_of(self.contexts.of(format, input).iter()),
         }
     }
 

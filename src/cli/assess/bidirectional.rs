@@ -1,11 +1,11 @@
 //! `lostmotion assess bidirectional`.
 
-use super::{print, print_json, table};
 use crate::assess::bidirectional::digits::digits;
 use crate::assess::bidirectional::equation::{self, um_per_mm};
 use crate::assess::bidirectional::gap::{self, Mapping};
 use crate::assess::bidirectional::{Assessment, Errors, Model, Options, Readings, assess};
 use crate::cli::exit::bad;
+use crate::cli::print::{print, print_json, table};
 use crate::cli::{page, paths};
 use crate::error::{Place, is_stdio};
 use crate::gaps::file::{document, to_json, to_yaml};
@@ -30,8 +30,7 @@ use std::path::PathBuf;
 ///   lostmotion assess bidirectional --readings readings.csv
 ///   lostmotion assess bidirectional --readings readings.csv --json --report page.html
 ///   lostmotion assess bidirectional --readings readings.csv --robot robot.yaml --joint X --output gaps.yaml
-///   lostmotion assess bidirectional --readings readings.csv --robot robot.yaml --joint X \
-///       --model-out machine.yaml --effect backlash-speed
+///   lostmotion assess bidirectional --readings readings.csv --robot robot.yaml --joint X --model-out machine.yaml --effect backlash-speed
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {

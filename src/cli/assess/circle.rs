@@ -1,8 +1,8 @@
 //! `lostmotion assess circle`.
 
 use super::runs::{Runs, RunsArgs};
-use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
+use crate::cli::print::{print, print_json, table};
 use crate::cli::{logs, page, paths};
 use crate::io::output;
 use crate::robot::Robot;

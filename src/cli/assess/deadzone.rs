@@ -1,8 +1,8 @@
 //! `lostmotion assess deadzone`.
 
 use super::runs::{Runs, RunsArgs};
-use super::{print, print_json, table};
 use crate::assess::deadzone::{Assessment, Left, assess};
+use crate::cli::print::{print, print_json, table};
 use crate::cli::{logs, paths};
 use crate::robot::Robot;
 use anyhow::Result;

@@ -1,8 +1,8 @@
 //! `lostmotion assess impact`.
 
-use super::{print, print_json, table};
 use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
 use crate::cli::exit::bad;
+use crate::cli::print::{print, print_json, table};
 use crate::cli::{page, paths};
 use crate::effects::GapCurve;
 use crate::error::Place;

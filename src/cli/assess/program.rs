@@ -1,10 +1,10 @@
 //! `lostmotion assess program`.
 
-use super::{print, print_json, table};
 use crate::assess::program::document::{Document, MovesShown};
 use crate::assess::program::text::{TextDifference, difference};
 use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
 use crate::cli::exit::{bad, no};
+use crate::cli::print::{print, print_json, table};
 use crate::cli::{page, paths};
 use crate::error::Place;
 use crate::io::input::{self, Input};

@@ -1,7 +1,8 @@
 //! The result as a table for people.
 
+use super::Found;
 use super::flanks::{Flanks, Known};
-use super::{Found, Series, TrainGap};
+use super::series::{Series, TrainGap};
 use crate::robot::{Joint, Robot};
 use comfy_table::{CellAlignment, Table, presets};
 

@@ -1,8 +1,9 @@
 //! The result as a `lostmotion/gaps/1` document: what `fit` reads under `joints`, and each gap by itself under `series`.
 
+use super::Found;
 use super::flanks::{Flanks, Known, Repeats};
+use super::series::{Output, Series, TrainGap};
 use super::start::Start;
-use super::{Found, Output, Series, TrainGap};
 use crate::gaps::document::{document as plain, keyed};
 use crate::gaps::file::{in_user_unit, number};
 use crate::io::keyed::Keyed;

@@ -8,6 +8,7 @@
 //! - [`flanks`]: both flanks of one gap: slope `m`, `c_r`, `c_l` of equation 2, with intervals from the strokes.
 //! - [`start`]: on which side the log began (Figure 4).
 //! - [`loops`]: deviation over position, for pictures, by the catalogue's play operator.
+//! - [`series`]: what is found of one joint.
 //! - [`document`], [`display`]: the result as a document and as a table.
 //!
 //! Coupling and nut are separated where a sensor stands between them (`screw_<joint>`). Without it there is one play, whose
@@ -28,6 +29,7 @@ pub mod document;
 pub mod flanks;
 pub(crate) mod loops;
 pub(crate) mod reach;
+pub mod series;
 pub mod start;
 pub(crate) mod strokes;
 pub(crate) mod tracker;
@@ -39,90 +41,15 @@ use crate::log::Log;
 use crate::robot::{Joint, Robot};
 use columns::Columns;
 use flanks::{Flanks, Pair, fit};
-use loops::Loop;
+pub use series::{Output, OutputPositions, Series, TrainGap};
 use start::Start;
 use std::collections::BTreeMap;
 use strokes::Strokes;
-
-/// What a sensor says row by row (rad or m), or why there is nothing.
-pub type OutputPositions = std::result::Result<Vec<Option<f64>>, String>;
 
 /// A sensor that moves by this part of its joint's way, or less, stands still.
 const STILL: f64 = 1e-3;
 /// Rounds of tracker directions and gaps, alternately: each takes their error down by gap over stroke.
 const ROUNDS: usize = 3;
-
-/// What is measured on the output side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Output {
-    /// `meas_<joint>`.
-    Sensor,
-    /// The tracker's coordinates.
-    Tracker,
-}
-
-/// A gap of the train between motor and carriage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TrainGap {
-    /// Between motor and screw.
-    Coupling,
-    /// Between screw and carriage.
-    Nut,
-    /// Between motor and carriage.
-    Both,
-}
-
-impl TrainGap {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Coupling => "coupling",
-            Self::Nut => "nut",
-            Self::Both => "both",
-        }
-    }
-}
-
-/// One joint's gaps; rad or m.
-#[derive(Debug, Clone)]
-pub struct Series {
-    /// Number of the axis, from 0.
-    pub axis: usize,
-    /// Number of the log.
-    pub log: usize,
-    /// The input is the encoder, else the command.
-    pub encoder: bool,
-    /// What the driven side was measured with.
-    pub output: Option<Output>,
-    /// Play between motor and screw.
-    pub coupling: Option<Flanks>,
-    /// Play between screw and nut.
-    pub nut: Option<Flanks>,
-    /// Play of the whole train, from motor to slide.
-    pub both: Option<Flanks>,
-    /// On which flank the log starts.
-    pub start: Start,
-    /// Where the gaps were not crossed: the least that the total can be.
-    pub at_least: Option<f64>,
-    /// Loops of output over input, for pictures.
-    pub loops: Vec<Loop>,
-}
-
-impl Series {
-    /// The gaps that were found, along the train.
-    pub fn found(&self) -> impl Iterator<Item = (TrainGap, &Flanks)> {
-        let all = [(TrainGap::Coupling, &self.coupling), (TrainGap::Nut, &self.nut), (TrainGap::Both, &self.both)];
-        all.into_iter().filter_map(|(gap, flanks)| Some((gap, flanks.as_ref()?)))
-    }
-
-    /// `c_l` and `c_r` mean something: the columns have one zero, as far as can be determined, and it is known to less than the gap.
-    pub fn shares_zero(&self, gap: TrainGap, flanks: &Flanks) -> bool {
-        let tracked = gap != TrainGap::Coupling && self.output == Some(Output::Tracker);
-        let unsure = flanks.middle.ci95[1] - flanks.middle.value;
-        let about = flanks.middle.value.abs() <= 0.5 * flanks.total.value + unsure;
-        !tracked && about && unsure <= flanks.total.value
-    }
-}
 
 /// What was found.
 #[derive(Debug, Clone)]

@@ -8,7 +8,7 @@
 //! How it fails: a joint that moves only together with another one cannot be distinguished from it; where revolute joints turn, lines
 //! are no lines. Both get no position, and a reason.
 
-use super::OutputPositions;
+use super::series::OutputPositions;
 use crate::log::Log;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::{JointKind, Robot};

@@ -2,9 +2,9 @@
 
 use super::flanks::{Flanks, Missing, Repeats};
 use super::reach::Short;
+use super::series::{Output, Series, TrainGap};
 use super::start::Start;
 use super::strokes::Strokes;
-use super::{Output, Series, TrainGap};
 use crate::error::counted;
 use crate::robot::Joint;
 

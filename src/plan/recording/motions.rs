@@ -1,6 +1,6 @@
 //! The programs: dwells from both sides, slow and fast motion of all joints.
 
-use super::{Kind, Options};
+use super::options::{Kind, Options};
 use crate::error::{Error, Result};
 use crate::plan::path::{Envelope, Path};
 use crate::robot::JointKind;

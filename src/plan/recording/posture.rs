@@ -6,7 +6,7 @@
 //! A tracker sees the TCP where the beam passes the links at [`CLEARANCE_M`] or more and meets the reflector, which is turned to
 //! it in the pose, within its acceptance. Links are taken as straight lines between the joints' frames.
 
-use super::{Kind, Options};
+use super::options::{Kind, Options};
 use crate::error::{Error, Result};
 use crate::plan::path::Envelope;
 use crate::robot::{Joint, JointKind, Robot};

@@ -9,8 +9,8 @@
 //!
 //! Not in it: scatter of the gap itself, creep within short dwells, geometry errors beyond zero offsets.
 
-use super::Options;
 use super::motions::{Rows, StaticTest};
+use super::options::Options;
 use crate::machine::measurement::{Instrument, MOST_READINGS};
 use crate::numerics::normal_equations::scaled_inverse;
 use crate::robot::{JointKind, Robot};

@@ -10,6 +10,7 @@
 //! Where it cannot, and on arcs that are no larger than a gap, an arc through its three points may go elsewhere: it stays as it is.
 
 use super::cause::Cause;
+use super::circles::{DIGITS_M, LEAVES};
 use super::edits::Unplaced;
 use super::run::{Role, Run, Vertex};
 use super::way::Line;
@@ -19,9 +20,6 @@ use std::collections::BTreeMap;
 
 /// Least length of a piece, m. ABB (RAPID Instructions, MoveC): points at least 0.1 mm apart, and each piece has three.
 const LEAST_M: f64 = 1e-3;
-/// An arc as it is written leaves that of the program by this many times what its ends move at most, and digits, m.
-const LEAVES: f64 = 2.0;
-const DIGITS_M: f64 = 3e-6;
 /// Longest stretch, in least pieces, over which turns close to each other share one step.
 const TOGETHER: f64 = 3.0;
 

@@ -1,6 +1,6 @@
 //! Dead bands of a program's axes: by the digits of its targets.
 
-use super::Task;
+use super::task::Task;
 use crate::program::script::pose::Quantity;
 use crate::program::script::{Script, TargetRef, Value};
 use crate::rewrite::deadband;

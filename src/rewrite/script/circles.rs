@@ -17,8 +17,8 @@ use std::sync::Arc;
 /// Displacement of a point, as a part of the shortest chord of its arc, from which the arc stays as it is: its shape would change.
 const LARGE: f64 = 0.1;
 /// An arc as it is written leaves that of the program by this many times what its points move at most, and digits, m.
-const LEAVES: f64 = 2.0;
-const DIGITS_M: f64 = 3e-6;
+pub(super) const LEAVES: f64 = 2.0;
+pub(super) const DIGITS_M: f64 = 3e-6;
 
 /// The points in the middle of both parts of the arc through three joint vectors, for the TCP; `None`: it cannot be followed.
 pub fn middles(tooled: &Arc<Tooled>, points: [&[f64]; 3]) -> Option<[Vector3<f64>; 2]> {

@@ -4,7 +4,7 @@ use super::edits::{self, Unplaced};
 use super::fading::ByClock;
 use super::rates::Rates;
 use super::run::{Run, Vertex};
-use super::{Choices, Task};
+use super::task::{Choices, Task};
 use crate::error::Result;
 use crate::program::script::{At, Document, Edits, Goal, Script, StepEdits, StepKind};
 use crate::rewrite::engine::Engine;

@@ -1,14 +1,16 @@
 //! Files that are looked up for programs and never written: each is read once for all programs of a call.
 
 use crate::error::shown;
+use crate::io::name::text_of_name;
 use crate::io::{input, memory};
 use crate::program::files::Folders;
 use crate::program::script::{Format, Text};
-use crate::rewrite::job::LARGEST_SCRIPT;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+/// A vendor program is read whole; a larger one is none that a controller could load.
+pub(crate) const LARGEST_SCRIPT: u64 = 256 << 20;
 /// Bytes of such files that are kept.
 const KEPT: usize = 8 << 20;
 
@@ -54,4 +56,25 @@ fn read(path: &Path) -> Option<Text> {
     let bytes = std::fs::read(path).ok()?;
     input::refuse_utf16(&name, &bytes).ok()?;
     Some(Text::of_context(name, bytes))
+}
+
+/// SHA-256 of the files that declare what a program uses, names and all; `None`: there are none.
+pub(crate) fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
+    let mut all = String::new();
+    for text in context {
+        let one = text.known(ContextSum::of);
+        all.push_str(if all.is_empty() { "" } else { "\n" });
+        all.push_str(&one.0);
+    }
+    (!all.is_empty()).then(|| input::sha256(all.as_bytes()))
+}
+
+/// Name and SHA-256 of one such file.
+struct ContextSum(String);
+
+impl ContextSum {
+    fn of(text: &Text) -> Self {
+        let name = Path::new(&text.name).file_name().map(text_of_name).unwrap_or_default();
+        Self(format!("{name} {} {}", text.unread, input::sha256(&text.bytes)))
+    }
 }

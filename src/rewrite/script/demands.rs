@@ -1,7 +1,7 @@
 //! What the caller and the format demand of a program before it is written.
 
 use super::coverage::Coverage;
-use super::{Choices, Task};
+use super::task::{Choices, Task};
 use crate::error::{Error, Result};
 use crate::program::script::{Edits, Goal, Note, Script};
 use crate::rewrite::deadband;

@@ -1,7 +1,7 @@
 //! Friction that fades in seconds, on moves whose speed is not known: their gaps alone are compensated, and a note says so.
 
-use super::Task;
 use super::run::Run;
+use super::task::Task;
 use crate::compensator::Compensator;
 use crate::error::counted;
 use crate::program::script::Note;

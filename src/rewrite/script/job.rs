@@ -1,7 +1,7 @@
 //! One vendor program from file to file, with the files that belong to it.
 
 use super::change;
-use super::context::Contexts;
+use super::context::{Contexts, LARGEST_SCRIPT, sum_of};
 use super::{Done, Task, rewrite};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
@@ -10,7 +10,7 @@ use crate::program::files::Files;
 use crate::program::script::{Format, Text};
 use crate::rewrite::Refine;
 use crate::rewrite::guard::{self, Companion, Note};
-use crate::rewrite::job::{Job, LARGEST_SCRIPT};
+use crate::rewrite::job::Job;
 use crate::rewrite::original;
 use crate::rewrite::outcome::{Outcome, Ready, Target, Vendor};
 use crate::rewrite::sink::{File, Sink};
@@ -201,27 +201,6 @@ pub(super) fn texts(
         all.extend(contexts.of(format, input));
     }
     Ok((all, companions))
-}
-
-/// SHA-256 of the files that declare what a program uses, names and all; `None`: there are none.
-pub(in super::super) fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
-    let mut all = String::new();
-    for text in context {
-        let one = text.known(ContextSum::of);
-        all.push_str(if all.is_empty() { "" } else { "\n" });
-        all.push_str(&one.0);
-    }
-    (!all.is_empty()).then(|| input::sha256(all.as_bytes()))
-}
-
-/// Name and SHA-256 of one such file.
-struct ContextSum(String);
-
-impl ContextSum {
-    fn of(text: &Text) -> Self {
-        let name = Path::new(&text.name).file_name().map(text_of_name).unwrap_or_default();
-        Self(format!("{name} {} {}", text.unread, input::sha256(&text.bytes)))
-    }
 }
 
 /// Where the texts go: the program to `path`, companions beside it under its stem with their own endings.

@@ -3,7 +3,7 @@
 use super::approach::Sides;
 use super::cause::Cause;
 use super::run::{Role, Run};
-use super::{Choices, Task};
+use super::task::{Choices, Task};
 use crate::compensator::Compensator;
 use crate::error::counted;
 use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind};

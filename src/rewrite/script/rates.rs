@@ -4,8 +4,8 @@
 //! travel after its reversal until all limits hold. Elsewhere the controller plans speeds itself and slows down where a joint needs
 //! it: there a limit is no reason to refuse the program, and a note tells where time will be lost.
 
-use super::Task;
 use super::run::Run;
+use super::task::Task;
 use crate::error::Result;
 use crate::program::script::{At, Note, Script};
 use crate::rewrite::deadband::smallest;

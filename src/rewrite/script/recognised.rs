@@ -1,8 +1,9 @@
 //! Was the program rewritten before? By its names, its joint targets, and its Cartesian targets ([`retraced`]).
 
 use super::fading::ByClock;
+use super::retraced;
 use super::run::Run;
-use super::{Task, retraced};
+use super::task::Task;
 use crate::program::script::{Script, is_clone};
 use crate::rewrite::rewritten::{Digits, Evidence, Rows};
 

@@ -1,7 +1,8 @@
 //! Edits into texts: what the format cannot say is taken out, and no rounding passes a limit.
 
 use super::cause::Cause;
-use super::{Task, verify};
+use super::task::Task;
+use super::verify;
 use crate::error::{Error, Result};
 use crate::program::script::{Document, Edits, Format, Patches, Text, text};
 use crate::rewrite::Refusal;

@@ -1,7 +1,7 @@
 //! Where the gap is: over time, on the path, joint by joint in both directions.
 
 use super::super::milli;
-use super::GapScale;
+use super::scale::GapScale;
 use crate::diagnose::Outcome;
 use crate::diagnose::result::document::{Diagnosis, Round};
 use crate::diagnose::result::traces::{LogTrace, Traces, Way};

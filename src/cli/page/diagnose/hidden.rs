@@ -1,6 +1,6 @@
 //! What the log could not have shown: the smallest size of each effect that would have been seen.
 
-use super::GapScale;
+use super::scale::GapScale;
 use crate::diagnose::result::document::of_motion;
 use crate::diagnose::result::traces::{Hidden, Traces};
 use crate::diagnose::result::words;

@@ -1,7 +1,7 @@
 //! What is left: structure by joint and aspect, and the noise that it was tested against.
 
 use super::super::milli;
-use super::GapScale;
+use super::scale::GapScale;
 use crate::diagnose::Outcome;
 use crate::diagnose::candidates::basis::Aspect;
 use crate::diagnose::result::document::Diagnosis;

@@ -1,45 +1,22 @@
 //! Page of `diagnose`: the verdict and what to do, what was found and tried.
 //!
 //! Modules: [`gap`] where the gap is, [`machine`] what each joint lacks where everything was fitted together, [`hidden`] what could not
-//! be seen, [`left`] what is left.
+//! be seen, [`left`] what is left; [`scale`] the unit of all of them.
 
 mod gap;
 mod hidden;
 mod left;
 mod machine;
+mod scale;
 
 use crate::diagnose::result::display;
 use crate::diagnose::result::document::{Diagnosis, Round};
 use crate::diagnose::result::traces;
-use crate::diagnose::result::words::{self, GapUnit, Size};
+use crate::diagnose::result::words::{self, Size};
 use crate::diagnose::{Outcome, Verdict};
 use crate::report::number::{p_value, significant};
 use crate::report::{BarRow, BarsView, Method, Page, Role, Run, TableView, Tile, Tone, WaterfallView, number};
-
-/// Unit of the residuals on the page: micrometres, or thousandths of a degree if only joints were measured.
-struct GapScale {
-    quantity: &'static str,
-    unit: &'static str,
-    /// From SI.
-    si: f64,
-    /// From the `_um` figures of the document.
-    um: f64,
-}
-
-impl GapScale {
-    fn of(d: &Diagnosis) -> Self {
-        if d.unit == GapUnit::MICROMETRE {
-            Self { quantity: "gap at the TCP", unit: "µm", si: 1e6, um: 1.0 }
-        } else {
-            let mdeg = 180e3 / std::f64::consts::PI;
-            Self { quantity: "gap of the joints", unit: "mdeg", si: mdeg, um: mdeg * 1e-6 }
-        }
-    }
-
-    fn tile(&self, label: &str, um: f64) -> Tile {
-        Tile::number(label, um * self.um, if self.um * um < 10.0 { 2 } else { 1 }, self.unit)
-    }
-}
+use scale::GapScale;
 
 /// A size below a tenth of a degree in thousandths, the unit of the charts.
 fn in_milli(size: Size) -> Size {
