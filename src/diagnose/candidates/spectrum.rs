@@ -26,11 +26,6 @@ const PEAKS: usize = 3;
 
 /// Cycles of a ripple over the travel at least: a slower one is any curve.
 const LEAST_CYCLES: f64 = 2.0;
-/// Cycles of a ripple over the travel at most that poses are looked at for.
-const MOST_POSE_CYCLES: f64 = 256.0;
-/// Of evenly spaced poses all waves that differ by their spacing are one. A wave that shows all poses this much alike is such a
-/// difference.
-const ALIKE: f64 = 0.9;
 
 /// Does the spacing of the samples, and the travel, tell this ripple from other curves and other ripples? At least two cycles
 /// over the travel; of poses at most half a cycle from one to the next. Other effects always count as distinguished.
@@ -66,28 +61,8 @@ fn most_told(problem: &Problem, axis: usize, turn: f64) -> f64 {
     if !problem.is_settled() {
         return f64::INFINITY;
     }
-    let places: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.command(axis).iter().copied()).collect();
-    let (cycles, travel) = told_by(&places);
+    let (cycles, travel) = problem.told_waves(axis);
     if travel > 0.0 { cycles * turn / travel } else { 0.0 }
-}
-
-/// Most cycles over the travel that samples at these places tell from fewer, and the travel: half a cycle from one sample to the
-/// next where they are spread, half of the spacing's own wave where they stand on a grid.
-fn told_by(places: &[f64]) -> (f64, f64) {
-    let (lo, hi) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
-    let travel = hi - lo;
-    if travel.is_nan() || travel <= 0.0 {
-        return (0.0, 0.0);
-    }
-    let most = (0.5 * (places.len() - 1) as f64).min(MOST_POSE_CYCLES);
-    let alike = |cycles: f64| {
-        let sum: Complex<f64> = places.iter().map(|p| Complex::cis(TAU * cycles * (p - lo) / travel)).sum();
-        sum.norm() / places.len() as f64
-    };
-    // in steps of an eighth: a line is as wide as one
-    let wave = |k: usize| 1.0 + k as f64 / 8.0;
-    let alias = (0..(16.0 * most) as usize).map(wave).find(|&c| alike(c) > ALIKE);
-    (alias.map_or(most, |c| 0.5 * c).min(most), travel)
 }
 
 /// Number of independent frequencies looked at, for the chance of the best of them.
@@ -328,24 +303,4 @@ pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
     power[..slowest.min(size / 2)].fill(0.0);
     let hz = 1.0 / (size as f64 * step_s);
     peaks(&power, size / slots).into_iter().map(|k| k * hz).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn poses_on_a_grid_tell_half_a_cycle_from_one_place_to_the_next() {
-        // twelve places, each visited fifty times and reached within a thirtieth of their distance
-        let scatter = |k: usize| ((k * 7919) % 101) as f64 / 101.0 / 15.0 - 1.0 / 30.0;
-        let grid: Vec<f64> = (0..600).map(|k| (k % 12) as f64 + scatter(k)).collect();
-        let (cycles, travel) = told_by(&grid);
-        assert!((5.0..=5.6).contains(&cycles) && (travel - 11.0).abs() < 0.07, "{cycles} of {travel}");
-        // spread by the golden ratio: no wave shows them alike
-        let spread: Vec<f64> = (0..21).map(|k| (f64::from(k) * 0.618_033_988_75).fract()).collect();
-        assert_eq!(told_by(&spread).0, 10.0);
-        // two places tell nothing
-        assert!(told_by(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0]).0 < LEAST_CYCLES);
-        assert_eq!(told_by(&[0.3, 0.3]), (0.0, 0.0));
-    }
 }

@@ -56,6 +56,7 @@ fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem,
         frames_free: model.registration.is_none(),
         points_free: false,
         notes: model.robot.by_joints_alone().into_iter().collect(),
+        told: OnceLock::new(),
     };
     if !problem.logs.iter().any(|l| l.reflectors() > 0) {
         problem.frames_free = false;

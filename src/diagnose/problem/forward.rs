@@ -110,6 +110,8 @@ pub struct Problem {
     pub points_free: bool,
     /// What a reader should know about the channels.
     pub notes: Vec<String>,
+    /// Most cycles over the travel that the places of each axis tell from fewer, and the travel, rad or m.
+    pub told: OnceLock<Vec<(f64, f64)>>,
 }
 
 /// What is supposed to be wrong with the machine, and where it stands.
@@ -177,6 +179,7 @@ impl Problem {
             frames_free: self.frames_free,
             points_free: self.points_free,
             notes: self.notes.clone(),
+            told: self.told.clone(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! What is asked: observations of all logs, the chain evaluated for a hypothesis, and its sensitivities by every value.
 //!
 //! Read in this order: [`layout`], the long vector of observations; [`recording`], what kind of logs they are; [`forward`], the chain evaluated, and what a change of an effect does
-//! to the observations; [`fine`], the same between the rows of a thinned log; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns; [`residual`], its size;
+//! to the observations; [`fine`], the same between the rows of a thinned log; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns; [`residual`], its size; `spacing`, which ripples poses can show;
 //! [`synthetic`], a problem of commands alone, for planning an experiment.
 
 pub(crate) mod fine;
@@ -11,4 +11,5 @@ pub(crate) mod normal;
 mod nuisance;
 pub(crate) mod recording;
 pub(crate) mod residual;
+mod spacing;
 pub mod synthetic;

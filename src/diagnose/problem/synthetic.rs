@@ -91,6 +91,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
         frames_free: model.registration.is_none() && !channels.frame,
         points_free: false,
         notes: Vec::new(),
+        told: OnceLock::new(),
     };
     // what only joints measure has its own zero
     let zeros = vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()];
