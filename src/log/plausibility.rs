@@ -77,6 +77,7 @@ pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Pla
     let mut found = Plausibility::default();
     side_columns::sensors(log, robot, &mut found.notes)?;
     side_columns::times(log, robot, &mut found.notes)?;
+    side_columns::samples_without_times(log, &mut found.notes);
     side_columns::limits(log, robot, &mut found.notes);
     let sample = Sample::take(log);
     if sample.commands.len() >= FEWEST {

@@ -128,6 +128,29 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
     Ok(())
 }
 
+/// Rows from which on poses in small steps are rather samples of a motion, and the largest step, as a share of the travel.
+const SAMPLED_ROWS: usize = 500;
+const SAMPLED_STEP: f64 = 0.02;
+
+/// Rows without times that follow each other as the samples of a motion do: they count as settled poses, which they may not be.
+pub(super) fn samples_without_times(log: &Log, notes: &mut Vec<String>) {
+    let moving = log.moving_axes();
+    if !log.poses || log.len() < SAMPLED_ROWS || moving.is_empty() {
+        return;
+    }
+    let small = |axis: usize| {
+        let steps: Vec<f64> = log.cmd[axis].windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+        lower_quantile(&steps, 0.99) <= SAMPLED_STEP * log.travel(axis)
+    };
+    if moving.into_iter().all(small) {
+        notes.push(format!(
+            "{} rows without `t_s` follow each other in small steps, like the samples of a motion, but count as settled poses: \
+             if they are samples, name their time column `t_s`, or map it to `t_s` with --columns",
+            log.len()
+        ));
+    }
+}
+
 /// Commands beyond the limits of the robot file.
 pub(super) fn limits(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
     for (axis, joint) in robot.axis_joints().enumerate() {

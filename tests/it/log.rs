@@ -100,6 +100,27 @@ fn a_log_without_time_is_one_of_settled_poses() {
     assert_eq!(log.t_s, [0.0, 1.0]);
 }
 
+/// Rows of a carriage that goes to and fro, with `t_s` or a column of another name in its place, `step` mm from one row to the next.
+fn rows_of_a_carriage(time: &str, step: usize) -> String {
+    let mut text = format!("{time},cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm\n");
+    for k in 0..800_usize {
+        let along = (k * step) % 400;
+        let x = 100 + along.min(400 - along);
+        text += &format!("{},{x},200,-30,{x},200,-30\n", 0.1 * k as f64);
+    }
+    text
+}
+
+#[test]
+fn samples_of_a_motion_without_their_time_are_noted() {
+    let (robot, poses) = (gantry(), "like the samples of a motion");
+    let notes = |text: String| plausibility::check(&parse(text, &robot), &robot).unwrap().notes;
+    let noted = |text: String| notes(text).iter().any(|n| n.contains(poses));
+    assert!(noted(rows_of_a_carriage("time", 1)), "samples under another name of time");
+    assert!(!noted(rows_of_a_carriage("t_s", 1)), "with times");
+    assert!(!noted(rows_of_a_carriage("time", 37)), "settled poses, far from each other");
+}
+
 #[test]
 fn all_columns_of_the_contract_arrive() {
     let text = "t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm,x2_mm,y2_mm,z2_mm,enc_X_mm,meas_Z_mm,trigger,cycle,speed_mm_s,payload_kg,temp_c\n\
