@@ -2,10 +2,13 @@
 //!
 //! What friction does depends on the command, and the command on what friction does: both are found alternately, each time halfway
 //! to what the last command asks for. What does not depend on the command (the wind-up, and by how much a spike fades from node to
-//! node) is worked out once ([`Along`]). A round then needs one `exp` for each node up to where friction has turned over to the last
-//! bit, and none after it.
+//! node) is worked out once ([`Along::lay`]). A round then needs one `exp` for each node up to where friction has turned over to the
+//! last bit, and none after it.
 //!
 //! Where the command rises all the way, it needs no isotonic fit: it is what friction, gap and travel add up to.
+//!
+//! Nodes stand in columns, and several are worked out at once; only what one node hands to the next (`z` and the spikes) goes one by
+//! one. The last node is repeated until the columns are whole.
 
 use super::{Place, RESPONSE_PASSES, SETTLED, Work};
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS, State};
@@ -16,25 +19,27 @@ use crate::rewrite::stroke::{Node, hold};
 /// Spans of time that differ by no more than this share of the time since the turn are one span: the nodes of a leg are evenly
 /// spaced, and their times are rounded.
 const SAME_SPAN: f64 = 4.0 * f64::EPSILON;
+/// Friction that is nearer to having turned over than this has turned over: nothing beside 1.
+const TURNED: f64 = f64::EPSILON / 4.0;
 
-/// What a node has from the one before, whatever the command.
-#[derive(Debug, Clone, Copy, Default)]
-struct Step {
-    /// Wind-up at the node, rad or m.
-    wound: f64,
-    /// What is left of each spike, and of a change that is spread over the step.
-    fade: [f64; MOST_SPIKES],
-    share: [f64; MOST_SPIKES],
-}
-
-/// What of a stroke does not depend on its command; memory for what does.
+/// What of a stroke does not depend on its command, and what a round changes; a value for each node.
 #[derive(Debug, Default)]
 pub(super) struct Along {
-    steps: Vec<Step>,
-    /// The wind-up at the last node.
+    /// Travel and half gap of the joint, rad or m.
+    base: Vec<f64>,
+    /// Wind-up, rad or m.
+    wound: Vec<f64>,
+    /// What is left of each spike since the node before, and of a change that is spread over that time.
+    fade: [Vec<f64>; MOST_SPIKES],
+    share: [Vec<f64>; MOST_SPIKES],
+    /// The wind-up at the last node, as a state has it.
     z_joint: [f64; MOST_WINDUPS],
-    /// The command at each node, and a few places more.
+    /// Where the command of the last round stands, the first node twice.
     way: Vec<f64>,
+    /// Friction that is left.
+    friction: Vec<f64>,
+    /// The command.
+    command: Vec<f64>,
 }
 
 /// The spikes in use, one after the other.
@@ -55,171 +60,174 @@ impl Spikes {
         }
         used
     }
-
-    /// Of `dt_s`: what is left of each spike, and of a change that was spread evenly over it.
-    fn fades(&self, dt_s: f64, step: &mut Step) {
-        for k in 0..self.count {
-            [step.fade[k], step.share[k]] = self.spike[k].fades(dt_s);
-        }
-    }
 }
 
 /// Command of a stroke whose friction responds, into `work`, whose friction at each node it changes, too. Returns the state of
 /// friction at the end of the stroke.
 pub(super) fn respond(r: &Response, before: &State, start: f64, first: usize, work: &mut Work) -> State {
-    let n = work.machine.len();
-    let spikes = Spikes::of(r);
-    work.along.lay(r, &spikes, before, &work.nodes, &work.machine);
+    let (n, spikes) = (work.machine.len(), Spikes::of(r));
+    let along = &mut work.along;
+    along.lay(r, &spikes, before, &work.nodes, &work.machine);
     let settled = SETTLED * (r.gain() + r.windup().abs());
     let mut last = *before;
+    let mut known = work.command.len() == n;
     for _ in 0..RESPONSE_PASSES {
-        let known = work.command.len() == n;
-        work.along.follow(start, first, &work.nodes, &work.machine, &work.command);
-        work.command.resize(n, 0.0);
-        let round = Round {
-            r,
-            windup: r.windup(),
-            spikes: &spikes,
-            before,
-            along: &work.along,
-            known,
-            first,
-            machine: &mut work.machine,
-            command: &mut work.command,
-        };
-        let passed = pulp::Arch::new().dispatch(round);
-        if !passed.rises {
+        along.follow(start, first, &work.nodes, &work.machine, known.then_some(&work.command));
+        let round = Round { r, windup: r.windup(), spikes: &spikes, before, along, known };
+        let (state, moved) = pulp::Arch::new().dispatch(round);
+        work.command.clear();
+        work.command.extend_from_slice(&along.command[..n]);
+        let pairs = work.command[first..].iter().zip(&work.command[first + 1..]);
+        // no short cut: nearly all commands rise
+        if !pairs.fold(true, |rises, (a, b)| rises & (a <= b)) {
             hold(&work.machine, first, &mut work.command, &mut work.fall);
         }
-        last = passed.state;
-        if passed.moved <= settled {
+        (last, known) = (state, true);
+        if moved <= settled {
             break;
         }
     }
-    State { z_joint: work.along.z_joint, ..last }
+    for (node, friction) in work.machine.iter_mut().zip(&along.friction) {
+        node.friction = *friction;
+    }
+    State { z_joint: along.z_joint, ..last }
+}
+
+/// Makes a column of the values, the last one repeated until it is whole.
+fn fill(column: &mut Vec<f64>, values: impl Iterator<Item = f64>) {
+    column.clear();
+    column.extend(values);
+    let last = column.last().copied().unwrap_or(0.0);
+    column.resize(column.len().next_multiple_of(LANES), last);
 }
 
 impl Along {
     /// Works out what does not depend on the command.
     fn lay(&mut self, r: &Response, spikes: &Spikes, before: &State, nodes: &[Place], machine: &[Node]) {
-        self.steps.clear();
-        self.steps.resize(nodes.len(), Step::default());
-        let (mut span_s, mut step) = (f64::NAN, Step::default());
-        for (now, pair) in self.steps.iter_mut().skip(1).zip(nodes.windows(2)) {
-            let dt_s = (pair[1].since_s - pair[0].since_s).max(0.0);
-            let same = (dt_s - span_s).abs() <= SAME_SPAN * pair[1].since_s;
-            if !same {
-                span_s = dt_s;
-                spikes.fades(dt_s, &mut step);
+        fill(&mut self.base, machine.iter().map(|m| m.travel + m.gap));
+        fill(&mut self.friction, machine.iter().map(|m| m.friction));
+        let whole = self.base.len();
+        self.command.resize(whole, 0.0);
+        for (k, spike) in spikes.spike[..spikes.count].iter().enumerate() {
+            let (fade, share) = (&mut self.fade[k], &mut self.share[k]);
+            for column in [&mut *fade, &mut *share] {
+                column.clear();
+                column.push(1.0);
             }
-            *now = step;
+            let (mut span_s, mut fades) = (f64::NAN, [1.0; 2]);
+            for pair in nodes.windows(2) {
+                let dt_s = (pair[1].since_s - pair[0].since_s).max(0.0);
+                let same = (dt_s - span_s).abs() <= SAME_SPAN * pair[1].since_s;
+                if !same {
+                    (span_s, fades) = (dt_s, spike.fades(dt_s));
+                }
+                fade.push(fades[0]);
+                share.push(fades[1]);
+            }
+            // nothing fades between nodes that are one
+            fade.resize(whole, 1.0);
+            share.resize(whole, 1.0);
         }
+        self.wound.clear();
+        self.wound.resize(whole, 0.0);
+        // travel of the joint, as long as no command is asked for
+        self.go(machine.iter().map(|m| m.travel));
         self.z_joint = before.z_joint;
         for (w, z) in r.windups.iter().zip(&mut self.z_joint).filter(|(w, _)| w.half != 0.0) {
-            pulp::Arch::new().dispatch(Winding {
-                half: w.half,
-                presliding: w.presliding,
-                z,
-                steps: &mut self.steps,
-                machine,
-            });
+            let winding = Winding { half: w.half, over: w.presliding, z: *z, way: &self.way, wound: &mut self.wound };
+            *z = pulp::Arch::new().dispatch(winding);
         }
     }
 
     /// Writes down where the command stands at each node; before it is known, it is what the joint is to do.
-    fn follow(&mut self, start: f64, first: usize, nodes: &[Place], machine: &[Node], command: &[f64]) {
-        self.way.clear();
-        if command.len() == machine.len() {
-            self.way.extend_from_slice(command);
-            let (u0, u1, level) = (nodes[0].u, nodes[first].u, command[first]);
-            for (way, node) in self.way[..first].iter_mut().zip(nodes) {
-                *way = start + (level - start) * (node.u - u0) / (u1 - u0).max(f64::MIN_POSITIVE);
-            }
-        } else {
-            self.way.extend(machine.iter().map(|m| m.travel));
+    fn follow(&mut self, start: f64, first: usize, nodes: &[Place], machine: &[Node], command: Option<&Vec<f64>>) {
+        let Some(command) = command else { return self.go(machine.iter().map(|m| m.travel)) };
+        self.go(command.iter().copied());
+        let (u0, u1, level) = (nodes[0].u, nodes[first].u, command[first]);
+        for (way, node) in self.way[1..=first].iter_mut().zip(nodes) {
+            *way = start + (level - start) * (node.u - u0) / (u1 - u0).max(f64::MIN_POSITIVE);
         }
+        self.way[0] = self.way[1];
+    }
+
+    /// Makes the way of the values.
+    fn go(&mut self, values: impl Iterator<Item = f64>) {
+        let whole = self.base.len() + 1;
+        self.way.clear();
+        self.way.push(0.0);
+        self.way.extend(values);
         let last = self.way.last().copied().unwrap_or(0.0);
-        self.way.resize(machine.len() + LANES, last);
+        self.way.resize(whole, last);
+        self.way[0] = self.way[1];
     }
 }
 
-/// Over the travel `by` of which friction turns over by a factor e, as the exponent of what is left.
+/// How much is left of what turns over by a factor e over the travel `over`, from each place of the `way` to the next.
 #[inline(always)]
-fn exponent(by: f64, over: f64) -> f64 {
-    -by.max(0.0) / over
+fn left(way: &[f64], over: f64) -> [f64; LANES] {
+    let mut left = [0.0; LANES];
+    for (left, (now, before)) in left.iter_mut().zip(way.iter().skip(1).zip(way)) {
+        *left = -(now - before).max(0.0) / over;
+    }
+    fade(&mut left);
+    left
 }
 
-/// A part of the wind-up along the stroke, added to that of the steps.
+/// A part of the wind-up from `z` on, along the way of the joint, added to that of the nodes; gives `z` at the last node.
 struct Winding<'a> {
     half: f64,
-    presliding: f64,
-    z: &'a mut f64,
-    steps: &'a mut [Step],
-    machine: &'a [Node],
+    over: f64,
+    z: f64,
+    way: &'a [f64],
+    wound: &'a mut [f64],
 }
 
 impl pulp::NullaryFnOnce for Winding<'_> {
-    type Output = ();
+    type Output = f64;
 
     // inlined, so that it is compiled for the registers that there are
     #[inline(always)]
-    fn call(self) {
-        let Self { half, presliding, z, steps, machine } = self;
-        let Some((head, steps)) = steps.split_first_mut() else { return };
-        head.wound += half * *z;
-        let mut rest = machine;
-        for steps in steps.chunks_mut(LANES) {
-            let wound = *z == 1.0;
-            let mut left = [0.0; LANES];
-            if !wound {
-                for (left, pair) in left.iter_mut().zip(rest.windows(2)) {
-                    *left = exponent(pair[1].travel - pair[0].travel, presliding);
+    fn call(self) -> f64 {
+        let mut short = self.z - 1.0;
+        let chunks = self.wound.as_chunks_mut::<LANES>().0;
+        for (wound, way) in chunks.iter_mut().zip(self.way.windows(LANES + 1).step_by(LANES)) {
+            let mut shorts = [0.0; LANES];
+            if short.abs() > TURNED {
+                let left = left(way, self.over);
+                for i in 0..LANES {
+                    short *= left[i];
+                    shorts[i] = short;
                 }
-                fade(&mut left);
             }
-            for (step, left) in steps.iter_mut().zip(left) {
-                if !wound {
-                    *z = 1.0 + (*z - 1.0) * left;
-                }
-                step.wound += half * *z;
+            for i in 0..LANES {
+                wound[i] += self.half * (1.0 + shorts[i]);
             }
-            rest = rest.get(steps.len()..).unwrap_or_default();
         }
+        1.0 + short
     }
 }
 
-/// One round: what friction does for the command of [`Along::way`], halfway to it, and the command that this asks for.
+/// One round: what friction does for the command of [`Along::way`], halfway to it, and the command that this asks for. Gives
+/// friction at the last node, without the wind-up, and the largest change of friction at a node.
 struct Round<'a> {
     r: &'a Response,
     windup: f64,
     spikes: &'a Spikes,
     before: &'a State,
-    along: &'a Along,
+    along: &'a mut Along,
     /// There was a round before.
     known: bool,
-    first: usize,
-    machine: &'a mut [Node],
-    command: &'a mut [f64],
-}
-
-/// What came of a round.
-struct Passed {
-    /// Friction at the last node, without the wind-up.
-    state: State,
-    /// Largest change of friction at a node.
-    moved: f64,
-    /// The command never falls from the step point on.
-    rises: bool,
 }
 
 impl pulp::NullaryFnOnce for Round<'_> {
-    type Output = Passed;
+    type Output = (State, f64);
 
     // inlined, so that it is compiled for the registers that there are
     #[inline(always)]
-    fn call(self) -> Passed {
+    fn call(self) -> (State, f64) {
         match self.spikes.count {
-            0 | 1 => self.pass::<1>(),
+            0 => self.pass::<0>(),
+            1 => self.pass::<1>(),
             2 => self.pass::<2>(),
             _ => self.pass::<MOST_SPIKES>(),
         }
@@ -228,78 +236,61 @@ impl pulp::NullaryFnOnce for Round<'_> {
 
 impl Round<'_> {
     #[inline(always)]
-    fn pass<const SPIKES: usize>(self) -> Passed {
-        let Self { spikes, before, along, .. } = self;
-        let (way, over) = (along.way.as_slice(), self.r.presliding);
-        let mut h = [0.0; SPIKES];
+    fn pass<const SPIKES: usize>(self) -> (State, f64) {
+        let Self { r, windup, spikes, before, along, known } = self;
+        let mut h: [f64; SPIKES] = std::array::from_fn(|k| before.h[spikes.place[k]]);
+        let gain: [f64; SPIKES] = std::array::from_fn(|k| spikes.spike[k].gain);
+        let mut short = before.z - 1.0;
+        let mut moved = [0.0; LANES];
+        let (fades, shares) = (chunks_of::<SPIKES>(&along.fade), chunks_of::<SPIKES>(&along.share));
+        let friction = along.friction.as_chunks_mut::<LANES>().0.iter_mut();
+        let command = along.command.as_chunks_mut::<LANES>().0.iter_mut();
+        let fixed = along.wound.as_chunks::<LANES>().0.iter().zip(along.base.as_chunks::<LANES>().0);
+        let ways = along.way.windows(LANES + 1).step_by(LANES);
+        for (c, (((friction, command), (wound, base)), way)) in friction.zip(command).zip(fixed).zip(ways).enumerate() {
+            let mut turn = [0.0; LANES];
+            // friction that has turned over stays so: nothing is spread over a step any more
+            if short.abs() > TURNED {
+                let left = left(way, r.presliding);
+                for i in 0..LANES {
+                    let next = short * left[i];
+                    (turn[i], short) = (next - short, next);
+                }
+            }
+            let mut spike = [0.0; LANES];
+            for k in 0..SPIKES {
+                let (fade, share) = (&fades[k][c], &shares[k][c]);
+                let mut now = [0.0; LANES];
+                for i in 0..LANES {
+                    h[k] = h[k] * fade[i] + turn[i] * share[i];
+                    now[i] = h[k];
+                }
+                for i in 0..LANES {
+                    spike[i] += gain[k] * now[i];
+                }
+            }
+            for i in 0..LANES {
+                let now = wound[i] + spike[i] - windup;
+                let next = if known { 0.5 * (friction[i] + now) } else { now };
+                let by = (next - friction[i]).abs();
+                moved[i] = if by > moved[i] { by } else { moved[i] };
+                friction[i] = next;
+                command[i] = base[i] + next;
+            }
+        }
+        let mut state = State { z: 1.0 + short, ..*before };
         for k in 0..SPIKES {
-            h[k] = before.h[spikes.place[k]];
-        }
-        let moved = if self.known { 0.0 } else { f64::INFINITY };
-        let mut halfway = Halfway { round: self, moved, highest: f64::NEG_INFINITY, rises: true };
-        halfway.settle(0, &h);
-        let (mut z, mut i, n) = (before.z, 1, along.steps.len());
-        while i < n {
-            let end = (i + LANES).min(n);
-            let turned = z == 1.0;
-            let mut left = [0.0; LANES];
-            if !turned {
-                let pairs = way[i..i + LANES].iter().zip(&way[i - 1..i + LANES - 1]);
-                for (left, (now, last)) in left.iter_mut().zip(pairs) {
-                    *left = exponent(now - last, over);
-                }
-                fade(&mut left);
-            }
-            for (i, left) in (i..end).zip(left) {
-                let step = &along.steps[i];
-                // friction that has turned over stays so: nothing is spread over the step any more
-                let next = if turned { z } else { 1.0 + (z - 1.0) * left };
-                for k in 0..SPIKES {
-                    h[k] = h[k] * step.fade[k] + (next - z) * step.share[k];
-                }
-                z = next;
-                halfway.settle(i, &h);
-            }
-            i = end;
-        }
-        let mut state = State { z, ..*before };
-        for k in 0..spikes.count.min(SPIKES) {
             state.h[spikes.place[k]] = h[k];
         }
-        Passed { state, moved: halfway.moved, rises: halfway.rises }
+        let moved = if known { moved.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
+        (state, moved)
     }
 }
 
-/// A round on its way.
-struct Halfway<'a> {
-    round: Round<'a>,
-    moved: f64,
-    /// `H` at the node before, from the step point on.
-    highest: f64,
-    rises: bool,
-}
-
-impl Halfway<'_> {
-    /// Takes friction at node `i` halfway to what the spikes `h` ask for.
-    #[inline(always)]
-    fn settle<const SPIKES: usize>(&mut self, i: usize, h: &[f64; SPIKES]) {
-        let round = &mut self.round;
-        let mut spike = 0.0;
-        for k in 0..SPIKES {
-            spike += round.spikes.spike[k].gain * h[k];
-        }
-        let now = round.along.steps[i].wound + spike - round.windup;
-        let node = &mut round.machine[i];
-        let next = if round.known { 0.5 * (node.friction + now) } else { now };
-        self.moved = self.moved.max((next - node.friction).abs());
-        node.friction = next;
-        let wanted = node.travel + node.gap + next;
-        round.command[i] = wanted;
-        if i >= round.first {
-            self.rises &= wanted >= self.highest;
-            self.highest = wanted;
-        }
-    }
+/// The first columns, several values at once.
+#[inline(always)]
+fn chunks_of<const SPIKES: usize>(columns: &[Vec<f64>; MOST_SPIKES]) -> [&[[f64; LANES]]; SPIKES] {
+    std::array::from_fn(|k| columns[k].as_chunks::<LANES>().0)
 }
 
 #[cfg(test)]
