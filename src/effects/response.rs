@@ -73,47 +73,9 @@ fn turned(z: f64, by: f64, over: f64) -> f64 {
 
 impl Spike {
     /// What is left after `dt_s` of what there was, and of a change that was spread evenly over the time.
-    fn fades(&self, dt_s: f64) -> [f64; 2] {
+    pub fn fades(&self, dt_s: f64) -> [f64; 2] {
         let x = dt_s / self.decay_s;
         [(-x).exp(), if x > 1e-9 { -(-x).exp_m1() / x } else { 1.0 }]
-    }
-}
-
-/// A stroke of which travel and times are known.
-pub struct Stroke {
-    response: Response,
-    before: State,
-    nodes: Vec<Constants>,
-    /// State at the end; of `z` and `h` that at the start.
-    end: State,
-}
-
-/// What a node has from the one before, whatever the command.
-struct Constants {
-    wound: f64,
-    fade: [f64; MOST_SPIKES],
-    share: [f64; MOST_SPIKES],
-}
-
-impl Stroke {
-    /// How far the joint stands back at each node for the `command` there ([`Response::back`]), into `out`; returns the state at
-    /// the last node.
-    pub fn back(&self, command: impl Fn(usize) -> f64, out: &mut Vec<f64>) -> State {
-        let (r, mut z, mut h) = (&self.response, self.before.z, self.before.h);
-        out.clear();
-        let mut last = command(0);
-        for (i, node) in self.nodes.iter().enumerate() {
-            if i > 0 {
-                let now = command(i);
-                let next = turned(z, now - last, r.presliding);
-                for k in (0..MOST_SPIKES).filter(|k| r.spikes[*k].gain != 0.0) {
-                    h[k] = h[k] * node.fade[k] + (next - z) * node.share[k];
-                }
-                (z, last) = (next, now);
-            }
-            out.push(node.wound + r.spikes.iter().zip(&h).map(|(s, h)| s.gain * h).sum::<f64>());
-        }
-        State { z, h, z_joint: self.end.z_joint }
     }
 }
 
@@ -131,25 +93,6 @@ impl Response {
             *h = *h * fade + (z - state.z) * share;
         }
         State { z, h, z_joint }
-    }
-
-    /// What of a stroke from `before` on does not depend on its command: `travel` of the joint (rad or m, rising) and `since_s`
-    /// at each node. [`Stroke::back`] then follows as many commands as one likes.
-    pub fn stroke(&self, before: &State, travel: &[f64], since_s: &[f64]) -> Stroke {
-        let mut stroke =
-            Stroke { response: *self, before: *before, nodes: Vec::with_capacity(travel.len()), end: *before };
-        stroke.nodes.push(Constants { wound: self.wound(before), fade: [0.0; MOST_SPIKES], share: [1.0; MOST_SPIKES] });
-        for (at, dt) in travel.windows(2).zip(since_s.windows(2)) {
-            let next = self.advance(&stroke.end, 0.0, at[1] - at[0], 0.0);
-            stroke.end.z_joint = next.z_joint;
-            let mut constants =
-                Constants { wound: self.wound(&next), fade: [0.0; MOST_SPIKES], share: [1.0; MOST_SPIKES] };
-            for (k, s) in self.spikes.iter().enumerate().filter(|(_, s)| s.gain != 0.0) {
-                [constants.fade[k], constants.share[k]] = s.fades((dt[1] - dt[0]).max(0.0));
-            }
-            stroke.nodes.push(constants);
-        }
-        stroke
     }
 
     /// Wind-up as it stands.
@@ -214,32 +157,6 @@ mod tests {
             Spike { gain: 0.0, decay_s: 1.0 },
         ],
     };
-
-    #[test]
-    fn a_prepared_stroke_stands_back_as_the_steps_one_by_one() {
-        let r = Response {
-            spikes: [
-                Spike { gain: 3e-5, decay_s: 0.4 },
-                Spike { gain: 0.0, decay_s: 1.0 },
-                Spike { gain: 1e-5, decay_s: 3.6 },
-            ],
-            ..R
-        };
-        let before = State { z: -0.4, h: [0.2, 0.0, -0.1], z_joint: [-0.7, 0.0, 0.3] };
-        let travel: Vec<f64> = (0..60).map(|i| 4e-6 * f64::from(i)).collect();
-        let since_s: Vec<f64> = (0..60).map(|i| 0.03 * f64::from(i) + if i > 7 { 0.2 } else { 0.0 }).collect();
-        let command = |i: usize| 5e-5 + 3.5e-6 * i as f64;
-        let mut is = Vec::new();
-        let end = r.stroke(&before, &travel, &since_s).back(command, &mut is);
-        let mut state = before;
-        assert_eq!(is[0], r.back(&state));
-        for i in 1..60 {
-            let (joint, dt) = (travel[i] - travel[i - 1], since_s[i] - since_s[i - 1]);
-            state = r.advance(&state, command(i) - command(i - 1), joint, dt);
-            assert!((is[i] - r.back(&state)).abs() < 1e-18, "node {i}: {} for {}", is[i], r.back(&state));
-        }
-        assert!((end.z - state.z).abs() < 1e-15 && end.z_joint == state.z_joint && end.h == state.h);
-    }
 
     #[test]
     fn one_long_step_equals_many_short_ones() {

@@ -17,7 +17,8 @@ use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
 
 const IN_MEMORY: usize = 16 << 20;
-const BUFFER: usize = 1 << 18;
+/// What comes in larger pieces, as rewritten programs do, is not copied into a buffer first.
+const BUFFER: usize = 1 << 16;
 const SMALL: usize = 1 << 14;
 /// End of the name of a note beside a program.
 const NOTE: &str = ".lostmotion.json";

@@ -9,7 +9,8 @@
 //! - [`rigid`]: the rigid transform between two sets of points;
 //! - [`reversal`]: reversals of a position, with a dead band;
 //! - [`series`]: positions between samples;
-//! - [`robust`]: median, quantiles, scale from the median, and a mean without gross errors.
+//! - [`robust`]: median, quantiles, scale from the median, and a mean without gross errors;
+//! - [`fading`]: `exp` of many numbers at once.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
 //! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
@@ -21,6 +22,7 @@ pub mod autoregression;
 pub mod chi_squared;
 pub mod dependent;
 pub mod derivative;
+pub mod fading;
 pub mod fisher;
 pub mod least_squares;
 pub mod legendre;

@@ -40,6 +40,16 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
     if open {
         command[n - 1] -= nodes[n - 1].friction;
     }
+    let (start, left) = hold(nodes, first, command, fall);
+    // what later falls leave
+    let later = nodes[start..].iter().zip(&command[start..]);
+    later.map(|(m, c)| (c - m.travel - m.gap - m.friction).abs()).fold(left, f64::max)
+}
+
+/// Turns `H` at each node, in `command`, into the command from `first` on; gives the node up to which the joint may stand, and the
+/// error that is left there. Where `H` rises from `first` on, nothing changes.
+pub fn hold(nodes: &[Node], first: usize, command: &mut [f64], fall: &mut Vec<f64>) -> (usize, f64) {
+    let n = nodes.len();
     // suffix minima: H falls to these later
     fall.clear();
     fall.resize(n, 0.0);
@@ -75,9 +85,7 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
     }
     let level = command[start];
     command[first..start].fill(level);
-    // what later falls leave
-    let later = nodes[start..].iter().zip(&command[start..]);
-    later.map(|(m, c)| (c - m.travel - m.gap - m.friction).abs()).fold(left, f64::max)
+    (start, left)
 }
 
 /// Largest error after a turn at node 0, `command` being straight between the nodes and the joint standing until the command

@@ -137,18 +137,6 @@ impl Block {
         self.pure = 0;
     }
 
-    /// Appends rows of the same text; what they say of [`Block::pure`] is left out.
-    fn append(&mut self, rows: &Block) {
-        self.rows.extend_from_slice(&rows.rows);
-        self.tokens.extend_from_slice(&rows.tokens);
-        self.mantissas.extend_from_slice(&rows.mantissas);
-        self.q.extend_from_slice(&rows.q);
-        self.t_s.extend_from_slice(&rows.t_s);
-        for (most, d) in self.decimals.iter_mut().zip(&rows.decimals) {
-            *most = (*most).max(*d);
-        }
-    }
-
     /// Bytes of a span.
     pub fn bytes(&self, start: usize, end: usize) -> &[u8] {
         self.text.get(start..end).unwrap_or_default()

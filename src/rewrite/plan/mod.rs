@@ -6,10 +6,11 @@
 //! [`super::stroke`] finds until the friction has faded or the joint turns again. Nodes inside legs are laid fine enough for
 //! the friction's decay and thinned to what the TCP needs ([`Options::shape_m`]).
 //!
-//! `turn` plans one stroke, `nodes` lays its nodes. Times after a turn come from the program, or from the TCP path at constant speed,
+//! `turn` plans one stroke, `nodes` lays its nodes, `respond` finds the command where friction responds to it. Times after a turn come from the program, or from the TCP path at constant speed,
 //! where the step itself takes time too.
 
 mod nodes;
+mod respond;
 mod turn;
 
 use super::Options;
@@ -21,6 +22,7 @@ use super::stroke::Node;
 use crate::compensator::FrictionOffset;
 use crate::compensator::response::State;
 use crate::robot::Robot;
+use respond::Along;
 use turn::Turn;
 
 /// What tells the time along the path.
@@ -83,6 +85,9 @@ struct Work {
     command: Vec<f64>,
     fall: Vec<f64>,
     keep: Vec<bool>,
+    /// Places of nodes on a leg, as shares of it.
+    shares: Vec<f64>,
+    along: Along,
 }
 
 /// A node of a stroke on the path.

@@ -1,7 +1,7 @@
 //! Nodes of a stroke on the legs of the path: where the command has its own value.
 
 use super::turn::Stroke;
-use super::{COARSE, Clock, FINE, GENTLE, MOST_FOR_TRAVEL, MOST_NODES_PER_LEG, NEAREST, Place, Plan};
+use super::{COARSE, Clock, FINE, GENTLE, MOST_FOR_TRAVEL, MOST_NODES_PER_LEG, NEAREST, Place, Plan, Work};
 use crate::compensator::{FrictionOffset, FrictionShape};
 use crate::effects::Decay;
 use crate::rewrite::path::Path;
@@ -28,8 +28,9 @@ impl Plan<'_> {
         clock: Clock,
         legs: &[(Vector3<f64>, f64)],
         jump_m: Vector3<f64>,
-        nodes: &mut Vec<Place>,
+        work: &mut Work,
     ) -> usize {
+        let (nodes, shares) = (&mut work.nodes, &mut work.shares);
         let (axis, k, step_s) = (stroke.axis, stroke.k, stroke.step_s);
         nodes.clear();
         let u0 = path.u(k);
@@ -43,14 +44,14 @@ impl Plan<'_> {
             let ([ua, ub], [pa, pb]) = (leg.u, leg.p);
             let step_here =
                 if first.is_none() { self.step_share(stroke, &leg, clock, u0, elapsed, jump_m) } else { None };
-            let shares = self.shares(stroke, &leg, step_here, first.is_some(), elapsed);
+            self.shares(stroke, &leg, step_here, first.is_some(), elapsed, shares);
             // the step takes additional time at constant speed
             let mut extra = 0.0;
             if let (Some(s), Clock::Speed(v)) = (step_here, clock) {
                 let to_step = leg.tcp_m * s;
                 extra = (((to_step + jump_m).norm() - to_step.norm()) / v).max(0.0);
             }
-            for s in shares {
+            for &s in shares.iter() {
                 if step_here == Some(s) && first.is_none() {
                     first = Some(nodes.len());
                 }
@@ -93,9 +94,17 @@ impl Plan<'_> {
     }
 
     /// Where nodes stand inside a leg: the step point, then what resolves the friction's decay, and the end of a ramp.
-    fn shares(&self, stroke: &Stroke, leg: &Leg, step_here: Option<f64>, stepped: bool, elapsed: f64) -> Vec<f64> {
+    fn shares(
+        &self,
+        stroke: &Stroke,
+        leg: &Leg,
+        step_here: Option<f64>,
+        stepped: bool,
+        elapsed: f64,
+        shares: &mut Vec<f64>,
+    ) {
         let ([ua, ub], [pa, pb], d) = (leg.u, leg.p, stroke.d);
-        let mut shares: Vec<f64> = Vec::new();
+        shares.clear();
         if let Some(f) = &stroke.friction {
             let parts = subdivisions(f, [elapsed, leg.duration_s], [(pa - stroke.p_turn) * d, (pb - pa) * d], ub - ua);
             let from = step_here.unwrap_or(0.0);
@@ -116,7 +125,6 @@ impl Plan<'_> {
                 shares.insert(i, s);
             }
         }
-        shares
     }
 }
 

@@ -4,9 +4,10 @@
 //! ([`super::super::stroke`]), thinned, and handed to the vertices and legs of the path. At constant speed the step itself takes
 //! time, so that nodes and command are found alternately.
 
-use super::{CUT, Clock, Plan, RESPONSE_PASSES, SETTLED, Work, fades_in_time};
+use super::respond::respond;
+use super::{CUT, Clock, Plan, Work, fades_in_time};
 use crate::compensator::response::State;
-use crate::compensator::{FrictionOffset, FrictionShape, Response};
+use crate::compensator::{FrictionOffset, FrictionShape};
 use crate::effects::Decay;
 use crate::rewrite::limits::CYCLE_S;
 use crate::rewrite::offset::{Offset, friction_left};
@@ -130,7 +131,7 @@ impl Plan<'_> {
         let mut first = 0;
         work.command.clear();
         for _ in 0..passes {
-            first = self.lay_nodes(stroke, path, clock, &legs, stroke.lever * (d * jump), &mut work.nodes);
+            first = self.lay_nodes(stroke, path, clock, &legs, stroke.lever * (d * jump), work);
             let u0 = path.u(k);
             // a response that was found for nodes a little apart is a start
             let started = responds && !work.command.is_empty() && work.machine.len() == work.nodes.len();
@@ -260,41 +261,4 @@ impl Stroke {
         let largest = work.command.iter().zip(work.nodes.iter().map(|n| n.p)).map(change).fold(0.0, f64::max);
         stats.largest_offset[axis] = stats.largest_offset[axis].max(largest);
     }
-}
-
-/// Command of a stroke whose friction responds: what friction does depends on the command, so both are found alternately. Returns
-/// the state of friction at the end of the stroke.
-fn respond(r: &Response, before: &State, start: f64, first: usize, work: &mut Work) -> State {
-    let n = work.machine.len();
-    let (travel, since_s): (Vec<f64>, Vec<f64>) =
-        work.machine.iter().zip(&work.nodes).map(|(m, n)| (m.travel, n.since_s)).unzip();
-    let along = r.stroke(before, &travel, &since_s);
-    let settled = SETTLED * (r.gain() + r.windup().abs());
-    let (mut last, mut back) = (*before, Vec::with_capacity(n));
-    for _ in 0..RESPONSE_PASSES {
-        let known = work.command.len() == n;
-        let (u0, u1) = (work.nodes[0].u, work.nodes[first].u);
-        let command = |k: usize| {
-            if !known {
-                travel[k]
-            } else if k < first {
-                start + (work.command[first] - start) * (work.nodes[k].u - u0) / (u1 - u0).max(f64::MIN_POSITIVE)
-            } else {
-                work.command[k]
-            }
-        };
-        last = along.back(command, &mut back);
-        let mut moved = if known { 0.0 } else { f64::INFINITY };
-        for (m, back) in work.machine.iter_mut().zip(&back) {
-            let now = back - r.windup();
-            let next = if known { 0.5 * (m.friction + now) } else { now };
-            moved = moved.max((next - m.friction).abs());
-            m.friction = next;
-        }
-        solve(&work.machine, first, false, &mut work.command, &mut work.fall);
-        if moved <= settled {
-            break;
-        }
-    }
-    last
 }

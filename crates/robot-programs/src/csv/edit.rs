@@ -9,7 +9,7 @@
 //! The slots are in `slot.rs`, rows of plain numbers alone in `plain.rs`.
 
 use super::super::{Block, Slot};
-use super::plain::Cell;
+use super::plain::{Cell, Last, same_counts};
 use super::print::{Look, power};
 use super::slot::{MOST, NONE, New, SlotEdit};
 use crate::axes::Axes;
@@ -117,7 +117,9 @@ impl Edits {
             // a limit in last digits is rounded inwards; a number of its own kind, else none passes
             let [lo, hi] = edit.safe.map(|v| (v * scale).clamp(-1e8, 1e8));
             let safe = [lo.ceil() as i64, hi.floor() as i64];
-            self.cells.push(Cell { axis, decimals: edit.base, fine, lift, safe, written: false, step: (0, None) });
+            let same = same_counts(edit.base, safe);
+            let (decimals, last) = (edit.base, Last::default());
+            self.cells.push(Cell { axis, decimals, fine, lift, safe, written: false, last, same });
         }
         if !even {
             self.cells.clear();
@@ -255,6 +257,7 @@ mod tests {
     use super::super::Reader;
     use super::*;
     use crate::axes::{Axis, JointKind};
+    use proptest::prelude::*;
     use std::io::Cursor;
 
     /// A program of two axes, one of them with limits, through new targets (deg) of all rows; `added` follows the first row.
@@ -291,6 +294,34 @@ mod tests {
             }
         }
         String::from_utf8(out).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn rows_of_plain_numbers_are_written_as_one_by_one(
+            rows in prop::collection::vec((-130_000i32..130_000, -4_000i32..4_000, 0u8..4), 1..120),
+            by in (-3e-3..3e-3f64, -3e-3..3e-3f64), coarse in -2i32..5
+        ) {
+            // the digits before the point and the sign change here and there; some numbers have another length
+            let fixed = |n: i32, d: usize| format!("{:.d$}", f64::from(n) / 1e4);
+            let cells = rows.iter().map(|&(a, b, kind)| {
+                let decimals = if kind == 0 { 3 } else { 4 };
+                format!("{},{}\n", fixed(a / 10i32.pow(coarse.max(0) as u32), decimals), fixed(b, 4))
+            });
+            let text: String = std::iter::once("a_deg,b_deg\n".to_string()).chain(cells).collect();
+            let own = text.lines().skip(1).flat_map(|l| l.split(',').map(|c| c.parse::<f64>().unwrap()));
+            // the same offset for several rows, none for others
+            let new: Vec<f64> = own
+                .enumerate()
+                .map(|(k, v)| match (k / 2 % 37, k % 2) {
+                    (0, _) | (_, 1) => v,
+                    (19.., _) => v - by.0,
+                    (_, _) => v + by.1,
+                })
+                .collect();
+            // compares the two ways
+            edited(&text, &new, None);
+        }
     }
 
     #[test]

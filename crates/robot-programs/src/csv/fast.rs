@@ -5,6 +5,7 @@ use super::super::{Block, RowSpan, Slot, Token};
 use super::header::Column;
 use super::number;
 use super::parser::Parser;
+use super::shape::Shape;
 use crate::decimal::POW10;
 use crate::decimal::read::{Packed, short};
 use crate::error::Result;
@@ -19,7 +20,7 @@ const CHUNK: usize = 64;
 ///
 /// `row = number {"," number} newline`
 #[inline(always)]
-fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [Packed]) -> Option<usize> {
+pub(super) fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [Packed]) -> Option<usize> {
     let mut at = start;
     let (mut ending, mut padded) = (0, false);
     for (token, mantissa) in tokens.iter_mut().zip(mantissas) {
@@ -53,6 +54,8 @@ pub(super) struct Scratch {
     decimals: Vec<u8>,
     powers: Vec<f64>,
     si: Vec<f64>,
+    /// What the last row was like.
+    shape: Shape,
 }
 
 impl Scratch {
@@ -116,100 +119,85 @@ impl Scratch {
 }
 
 /// Rows of short numbers alone from one place of a text to another.
-struct PureRows {
+struct PureRows<'a> {
     at: usize,
     end: usize,
     rows: Block,
     scratch: Scratch,
     /// Rows that have not been handed on.
     held: usize,
+    columns: &'a [(Option<usize>, f64)],
+    axes: usize,
+    text: &'a [u8],
 }
 
-impl PureRows {
+impl PureRows<'_> {
     /// Reads one more row; `false`: there is none.
     #[inline(always)]
-    fn step(&mut self, columns: &[(Option<usize>, f64)], axes: usize, text: &[u8]) -> bool {
+    fn step(&mut self) -> bool {
         if self.at >= self.end {
             return false;
         }
         if self.held == CHUNK {
-            self.hand_on(columns, axes);
+            self.hand_on();
         }
-        let n = columns.len();
+        let n = self.columns.len();
         let place = self.held * n..(self.held + 1) * n;
-        let (tokens, mantissas) = (&mut self.scratch.tokens, &mut self.scratch.mantissas);
+        let Scratch { tokens, mantissas, shape, .. } = &mut self.scratch;
         let Some((tokens, mantissas)) = tokens.get_mut(place.clone()).zip(mantissas.get_mut(place)) else {
             return false;
         };
-        let Some(end) = pure_row(text, self.at, tokens, mantissas) else { return false };
+        let end = match shape.row(self.text, self.at, tokens, mantissas) {
+            Some(end) => end,
+            None => {
+                let Some(end) = pure_row(self.text, self.at, tokens, mantissas) else { return false };
+                shape.take(self.text, tokens, self.at, end);
+                end
+            }
+        };
         self.rows.rows.push(RowSpan { start: self.at as u32, end: end as u32 });
         self.held += 1;
         self.at = end;
         true
     }
 
-    fn hand_on(&mut self, columns: &[(Option<usize>, f64)], axes: usize) {
-        self.scratch.hand_on(self.held, columns, axes, &mut self.rows);
+    fn hand_on(&mut self) {
+        self.scratch.hand_on(self.held, self.columns, self.axes, &mut self.rows);
         self.held = 0;
     }
 }
 
-/// Rows that are read at two places side by side; gives whether those at the first end where those at the second begin.
-struct Both<'a> {
-    one: &'a mut PureRows,
-    two: &'a mut PureRows,
-    columns: &'a [(Option<usize>, f64)],
-    axes: usize,
-    text: &'a [u8],
-    middle: usize,
-}
-
-impl pulp::NullaryFnOnce for Both<'_> {
-    type Output = bool;
+impl pulp::NullaryFnOnce for &mut PureRows<'_> {
+    type Output = ();
 
     // inlined, so that it is compiled for the instructions that there are
     #[inline(always)]
-    fn call(self) -> bool {
-        let Self { one, two, columns, axes, text, middle } = self;
-        while one.step(columns, axes, text) & two.step(columns, axes, text) {}
-        while one.step(columns, axes, text) {}
-        one.hand_on(columns, axes);
-        let whole = one.at == middle;
-        if whole {
-            while two.step(columns, axes, text) {}
-            two.hand_on(columns, axes);
-        }
-        whole
+    fn call(self) {
+        while self.step() {}
+        self.hand_on();
     }
 }
 
 impl Parser {
-    /// Rows of short numbers alone, as far as they go; gives the place after the last. Long texts are read at two places
-    /// side by side: each number waits for the one before it, and the processor runs two such chains at once.
+    /// Rows of short numbers alone, as far as they go; gives the place after the last.
     pub(super) fn pure_rows(&mut self, text: &[u8], at: usize, end: usize, block: &mut Block) -> Result<usize> {
-        let middle = at + (end - at) / 2;
-        let middle = memchr::memchr(b'\n', &text[middle..end]).map_or(end, |k| middle + k + 1);
-        let (columns, axes) = (std::mem::take(&mut self.pure), self.si.len());
-        let part = |at: usize, end: usize, rows: &mut Block, scratch: &mut Scratch| {
-            scratch.reserve(&columns);
-            PureRows { at, end, rows: std::mem::take(rows), scratch: std::mem::take(scratch), held: 0 }
+        let columns = std::mem::take(&mut self.pure);
+        let before = block.rows.len();
+        let all_pure = block.pure == before;
+        self.scratch.reserve(&columns);
+        let mut rows = PureRows {
+            at,
+            end,
+            rows: std::mem::take(block),
+            scratch: std::mem::take(&mut self.scratch),
+            held: 0,
+            columns: &columns,
+            axes: self.si.len(),
+            text,
         };
-        self.spare.clear();
-        self.spare.decimals.resize(columns.len(), 0);
-        let [first, second] = &mut self.scratch;
-        let mut one = part(at, middle, block, first);
-        let mut two = part(middle, end, &mut self.spare, second);
-        let before = one.rows.rows.len();
-        let all_pure = one.rows.pure == before;
-        // what was read from the middle on counts only if rows that begin there are rows
-        let both = Both { one: &mut one, two: &mut two, columns: &columns, axes, text, middle };
-        let whole = pulp::Arch::new().dispatch(both);
-        if whole {
-            one.rows.append(&two.rows);
-        }
-        let end = if whole { two.at } else { one.at };
-        (*block, self.spare) = (one.rows, two.rows);
-        self.scratch = [one.scratch, two.scratch];
+        pulp::Arch::new().dispatch(&mut rows);
+        let end = rows.at;
+        (*block, self.scratch) = (rows.rows, rows.scratch);
         self.pure = columns;
         let rows = block.rows.len() - before;
         if rows > 0 {

@@ -22,9 +22,8 @@ pub struct Parser {
     pub(super) si: Vec<f64>,
     /// Where the numbers of a row go, if the columns hold nothing else: axis (`None`: the time) and unit to SI.
     pub(super) pure: Vec<(Option<usize>, f64)>,
-    /// Memory for rows that are read ahead.
-    pub(super) spare: Block,
-    pub(super) scratch: [Scratch; 2],
+    /// Memory for rows of short numbers alone.
+    pub(super) scratch: Scratch,
     pub(super) record: Record,
     /// No text follows.
     pub(super) ended: bool,
@@ -49,8 +48,7 @@ impl Parser {
             header: Header { columns: Vec::new(), slots: Vec::new(), names: Vec::new() },
             si: robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect(),
             pure: Vec::new(),
-            spare: Block::default(),
-            scratch: Default::default(),
+            scratch: Scratch::default(),
             record: Record::default(),
             ended: false,
             line: 1,
@@ -62,7 +60,7 @@ impl Parser {
 
     /// For the same columns, at no place in particular: line 0, point 0.
     pub fn fresh(&self) -> Self {
-        Self { line: 0, point: 0, last_t_s: None, lines: Lines::default(), spare: Block::default(), ..self.clone() }
+        Self { line: 0, point: 0, last_t_s: None, lines: Lines::default(), ..self.clone() }
     }
 
     pub(super) fn set_header(&mut self, header: Header) {

@@ -31,9 +31,50 @@ pub(super) struct Cell {
     pub(super) safe: [i64; 2],
     /// A number was written.
     pub(super) written: bool,
-    /// The offset that was last asked for, in counts as `fine`, and what it does to a number of these decimals; `None`: it has to be
-    /// made anew.
-    pub(super) step: (i64, Option<Step>),
+    /// What the offset that was last asked for does to numbers of these decimals.
+    pub(super) last: Last,
+    /// For numbers without and with a minus, by their bytes after it: the counts of last digits for which a number keeps its sign and
+    /// its length and is safe.
+    pub(super) same: [[Counts; MOST_BYTES + 1]; 2],
+}
+
+/// Bytes after the sign of a number that is changed in place, at most.
+const MOST_BYTES: usize = 8;
+/// Offsets that differ by less, in counts as [`Cell::fine`], are rounded alike: no more than half a count apart, and a little less for
+/// the rounding of doubles.
+const ALIKE: f64 = 0.499;
+
+/// Counts from `least` on, as many as `many`.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Counts {
+    least: i64,
+    many: u64,
+}
+
+impl Counts {
+    fn between(least: i64, most: i64) -> Self {
+        Self { least, many: u64::try_from(most - least + 1).unwrap_or(0) }
+    }
+
+    #[inline(always)]
+    fn has(self, count: i64) -> bool {
+        (count.wrapping_sub(self.least) as u64) < self.many
+    }
+}
+
+/// An offset and what it does.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Last {
+    /// The offset, whole counts as [`Cell::fine`]; not a number: none was asked for.
+    near: f64,
+    /// `None`: every number has to be made anew.
+    step: Option<Step>,
+}
+
+impl Default for Last {
+    fn default() -> Self {
+        Self { near: f64::NAN, step: None }
+    }
 }
 
 impl Edits {
@@ -70,7 +111,7 @@ impl Edits {
         out.extend_from_slice(&text[cursor..(end + 8).min(text.len())]);
         let copy = &mut out[base..];
         for (k, row) in rows.iter().enumerate() {
-            if patched_row(&mut self.cells, &row, copy, cursor).is_none() {
+            if patched_row(&mut self.cells, &row, text, copy, cursor).is_none() {
                 let start = row.tokens[0].start as usize;
                 out.truncate(base + start - cursor);
                 return (k, start);
@@ -246,30 +287,31 @@ fn pure_row(cells: &mut [Cell], row: &Rows, rest: &mut Rest) -> Option<()> {
     Some(())
 }
 
-/// The changed numbers of a row of plain numbers, put into a copy of its block's text that begins at `from`. `None`: one changes
+/// The changed numbers of a row of plain numbers, put into a copy of its block's `text` that begins at `from`. `None`: one changes
 /// its sign or its length, or is no number for this way.
 #[inline(always)]
-fn patched_row(cells: &mut [Cell], row: &Rows, copy: &mut [u8], from: usize) -> Option<()> {
+fn patched_row(cells: &mut [Cell], row: &Rows, text: &[u8], copy: &mut [u8], from: usize) -> Option<()> {
     for (cell, (token, mantissa)) in cells.iter_mut().zip(row.tokens.iter().zip(row.mantissas)) {
         let Some(axis) = cell.axis else { continue };
         let (value, old) = (*row.new.get(axis)?, *row.old.get(axis)?);
         if value.to_bits() == old.to_bits() {
             continue;
         }
-        let by = cell.offset(value - old);
-        if by != cell.step.0 {
-            cell.step = (by, cell.step_of(by));
+        if !cell.is_asked(value - old) {
+            cell.ask(value - old);
         }
-        let step = cell.step.1.filter(|_| token.decimals == cell.decimals)?;
-        let count = mantissa.signed() + step.count();
-        if count <= cell.safe[0] || count >= cell.safe[1] {
+        let step = cell.last.step.as_ref().filter(|_| token.decimals == cell.decimals)?;
+        let sign = u32::from(mantissa.is_negative());
+        let bytes = u32::from(token.len) - sign;
+        let same = cell.same[sign as usize].get(bytes as usize)?;
+        if !same.has(mantissa.signed() + step.count()) {
             return None;
         }
-        let sign = u32::from(mantissa.is_negative());
         let at = (token.start + sign) as usize;
         let place = copy.get_mut(at.checked_sub(from)?..)?.first_chunk_mut::<8>()?;
-        let new = step.add(u64::from_le_bytes(*place), u32::from(token.len) - sign, sign == 1)?;
-        *place = new.to_le_bytes();
+        // from the text, not from the copy: a load would wait for what was just stored beside it
+        let word = u64::from_le_bytes(*text.get(at..)?.first_chunk::<8>()?);
+        *place = step.sum(word, bytes, sign == 1).to_le_bytes();
         cell.written = true;
     }
     Some(())
@@ -283,12 +325,42 @@ impl Cell {
         (by + 0.5f64.copysign(by)) as i64
     }
 
-    /// What such an offset does to numbers of the cell's decimals, if that is the same for all of them: no tie.
+    /// Whether an offset does what the last one that was asked for does.
+    #[inline(always)]
+    fn is_asked(&self, by: f64) -> bool {
+        // false where none was asked for yet
+        (by * self.fine - self.last.near).abs() < ALIKE
+    }
+
+    /// Works out what an offset does.
     #[cold]
+    fn ask(&mut self, by: f64) {
+        let by = self.offset(by);
+        self.last = Last { near: by as f64, step: self.step_of(by) };
+    }
+
+    /// What such an offset does to numbers of the cell's decimals, if that is the same for all of them: no tie.
     fn step_of(&self, by: i64) -> Option<Step> {
         const UNIT: u64 = POW10_INT[GUARD as usize];
         let size = i64::try_from(unguarded(by)).ok()?;
         let count = if by < 0 { -size } else { size };
         (by.unsigned_abs() % UNIT != UNIT / 2).then(|| Step::new(count, self.decimals))?
     }
+}
+
+/// For numbers of so many `decimals` between the `safe` counts: those that keep sign and length ([`Cell::same`]).
+pub(super) fn same_counts(decimals: u8, safe: [i64; 2]) -> [[Counts; MOST_BYTES + 1]; 2] {
+    let of = |negative: bool, bytes: usize| {
+        // a point, the decimals, and one digit before it at least
+        let Some(whole) = bytes.checked_sub(1 + usize::from(decimals)).filter(|w| *w > 0 && decimals > 0) else {
+            return Counts::default();
+        };
+        let power = |n: usize| POW10_INT[n.min(MOST_BYTES)] as i64;
+        let digits = whole + usize::from(decimals);
+        // zero has no sign, and no other number than one of a single digit before the point begins with a zero
+        let (least, most) = (if whole == 1 { 1 } else { power(digits - 1) }, power(digits) - 1);
+        let [least, most] = if negative { [-most, -least] } else { [least, most] };
+        Counts::between(least.max(safe[0] + 1), most.min(safe[1] - 1))
+    };
+    [false, true].map(|negative| std::array::from_fn(|bytes| of(negative, bytes)))
 }

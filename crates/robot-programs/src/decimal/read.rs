@@ -139,6 +139,12 @@ impl Packed {
         }
     }
 
+    /// Of at most seven digits, with the highest bit set in `sign` for a minus.
+    #[inline(always)]
+    pub fn short(digits: u32, sign: u32) -> Self {
+        Self(digits | sign)
+    }
+
     /// The decimal, whose digits after the point stand elsewhere.
     #[inline(always)]
     pub fn decimal(self, decimals: u8) -> Option<Decimal> {
@@ -174,6 +180,27 @@ impl Short {
     pub fn value(&self) -> f64 {
         self.mantissa.quotient(POW10[usize::from(self.decimals & 7)])
     }
+}
+
+/// Values of numbers whose first digits stand in `words` in front of a point: the digits of `before` stay, those above the point close
+/// its place, and all but them are shifted out, by `above` bits.
+#[inline(always)]
+pub fn eight_in_lanes<const N: usize>(words: [u64; N], before: [u64; N], above: [u64; N]) -> [u32; N] {
+    const PAIRS: u64 = 0x00FF_00FF_00FF_00FF;
+    const FOURS: u64 = 0x0000_FFFF_0000_FFFF;
+    let mut values = [0; N];
+    for i in 0..N {
+        let digits = words[i] ^ ZEROS;
+        let closed = (digits & before[i]) | ((digits >> 8) & !before[i]);
+        let y = closed << (above[i] & 63);
+        // times 10 and times 100 as shifts, which vector instructions have
+        let (high, low) = (y & PAIRS, (y >> 8) & PAIRS);
+        let y = (high << 3) + (high << 1) + low;
+        let (high, low) = (y & FOURS, (y >> 16) & FOURS);
+        let y = (high << 6) + (high << 5) + (high << 2) + low;
+        values[i] = (y as u32).wrapping_mul(10_000).wrapping_add((y >> 32) as u32);
+    }
+    values
 }
 
 /// Reads the number with which `text` begins, if it has a point, digits on both sides of it and at most eight bytes after
