@@ -184,10 +184,13 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
             let (t_s, at_m): (Vec<f64>, Vec<Vector3<f64>>) =
                 theirs.t_s.iter().zip(&seen).filter_map(|(t, p)| p.map(|p| (*t, p))).unzip();
             let seen = Seen { t_s: &t_s, at_m: &at_m };
+            let recorded =
+                suspect::Recorded { controller, tracker, t_s: &ours.t_s, positions: &positions, still: &still };
+            if !examined {
+                suspect::refuse_times(robot, &recorded, &seen)?;
+            }
             let found = start(robot, &series, &seen, options, tracker)?;
             if !examined {
-                let recorded =
-                    suspect::Recorded { controller, tracker, t_s: &ours.t_s, positions: &positions, still: &still };
                 suspect::refuse(robot, &recorded, &seen, options.within(), found.misfit)?;
                 examined = true;
             }

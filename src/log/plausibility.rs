@@ -5,7 +5,8 @@
 //! commands in radians (all, or one joint's), in metres or inches; a mirrored frame (a TCP axis swapped or of the wrong
 //! sign); a command column of the wrong sign, or two of them swapped; clocks apart. A fault is reported where it explains
 //! the difference to a seventh or less, which a wrong guess does not do by chance. A path that no fault explains, and no
-//! other TCP in the flange either, is of another robot. Figures on 1,400 changed logs: `docs/log.md`.
+//! other TCP in the flange either, is of another robot. One that fits only with a TCP that no tool has is read, and what is identified
+//! from it is marked as not to be trusted ([`Distrust::AnotherArm`]). Figures on 1,400 changed logs: `docs/log.md`.
 //!
 //! Assumptions: the lost motion sought is far smaller than the path. What a log does not determine is not checked: a short
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no
@@ -22,7 +23,9 @@ use super::faults::{Fault, Sample};
 use super::shape::{fit, fit_with_free_tool, spread};
 use super::side_columns;
 use crate::error::{Error, Place, Result};
+use crate::gaps::Distrust;
 use crate::robot::Robot;
+use crate::robot::plausible::reach_m;
 use nalgebra::Vector3;
 
 /// Fewest places visited that say something about a shape.
@@ -37,6 +40,12 @@ const FOREIGN: f64 = 0.25;
 const SMALLEST_PATH_M: f64 = 0.005;
 /// Misfit that an arm's own calibration errors do not reach, metres: without calibration arms are accurate to 1 to 4 mm.
 pub(crate) const CALIBRATION_M: f64 = 0.005;
+/// Share of the arm's reach by which a TCP may stand from the robot file's `tool` and still be that of a tool nobody entered: tools and
+/// reflectors are mounted within a tenth of it or two, and spindles within a third.
+const FAR_TOOL: f64 = 0.5;
+/// Share of the reach from which another TCP has to explain the path down to [`BENIGN`] of its size: a lever as long as that bends the
+/// path of another arm into nearly the right one, but leaves more than an arm's own errors do.
+const LONG_TOOL: f64 = 0.1;
 /// Where the kinematics is not known: sizes of both paths agree up to this factor, and disagree beyond its square (a unit is
 /// wrong by 25 or more).
 const ALIKE: f64 = 2.0;
@@ -55,6 +64,8 @@ pub struct Plausibility {
     pub spread_m: f64,
     /// Suspicions that do not stop the work, one sentence each.
     pub notes: Vec<String>,
+    /// Why results from this log cannot be trusted: the robot file seems to be that of another arm.
+    pub distrust: Option<Distrust>,
 }
 
 /// How much of the machine the robot file is taken to know.
@@ -84,6 +95,17 @@ pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Pla
         shape(log, robot, kinematics, &sample, &mut found)?;
     }
     Ok(found)
+}
+
+/// Why gaps from these logs cannot be trusted, where the robot file seems to be that of another arm.
+pub(crate) fn distrust(logs: &[Log], robot: &Robot) -> Option<Distrust> {
+    logs.iter().find_map(|log| {
+        let (sample, mut found) = (Sample::take(log), Plausibility::default());
+        if sample.commands.len() >= FEWEST {
+            shape(log, robot, Kinematics::OfFile, &sample, &mut found).ok()?;
+        }
+        found.distrust
+    })
 }
 
 /// A measurement that another clock explains: a note, or refused where the clocks are far apart.
@@ -141,34 +163,61 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
         return Ok(());
     }
     if as_read.misfit_m <= FOREIGN * size {
-        found.notes.extend(another_arm(robot, sample, &computed, as_read.misfit_m, size).filter(|_| known));
+        if known && as_read.misfit_m > CALIBRATION_M {
+            another_arm(robot, sample, &computed, found);
+        }
         return Ok(());
     }
     foreign_path(log, robot, known, sample, &computed, found)
 }
 
-/// A note where the path differs by more than an arm's calibration errors, whatever tool is at the flange, but not so much that it is
-/// certainly another arm's.
-fn another_arm(robot: &Robot, sample: &Sample, computed: &[Vector3<f64>], misfit_m: f64, size: f64) -> Option<String> {
-    if misfit_m <= CALIBRATION_M {
-        return None;
-    }
-    let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
-    let (free, offset) = fit_with_free_tool(computed, &frames, &sample.measured);
-    let by = if free.misfit_m > CALIBRATION_M {
+/// A note where the path differs by more than an arm's calibration errors, but not so much that it is certainly another arm's.
+fn another_arm(robot: &Robot, sample: &Sample, computed: &[Vector3<f64>], found: &mut Plausibility) {
+    let freed = Freed::of(robot, sample, computed);
+    let by = if freed.misfit_m > CALIBRATION_M {
         "check that the file describes this robot (model, lengths) and that its zero positions are right".to_string()
     } else {
-        let o = offset * 1e3;
-        format!(
-            "the path fits if the TCP is {:.1}, {:.1}, {:.1} mm from the robot file's `tool`: check `tool`",
-            o.x, o.y, o.z
-        )
+        format!("the path fits if the TCP is {} from the robot file's `tool`: check `tool`", freed.offset())
     };
-    Some(format!(
+    found.notes.push(format!(
         "the measured path differs by {} (75th percentile) from the path computed with the robot file, on a path of {}; calibration errors are at most a few millimetres: {by}",
-        millimetres(misfit_m),
-        millimetres(size)
-    ))
+        millimetres(found.misfit_m.unwrap_or(0.0)),
+        millimetres(found.spread_m)
+    ));
+    found.distrust = freed.distrust(robot, found.spread_m);
+}
+
+/// The path with the TCP free in the flange.
+struct Freed {
+    /// 75th percentile of the distances that are left, m.
+    misfit_m: f64,
+    /// From the robot file's `tool` to the TCP that fits best, in the axes of the tool, m.
+    offset_m: Vector3<f64>,
+}
+
+impl Freed {
+    fn of(robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Self {
+        let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
+        let (fit, offset_m) = fit_with_free_tool(computed, &frames, &sample.measured);
+        Self { misfit_m: fit.misfit_m, offset_m }
+    }
+
+    fn offset(&self) -> String {
+        let o = self.offset_m * 1e3;
+        format!("{:.1}, {:.1}, {:.1} mm", o.x, o.y, o.z)
+    }
+
+    /// Another arm: whatever TCP is tried, the path differs by more than calibration errors; or only a TCP fits that no tool has.
+    fn distrust(&self, robot: &Robot, size_m: f64) -> Option<Distrust> {
+        let (far_m, reach_m) = (self.offset_m.norm(), reach_m(robot));
+        let long = far_m > LONG_TOOL * reach_m && self.misfit_m > BENIGN * size_m;
+        let doubted = self.misfit_m > CALIBRATION_M || far_m > FAR_TOOL * reach_m || long;
+        doubted.then_some(Distrust::AnotherArm {
+            misfit_mm: self.misfit_m * 1e3,
+            path_mm: size_m * 1e3,
+            tool_offset_mm: far_m * 1e3,
+        })
+    }
 }
 
 /// A measured path of another shape than the robot file's: noted of a machine whose kinematics is another, or whose tool is;
@@ -190,19 +239,18 @@ fn foreign_path(
         ));
         return Ok(());
     }
-    let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
-    let (free, offset) = fit_with_free_tool(computed, &frames, &sample.measured);
-    if free.misfit_m <= 0.5 * FOREIGN * size {
-        let o = offset * 1e3;
+    let freed = Freed::of(robot, sample, computed);
+    if freed.misfit_m <= 0.5 * FOREIGN * size {
         found.notes.push(format!(
-            "the measured point is {:.1}, {:.1}, {:.1} mm from the robot file's `tool` (in the axes of the tool): check `tool`",
-            o.x, o.y, o.z
+            "the measured point is {} from the robot file's `tool` (in the axes of the tool): check `tool`",
+            freed.offset()
         ));
+        found.distrust = freed.distrust(robot, size);
         return Ok(());
     }
     let text = format!(
         "a measured path of another shape ({} of misfit on a path of {})",
-        millimetres(free.misfit_m),
+        millimetres(freed.misfit_m),
         millimetres(size)
     );
     Err(Error::bad(

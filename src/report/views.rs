@@ -160,6 +160,13 @@ pub enum Content {
     Method(Vec<Method>),
 }
 
+/// The name of a file as a page shows it: the folders of an absolute path are nobody's business but the user's.
+pub fn file_name(name: &str) -> String {
+    let path = std::path::Path::new(name);
+    let short = path.file_name().filter(|_| path.is_absolute());
+    short.map_or_else(|| name.to_string(), |n| n.to_string_lossy().into_owned())
+}
+
 impl Page {
     /// A page without sections.
     pub fn new(command: impl Into<String>, title: impl Into<String>) -> Self {
@@ -180,10 +187,7 @@ impl Page {
 
     /// Adds a file; of an absolute path only the name, as a page is passed on and folders are private.
     pub fn file(&mut self, role: impl Into<String>, name: impl Into<String>, sha256: impl Into<String>) -> &mut Self {
-        let name: String = name.into();
-        let path = std::path::Path::new(&name);
-        let short = path.file_name().filter(|_| path.is_absolute()).map(|n| n.to_string_lossy().into_owned());
-        self.files.push(FileView { role: role.into(), name: short.unwrap_or(name), sha256: sha256.into() });
+        self.files.push(FileView { role: role.into(), name: file_name(&name.into()), sha256: sha256.into() });
         self
     }
 

@@ -175,6 +175,31 @@ fn wrong_units_and_swapped_columns_are_named() {
     }
 }
 
+/// Milliseconds read as seconds, and seconds read as milliseconds, by either file: the times are blamed, and nothing else.
+#[test]
+fn a_wrong_unit_of_time_is_named_and_no_unit_of_length() {
+    use lostmotion::log::columns::Meaning;
+    let robot = robot();
+    let load = |what: &str| {
+        Recording::load(&samples().join(format!("{what}_2.csv.gz")), &robot, None, TopicChoice::Any).unwrap()
+    };
+    let timed = |of: &Recording, factor: f64| {
+        let mut of = of.clone();
+        let times = of.channels.iter_mut().filter(|c| c.meaning == Meaning::Time);
+        times.for_each(|c| c.values.iter_mut().for_each(|v| *v *= factor));
+        of
+    };
+    let (controller, tracker) = (load("controller"), load("tracker"));
+    for (ours, theirs, file, says) in [
+        (timed(&controller, 1e3), tracker.clone(), "controller_2", "the times here are in milliseconds"),
+        (controller.clone(), timed(&tracker, 1e6), "tracker_2", "the times here are in microseconds"),
+        (controller.clone(), timed(&tracker, 1e-3), "tracker_2", "the times here are in seconds"),
+    ] {
+        let error = join(&robot, &ours, &theirs, &Options::default()).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(says) && error.contains(file) && !error.contains("x, y and z"), "{says}: {error}");
+    }
+}
+
 #[test]
 fn a_header_in_one_piece_names_its_separator_and_the_tracker_map_reads_it() {
     use lostmotion::log::columns::{ColumnMap, Meaning};

@@ -1,6 +1,6 @@
 //! Pages of commands through the binary: a verdict, a figure, and nothing that is not there.
 
-use crate::support::{WorkFolder, bundled, root, run_args};
+use crate::support::{WorkFolder, bundled, root, run_args, run_from_root};
 use std::path::Path;
 
 /// The page of a command that succeeds.
@@ -80,6 +80,42 @@ fn a_page_without_errors_has_no_scale_for_them() {
     assert!(robot.contains("class=\"nominal arm\"") && robot.contains("class=\"elbow\""));
     let program = page(&["show", PROGRAM, "--robot", KUKA, "--output", name], &report);
     assert!(!program.contains("Errors drawn") && program.contains("swatch model"));
+}
+
+/// A page is sent to others; the folders of the machine that made it are none of its content.
+#[test]
+fn no_page_names_the_working_folder() {
+    let work = WorkFolder::new();
+    let log = bundled("tests/data/diagnose/one-backlash/train.csv.gz");
+    let model = bundled("tests/data/diagnose/one-backlash/model.yaml");
+    for name in ["train.csv.gz", "model.yaml", "kuka.yaml", "program.csv"] {
+        let from = match name {
+            "train.csv.gz" => log.clone(),
+            "model.yaml" => model.clone(),
+            "kuka.yaml" => bundled(KUKA),
+            _ => bundled(PROGRAM),
+        };
+        std::fs::copy(from, work.join(name)).unwrap();
+    }
+    let robot = model.with_file_name("robot.yaml");
+    if robot.exists() {
+        std::fs::copy(robot, work.join("robot.yaml")).unwrap();
+    }
+    let lines = [
+        "diagnose --robot {}/kuka.yaml --log {}/train.csv.gz --report {}/page.html",
+        "identify path --robot {}/kuka.yaml --log {}/train.csv.gz --report {}/page.html",
+        "show {}/program.csv --robot {}/kuka.yaml --output {}/page.html",
+    ];
+    let folder = work.path().to_str().unwrap();
+    for line in lines {
+        let out = run_from_root(work.path(), line);
+        if !out.succeeded() {
+            assert!(line.starts_with("identify"), "{line}: {}", out.stderr);
+            continue;
+        }
+        let text = std::fs::read_to_string(work.join("page.html")).unwrap();
+        assert!(!text.contains(folder), "{line}: the page names {folder}");
+    }
 }
 
 #[test]

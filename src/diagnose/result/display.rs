@@ -1,6 +1,6 @@
 //! The diagnosis on a terminal: the story round by round, the verdict in one sentence, what to do next, where it is blind.
 
-use crate::diagnose::result::document::{Diagnosis, Round, of_motion};
+use crate::diagnose::result::document::{Diagnosis, Round, Unseen, of_motion};
 use crate::diagnose::result::words::{self, GapUnit};
 use crate::diagnose::verdict::Verdict;
 use crate::effects::backlash;
@@ -107,7 +107,7 @@ fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
 }
 
 fn member(m: &crate::diagnose::verdict::Member) -> String {
-    format!("{} {} ({:.0} %)", m.effect, m.target, 100.0 * m.probability)
+    format!("{} {} ({})", m.effect, m.target, words::probability(m.probability))
 }
 
 /// Effects that gave way to others, in one line.
@@ -161,31 +161,33 @@ pub fn sentence(d: &Diagnosis) -> String {
     }
 }
 
-/// Joints on which nothing that shows in motion could be seen: they are stationary.
-fn resting(d: &Diagnosis) -> Vec<String> {
+/// Joints on which nothing that shows in motion could be seen, each with the reason.
+fn unseen_joints(d: &Diagnosis) -> Vec<(String, Option<Unseen>)> {
     let unseen = |effect: &str, target: &str| {
         d.blind_spots.iter().any(|s| s.effect == effect && s.target == target && s.detectable_from.is_none())
     };
     let of_motion = of_motion();
-    let mut targets: Vec<&str> = Vec::new();
+    let mut targets: Vec<(&str, Option<Unseen>)> = Vec::new();
     for spot in d.blind_spots.iter().filter(|s| of_motion.contains(&s.effect)) {
-        if !targets.contains(&spot.target.as_str()) {
-            targets.push(&spot.target);
+        match targets.iter_mut().find(|t| t.0 == spot.target) {
+            Some(known) => known.1 = known.1.or(spot.reason),
+            None => targets.push((&spot.target, spot.reason)),
         }
     }
-    targets.into_iter().filter(|t| of_motion.iter().all(|e| unseen(e, t))).map(String::from).collect()
+    let all = targets.into_iter().filter(|t| of_motion.iter().all(|e| unseen(e, t.0)));
+    all.map(|(target, why)| (target.to_string(), why)).collect()
 }
 
 /// The worst blind spots in one line: what this log cannot show at all, then the weakest joint for lost motion.
 pub fn blind(d: &Diagnosis) -> Option<String> {
     const NAMED: usize = 6;
-    let resting = resting(d);
+    let unseen = unseen_joints(d);
     let mut hidden: Vec<(&str, Vec<String>)> = Vec::new();
     let mut weakest: Option<(f64, String)> = None;
     for spot in &d.blind_spots {
         let (effect, target) = (spot.effect, spot.target.clone());
         match &spot.detectable_from {
-            None if resting.contains(&target) && of_motion().contains(&effect) => {}
+            None if unseen.iter().any(|u| u.0 == target) && of_motion().contains(&effect) => {}
             None => match hidden.iter_mut().find(|h| h.0 == effect) {
                 Some(h) => h.1.push(target),
                 None => hidden.push((effect, vec![target])),
@@ -199,8 +201,15 @@ pub fn blind(d: &Diagnosis) -> Option<String> {
             Some(_) => {}
         }
     }
-    if !resting.is_empty() {
-        hidden.insert(0, ("lost motion and lag of resting", resting));
+    for (why, named) in [
+        (Some(Unseen::DoesNotMoveTcp), "lost motion and lag of joints that do not move the TCP here:"),
+        (Some(Unseen::Rests), "lost motion and lag of resting"),
+        (None, "lost motion and lag of"),
+    ] {
+        let joints: Vec<String> = unseen.iter().filter(|u| u.1 == why).map(|u| u.0.clone()).collect();
+        if !joints.is_empty() {
+            hidden.insert(0, (named, joints));
+        }
     }
     let mut parts: Vec<String> = hidden
         .into_iter()
@@ -238,6 +247,16 @@ fn paragraph(out: &mut String, indent: &str, text: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_alternative_of_a_nearly_certain_effect_is_not_impossible() {
+        let said = |probability| {
+            member(&crate::diagnose::verdict::Member { effect: "backlash".into(), target: "A2".into(), probability })
+        };
+        assert_eq!(said(0.999), "backlash A2 (more than 99.5 %)");
+        assert_eq!(said(0.001), "backlash A2 (less than 0.5 %)");
+        assert_eq!(said(0.62), "backlash A2 (62 %)");
+    }
 
     #[test]
     fn a_long_line_is_broken_between_words_and_set_in() {

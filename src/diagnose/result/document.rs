@@ -16,7 +16,7 @@ use crate::diagnose::verdict::{self, Member, Verdict};
 use crate::effects::{EffectInstance, entry};
 use crate::robot::JointKind;
 use hidden::{blind_spots, unexplained};
-pub use hidden::{of_motion, of_resting_joints};
+pub use hidden::{of_motion, of_unseen_joints};
 use indexmap::IndexMap;
 use serde::Serialize;
 use serde_json::Value;
@@ -127,6 +127,19 @@ pub struct BlindSpot {
     pub target: String,
     /// Keys as in a model file, with the size from which on each is detected; null where no size shows.
     pub detectable_from: Option<IndexMap<String, f64>>,
+    /// Why no size shows, where the joint's motion is the reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<Unseen>,
+}
+
+/// Why what a joint does in motion does not show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Unseen {
+    /// It moves in no log.
+    Rests,
+    /// It moves, but hardly moves what is measured.
+    DoesNotMoveTcp,
 }
 
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]

@@ -273,7 +273,7 @@ fn hidden(outcome: &Outcome) -> Vec<Hidden> {
             Hidden { effect: c.effect, target: c.target.clone(), found: false, sizes, moves: Some(moves) }
         })
         .collect();
-    for (effect, target) in document::of_resting_joints(outcome) {
+    for (effect, target, _) in document::of_unseen_joints(outcome) {
         if !all.iter().any(|h| h.effect == effect && h.target == target) {
             all.push(Hidden { effect, target, found: false, sizes: Vec::new(), moves: None });
         }

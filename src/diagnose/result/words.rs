@@ -137,6 +137,15 @@ fn fixed(value: f64, decimals: usize) -> String {
     if text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.')) { text.trim_start_matches('-').into() } else { text }
 }
 
+/// A probability in percent; one that is nearly certain, or nearly excluded, is not rounded to certainty.
+pub fn probability(p: f64) -> String {
+    match 100.0 * p {
+        p if p > 99.5 => "more than 99.5 %".into(),
+        p if p < 0.5 => "less than 0.5 %".into(),
+        p => format!("{p:.0} %"),
+    }
+}
+
 /// A detectable size, with two digits.
 pub fn rough(value: f64) -> String {
     let digits = if value > 0.0 { (1 - value.log10().floor() as i32).clamp(0, 9) as usize } else { 0 };

@@ -75,6 +75,7 @@ pub fn identify(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let mut gaps = of_axes(&by_gears.robot, &by_gears.logs, setups)?;
     gaps.robot_sha256 = robot.fingerprint();
     gaps.notes.extend(by_gears.notes);
+    gaps.doubt_robot_file(robot, logs);
     Ok(gaps)
 }
 

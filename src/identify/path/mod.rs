@@ -147,6 +147,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     let mut found = of_axes(&by_gears.robot, &by_gears.logs, options)?;
     found.gaps.robot_sha256 = robot.fingerprint();
     found.gaps.notes.extend(by_gears.notes);
+    found.gaps.doubt_robot_file(robot, logs);
     Ok(found)
 }
 

@@ -121,6 +121,17 @@ mod tests {
         assert_eq!(found.robot.links.len(), 3);
     }
 
+    #[test]
+    fn a_continuous_joint_keeps_its_speed_and_has_no_range() {
+        let text = SCARA.replace(
+            r#"<origin xyz="0.3 0 0"/><axis xyz="0 0 1"/></joint>"#,
+            r#"<origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="2.5" effort="1"/></joint>"#,
+        );
+        let robot = read("scara.urdf", &text, None).unwrap().robot;
+        assert_eq!((robot.axis(1).limits, robot.axis(1).max_speed), (None, Some(2.5)));
+        assert_eq!(robot.axis(0).limits, Some([-2.0, 2.0]));
+    }
+
     /// An arm of one joint as ROS descriptions are built: world and flange of the controller are separate links.
     const DESCRIBED: &str = r#"<robot name="arm"><link name="base_link"/><link name="base"/><link name="link_1"/><link name="flange"/>
       <link name="tool0"/><link name="gun"/>

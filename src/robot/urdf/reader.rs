@@ -104,9 +104,13 @@ impl Reader<'_> {
             None if kind.is_none() => Vector3::x_axis(),
             None => return Err(self.bad(j, format!("an axis of length 0 at joint `{name}`"), "a direction")),
         };
-        let limit = child(j, "limit").filter(|_| j.attribute("type") != Some("continuous"));
-        let (limits, max_speed) = match limit {
-            Some(l) => (self.range(l)?, self.number(l, "velocity")?.filter(|v| *v > 0.0)),
+        // the ends of a continuous joint's range mean nothing; its speed is one
+        let endless = j.attribute("type") == Some("continuous");
+        let (limits, max_speed) = match child(j, "limit") {
+            Some(l) => (
+                if endless { None } else { self.range(l)? },
+                self.number(l, "velocity")?.filter(|v| *v > 0.0),
+            ),
             None => (None, None),
         };
         let mimic = match child(j, "mimic") {

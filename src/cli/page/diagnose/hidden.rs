@@ -30,7 +30,7 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, scale: &GapScale
     }
     let joints: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
     let mut blocks = vec![joint_block(&joints, t, scale)];
-    blocks.extend(coupling_block(&joints, t, scale));
+    blocks.extend(coupling_blocks(&joints, t, scale));
     blocks.extend(machine_block(t, scale));
     let none = t.hidden.iter().filter(|h| !h.found && h.moves.is_none()).count();
     let title = match none {
@@ -83,33 +83,36 @@ fn joint_block(joints: &[&str], t: &Traces, scale: &GapScale) -> MapBlock {
     }
 }
 
-/// Couplings: they show only where both joints move.
-fn coupling_block(joints: &[&str], t: &Traces, scale: &GapScale) -> Option<MapBlock> {
+/// Couplings: they show only where both joints move. Effects of several units on pairs of joints have a map for each unit.
+fn coupling_blocks(joints: &[&str], t: &Traces, scale: &GapScale) -> Vec<MapBlock> {
     let of_motion = of_motion();
     let rests = |joint: &str| {
         let mut seen = of_motion.iter().filter_map(|e| find(t, e, joint)).peekable();
         seen.peek().is_some() && seen.all(|h| !h.found && h.moves.is_none())
     };
-    let coupled = |to: &str, from: &str| {
+    let of_unit = |h: &Hidden, unit: &str| h.sizes.first().is_none_or(|(k, _)| shown(k).1 == unit);
+    let coupled = |to: &str, from: &str, unit: &str| {
         let target = format!("{to}<-{from}");
-        t.hidden.iter().filter(|h| h.target == target).max_by_key(|h| h.found)
+        t.hidden.iter().filter(|h| h.target == target && of_unit(h, unit)).max_by_key(|h| h.found)
     };
-    let all = || joints.iter().flat_map(|to| joints.iter().filter_map(|from| coupled(to, from)));
-    all().next()?;
-    let unit = unit_of(all());
-    let row = |to: &&str| {
-        let cells = joints.iter().map(|from| match coupled(to, from) {
-            Some(h) => cell(h, scale),
-            None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
-            None => MapCell::Absent,
-        });
-        (to.to_string(), cells.collect())
+    let block = |unit: &str| {
+        let row = |to: &&str| {
+            let cells = joints.iter().map(|from| match coupled(to, from, unit) {
+                Some(h) => cell(h, scale),
+                None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
+                None => MapCell::Absent,
+            });
+            (to.to_string(), cells.collect())
+        };
+        MapBlock {
+            corner: "coupling of".into(),
+            columns: joints.iter().map(|from| (format!("to {from}"), unit.to_string())).collect(),
+            rows: joints.iter().map(row).collect(),
+        }
     };
-    Some(MapBlock {
-        corner: "coupling of".into(),
-        columns: joints.iter().map(|from| (format!("to {from}"), unit.clone())).collect(),
-        rows: joints.iter().map(row).collect(),
-    })
+    let all: Vec<&Hidden> = t.hidden.iter().filter(|h| h.target.contains("<-")).collect();
+    let units = units_of(all.iter().copied());
+    if units.is_empty() && !all.is_empty() { vec![block("")] } else { units.into_iter().map(block).collect() }
 }
 
 /// Effects of tool, TCP and log.
@@ -140,9 +143,18 @@ fn shown(key: &str) -> (f64, &'static str) {
 }
 
 fn unit_of<'a>(all: impl Iterator<Item = &'a Hidden>) -> String {
-    let mut units: Vec<&str> = all.filter_map(|h| h.sizes.first()).map(|(k, _)| shown(k).1).collect();
-    units.dedup();
-    units.join(" or ")
+    units_of(all).join(" or ")
+}
+
+/// Units of some effects, each once, in the order in which they first occur.
+fn units_of<'a>(all: impl Iterator<Item = &'a Hidden>) -> Vec<&'static str> {
+    let mut units: Vec<&str> = Vec::new();
+    for unit in all.filter_map(|h| h.sizes.first()).map(|(k, _)| shown(k).1) {
+        if !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
+    units
 }
 
 fn cell(h: &Hidden, scale: &GapScale) -> MapCell {

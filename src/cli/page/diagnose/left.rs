@@ -95,7 +95,7 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &G
             Some(a) => (milli(robot, a, noise.sigma), if robot.axis(a).kind.unit() == "deg" { "mdeg" } else { "µm" }),
         };
         vec![
-            outcome.problem.logs[g.log].log.name.clone(),
+            crate::report::views::file_name(&outcome.problem.logs[g.log].log.name),
             sensor,
             crate::report::number::count(g.rows.len() as u64),
             format!("{} {unit}", significant(sigma)),

@@ -196,7 +196,7 @@ fn found(page: &mut Page, d: &Diagnosis, scale: &GapScale) {
             .map(|s| format!("{} {} {} ({})", s.name, s.value, s.unit, s.interval()).replace(" um ", " µm "))
             .collect();
         let set: Vec<String> =
-            r.set.iter().map(|m| format!("{} {} {:.0} %", m.effect, m.target, 100.0 * m.probability)).collect();
+            r.set.iter().map(|m| format!("{} {} {}", m.effect, m.target, words::probability(m.probability))).collect();
         vec![
             (i + 1).to_string(),
             r.effect.clone(),
@@ -229,7 +229,7 @@ fn candidates(page: &mut Page, outcome: &Outcome, d: &Diagnosis) {
             let member = r.set.iter().find(|m| m.effect == c.effect && m.target == c.target);
             let word = match member {
                 Some(_) if c.effect == r.effect && c.target == r.target => "named".to_string(),
-                Some(m) => format!("in the set, {:.0} %", 100.0 * m.probability),
+                Some(m) => format!("in the set, {}", words::probability(m.probability)),
                 None => String::new(),
             };
             rows.push(vec![

@@ -44,12 +44,12 @@ pub(super) fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates
     }
 }
 
-/// Detectable sizes, then the effects of motion on joints that do not move: no size of them would show.
+/// Detectable sizes, then the effects of motion on joints that do not move, or do not move the TCP: no size of them would show.
 pub(super) fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
     let mut all: Vec<BlindSpot> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
-    for (effect, target) in of_resting_joints(outcome) {
+    for (effect, target, why) in of_unseen_joints(outcome) {
         if !all.iter().any(|s| s.effect == effect && s.target == target) {
-            all.push(BlindSpot { effect, target, detectable_from: None });
+            all.push(BlindSpot { effect, target, detectable_from: None, reason: Some(why) });
         }
     }
     all
@@ -60,13 +60,17 @@ pub fn of_motion() -> Vec<&'static str> {
     catalogue::ALL.iter().filter(|e| e.needs_motion).map(|e| e.name).collect()
 }
 
-/// Effects of motion on joints that move in no log.
-pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
+/// Effects of motion on joints that move in no log, or that do not move what is measured as they do.
+pub fn of_unseen_joints(outcome: &Outcome) -> Vec<(&'static str, String, Unseen)> {
     let robot = &outcome.problem.robot;
     let of_motion = of_motion();
     let tried = |name: &str| outcome.candidates.iter().any(|c| of_motion.contains(&c.effect) && c.target == name);
-    let resting = robot.axis_joints().filter(|j| !tried(&j.name));
-    resting.flat_map(|j| of_motion.iter().map(|effect| (*effect, j.name.clone()))).collect()
+    let why = |axis: usize| match outcome.problem.logs.iter().any(|l| l.log.moving_axes().contains(&axis)) {
+        true => Unseen::DoesNotMoveTcp,
+        false => Unseen::Rests,
+    };
+    let unseen = robot.axis_joints().enumerate().filter(|(_, j)| !tried(&j.name));
+    unseen.flat_map(|(axis, j)| of_motion.iter().map(move |e| (*e, j.name.clone(), why(axis)))).collect()
 }
 
 fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> BlindSpot {
@@ -75,5 +79,5 @@ fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> BlindSpot {
         let of = |p: EffectInstance| p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values());
         c.at(size).into_iter().flat_map(of).map(|((key, factor), v)| (key, digits((v * factor).abs()))).collect()
     };
-    BlindSpot { effect: c.effect, target: c.target.clone(), detectable_from: spot.size.as_ref().map(keys) }
+    BlindSpot { effect: c.effect, target: c.target.clone(), detectable_from: spot.size.as_ref().map(keys), reason: None }
 }
