@@ -44,8 +44,23 @@ pub fn run(args: Args) -> Result<()> {
     }
     if !draft.missing.is_empty() {
         eprintln!("note: no column was recognised for {}: complete the map by hand", draft.missing.join(", "));
+        if !draft.found.iter().any(|f| f != "t_s") {
+            eprintln!("note: a controller's file needs the commands of all joints, a tracker's x, y and z");
+        }
     }
     Ok(())
+}
+
+/// The error of a file read as a program, with the command that helps where it is a recording in another form of CSV.
+pub fn with_program_hint(error: Error) -> Error {
+    match error {
+        Error::BadInput(bad) if bad.found.contains("semicolons between the columns") => Error::BadInput(BadInput {
+            expected: bad.expected
+                + "; if the file is a recording, `lostmotion columns` drafts a column map that reads it",
+            ..bad
+        }),
+        other => other,
+    }
 }
 
 /// The same error, with the map that would help: where a file was read without one, and its header has other names than ours. `option`

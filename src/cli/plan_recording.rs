@@ -110,6 +110,7 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
         ),
         true => {}
     }
+    notes.extend(language.and_then(|l| of_another_maker(&robot, l)));
     let mut out = output::create(args.output.as_deref())?;
     let recording = recording::plan(&robot, kind, &options)?;
     if let Some(out) = &mut out {
@@ -140,6 +141,29 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
     }
     eprintln!("note: the program does not know of obstacles: run it slowly first");
     Ok(())
+}
+
+/// A note where the language is not the one that the maker in the robot's name reads.
+fn of_another_maker(robot: &Robot, language: Language) -> Option<String> {
+    const MAKERS: [(&str, Language, &str); 7] = [
+        ("kuka", Language::Krl, "KRL (.src)"),
+        ("abb", Language::Rapid, "RAPID (.mod)"),
+        ("fanuc", Language::Fanuc, "FANUC TP (.ls)"),
+        ("motoman", Language::Inform, "INFORM (.jbi)"),
+        ("yaskawa", Language::Inform, "INFORM (.jbi)"),
+        ("universal", Language::UrScript, "URScript (.script)"),
+        ("ur", Language::UrScript, "URScript (.script)"),
+    ];
+    let name = robot.name.to_lowercase();
+    let mut words = name.split(|c: char| !c.is_alphabetic());
+    let (_, own, title) = words.find_map(|word| MAKERS.iter().find(|m| m.0 == word))?;
+    let written = MAKERS.iter().find(|m| m.1 == language).map_or("G-code", |m| m.2);
+    (*own != language).then(|| {
+        format!(
+            "the program is in {written}, but the robot file describes `{}`, whose controller reads {title}",
+            robot.name
+        )
+    })
 }
 
 /// The pose in the middle of the programs, with what a user should know of them.

@@ -44,7 +44,7 @@ fn print_usage(error: &clap::Error, color: ColorChoice) -> u8 {
     };
     let rendered = error.render();
     let text = if colored { rendered.ansi().to_string() } else { rendered.to_string() };
-    let text = text.replacen("error:", "lostmotion:", 1);
+    let text = usage::readable(&text.replacen("error:", "lostmotion:", 1));
     // not through `say`, which takes the escapes of colours for what comes from outside
     let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
     2

@@ -19,12 +19,19 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Name of the document: columns, compensator, gaps, join, model or robot
-    #[arg(value_name = "DOCUMENT")]
+    /// Name of the document
+    #[arg(value_name = "DOCUMENT", help = document_help())]
     pub document: Option<String>,
     /// Write the schema to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.json", default_value = "-")]
     pub output: PathBuf,
+}
+
+/// The help of the argument, with every name.
+fn document_help() -> String {
+    let names: Vec<&str> = schemas::NAMES.iter().map(|n| n.0).collect();
+    let (last, others) = names.split_last().unwrap_or((&"", &[]));
+    format!("Name of the document: {} or {last}", others.join(", "))
 }
 
 /// Runs the command.

@@ -1,7 +1,7 @@
 //! `lostmotion show`: any file as a page.
 
 use crate::cli::exit::bad;
-use crate::cli::{page, paths};
+use crate::cli::{columns, page, paths};
 use crate::compensator::{self, Compensator};
 use crate::error::Place;
 use crate::gaps::{self, Gaps};
@@ -97,7 +97,8 @@ fn of(args: &Args, input: Input) -> Result<Page> {
                 let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
                 let tcp_speed_m_s = crate::simulate::Options::default().speed_m_s;
                 let reading = Reading { robot: &robot, frames: &frames, tcp_speed_m_s, format: None };
-                page::show::of_program(&robot, &reading.load(&args.file, input)?)
+                let program = reading.load(&args.file, input).map_err(columns::with_program_hint)?;
+                page::show::of_program(&robot, &program)
             }
         }
     };

@@ -21,6 +21,10 @@ pub fn with_tip(mut error: Error, command: &Command, arguments: &[OsString]) -> 
         error.remove(ContextKind::Suggested);
     }
     let command = deepest(command, arguments);
+    if let Some(tip) = of_list(command, arguments, &found) {
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
+        return error;
+    }
     let file = found.contains(['.', '/', '\\']) && !found.starts_with('-') && found.parse::<f64>().is_err();
     let positional = command.get_positionals().next();
     let tip = if file {
@@ -38,6 +42,28 @@ pub fn with_tip(mut error: Error, command: &Command, arguments: &[OsString]) -> 
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
     }
     error
+}
+
+/// The tip on a list of numbers that is written with blanks: `--pose 0 -90 90`.
+fn of_list(command: &Command, arguments: &[OsString], found: &str) -> Option<String> {
+    let words: Vec<&str> = arguments.iter().map(|a| a.to_str().unwrap_or_default()).collect();
+    // clap names of `-90` the first letter alone
+    let at = words.iter().position(|w| w.parse::<f64>().is_ok() && w.starts_with(found))?;
+    let (first, before) = words[..at].split_last()?;
+    let flag = before.last()?.strip_prefix("--")?;
+    let takes_list = |a: &Arg| a.get_value_names().is_some_and(|names| names.iter().any(|n| n.contains(',')));
+    let option = command.get_opts().find(|a| a.get_long() == Some(flag)).filter(|a| takes_list(a))?;
+    let rest = words[at..].iter().take_while(|w| w.parse::<f64>().is_ok());
+    let list = std::iter::once(first).chain(rest).copied().collect::<Vec<_>>().join(",");
+    option.get_long().map(|name| format!("separate the numbers by commas, without blanks: --{name} {list}"))
+}
+
+/// What the parser says of a number that is none, in words for people.
+pub fn readable(text: &str) -> String {
+    text.replace("invalid float literal", "expected a number, with a point before the decimals, such as 0.8")
+        .replace("invalid digit found in string", "expected a whole number")
+        .replace("cannot parse integer from empty string", "expected a whole number")
+        .replace("cannot parse float from empty string", "expected a number")
 }
 
 /// The subcommand that the arguments lead to.

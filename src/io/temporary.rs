@@ -56,7 +56,7 @@ impl Temporary {
             builder.permissions(permissions);
         }
         for _ in 0..TRIES {
-            let (file, path) = builder.tempfile_in(folder)?.into_parts();
+            let (file, path) = builder.tempfile_in(folder).map_err(of_system)?.into_parts();
             match file.try_lock() {
                 // another run took the file for one that was left, between its making and its locking
                 Err(TryLockError::WouldBlock) => continue,
@@ -90,6 +90,13 @@ impl Drop for Temporary {
         self.path.take();
         open_files().remove(&self.listed);
     }
+}
+
+/// The error of the system alone: `tempfile` adds the name of the temporary file, which tells nobody anything.
+fn of_system(error: io::Error) -> io::Error {
+    let source = error.get_ref().and_then(|e| e.source()).and_then(|s| s.downcast_ref::<io::Error>());
+    let code = source.and_then(io::Error::raw_os_error);
+    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 /// Names of one kind.

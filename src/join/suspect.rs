@@ -113,7 +113,11 @@ pub(super) fn refuse_times(robot: &Robot, recorded: &Recorded, seen: &Seen) -> R
         short.name,
         brief(ours.min(theirs)),
     );
-    Err(Error::bad(Place::file(&wrong.name), found, format!("times in seconds; {said}: correct `unit` of the time in the column map")))
+    Err(Error::bad(
+        Place::file(&wrong.name),
+        found,
+        format!("times in seconds; {said}: correct `unit` of the time in the column map"),
+    ))
 }
 
 /// A duration with three digits.

@@ -3,7 +3,8 @@
 //! Method: names are cut at everything that is neither letter nor digit; units come from brackets or from the end of a name
 //! (`Zeit [ms]`, `j1_rad`). Times and coordinates are recognised by common words in English and German, joints by the names of the robot
 //! file or by a number (`Achse 1`, `joint_0`, `A3`), counted from 0 where a 0 occurs. Where several columns show one joint, words tell commands
-//! (`target`, `soll`) from encoders (`actual`, `ist`). What is not recognised is listed as a comment and passed over.
+//! (`target`, `soll`) from encoders (`actual`, `ist`), before the joint's name or after it. What is not recognised becomes a commented
+//! entry, to be completed by hand.
 //!
 //! It is a draft: units that no name tells are those of the contract, and are marked. [`crate::log::plausibility`] finds most that are wrong.
 
@@ -54,7 +55,22 @@ const UNITS: &[(&str, &str)] = &[
     ("us", "us"),
     ("µs", "us"),
 ];
-const TIMES: &[&str] = &["t", "time", "timestamp", "zeit", "uhrzeit", "zeitstempel", "temps", "tempo"];
+const TIMES: &[&str] = &[
+    "t",
+    "time",
+    "timestamp",
+    "zeit",
+    "uhrzeit",
+    "zeitstempel",
+    "messzeit",
+    "zeitpunkt",
+    "laufzeit",
+    "temps",
+    "tempo",
+];
+/// Words after the name of a joint or a coordinate that add nothing to it: `X-Koordinate`, `A1 Soll`.
+const ENDINGS: &[&str] =
+    &["koordinate", "coordinate", "coord", "koord", "pos", "position", "wert", "value", "winkel", "angle", "lage"];
 const COMMANDS: &[&str] = &[
     "cmd",
     "command",
@@ -96,6 +112,8 @@ const OTHERS: &[&str] = &[
     "override",
     "std",
     "sigma",
+    "kraft",
+    "force",
 ];
 
 /// A column name, taken apart.
@@ -113,7 +131,7 @@ fn unit_of(word: &str) -> Option<&'static str> {
 }
 
 fn take_apart(whole: &str) -> Name<'_> {
-    let lower = whole.trim().to_lowercase();
+    let lower = parted(whole.trim()).to_lowercase();
     let (mut plain, mut unit, mut foreign) = (lower.clone(), None, false);
     if let Some((before, rest)) = lower.split_once(['[', '(']) {
         let inside = rest.split([']', ')']).next().unwrap_or("").trim();
@@ -143,6 +161,22 @@ fn take_apart(whole: &str) -> Name<'_> {
     Name { whole: whole.trim(), words, unit, foreign }
 }
 
+/// The name with a blank where a capital follows a small letter: `PosX`, `IstPosition`.
+fn parted(name: &str) -> String {
+    let mut out = String::with_capacity(name.len() + 4);
+    let (mut last, mut inside) = (' ', false);
+    for c in name.chars() {
+        // units in brackets have capitals of their own
+        inside |= matches!(c, '[' | '(');
+        if c.is_uppercase() && last.is_lowercase() && !inside {
+            out.push(' ');
+        }
+        out.push(c);
+        last = c;
+    }
+    out
+}
+
 /// What a column seems to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Seems {
@@ -164,9 +198,19 @@ fn says(name: &Name, words: &[&str]) -> bool {
     name.words.iter().any(|w| words.contains(&w.as_str()) || joined(w))
 }
 
+/// The words of a name without those at its end that tell the side, or nothing: `A1 Soll`, `X-Koordinate`.
+fn core<'a>(name: &'a Name) -> &'a [String] {
+    let adds_nothing = |w: &String| {
+        [COMMANDS, ENCODERS, ENDINGS].iter().any(|list| list.contains(&w.as_str()))
+            || JOINED.iter().any(|j| w.starts_with(j))
+    };
+    let kept = name.words.iter().rposition(|w| !adds_nothing(w)).map_or(0, |k| k + 1);
+    if kept == 0 { &name.words } else { &name.words[..kept] }
+}
+
 /// The number at the end of a name whose word before it is one for joints.
 fn numbered(name: &Name) -> Option<usize> {
-    let [.., word, number] = name.words.as_slice() else { return None };
+    let [.., word, number] = core(name) else { return None };
     JOINTS.contains(&word.as_str()).then(|| number.parse().ok())?
 }
 
@@ -180,7 +224,8 @@ fn seems(name: &Name, robot: &Robot, from_zero: bool) -> Option<Seems> {
         _ => Side::Unsaid,
     };
     let letters: Vec<String> = robot.axis_joints().map(|j| take_apart(&j.name).words.concat()).collect();
-    let ending = |joint: &str| (0..name.words.len()).any(|k| name.words[k..].concat() == joint);
+    let words = core(name);
+    let ending = |joint: &str| (0..words.len()).any(|k| words[k..].concat() == joint);
     if let Some(axis) = letters.iter().position(|l| ending(l)) {
         // X of a gantry is a joint where it says so; else the tracker's coordinate
         let coordinate =
@@ -193,12 +238,19 @@ fn seems(name: &Name, robot: &Robot, from_zero: bool) -> Option<Seems> {
         let axis = if from_zero { Some(number) } else { number.checked_sub(1) };
         return axis.filter(|a| *a < robot.dof()).map(|a| Seems::Joint(a, side));
     }
-    let last = name.words.last()?;
+    let last = words.last()?;
     if let Some(k) = ["x", "y", "z"].iter().position(|c| c == last) {
         // where the TCP should be is no measurement of it
         return (side != Side::Command).then_some(Seems::Coordinate(k));
     }
     TIMES.contains(&name.words[0].as_str()).then_some(Seems::Time)
+}
+
+/// The entry of a column that was not recognised, as a comment.
+fn commented(name: &Name) -> String {
+    let quoted = serde_json::to_string(name.whole).unwrap_or_default();
+    let unit = name.unit.map_or(String::new(), |unit| format!(", unit: {unit}"));
+    format!("#  {quoted}: {{to: ?{unit}}}\n")
 }
 
 /// Drafts a map of a file: CSV, or a workbook.
@@ -221,7 +273,7 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
     let commanded = |axis: usize| all.contains(&Some(Seems::Joint(axis, Side::Command)));
     let mut taken: Vec<String> = Vec::new();
     let mut lines = String::new();
-    let mut passed: Vec<&str> = Vec::new();
+    let mut passed: Vec<String> = Vec::new();
     for (name, seems) in names.iter().zip(&all) {
         // beside a command, a column that says nothing may be anything
         let seems = seems.filter(|s| !matches!(s, Seems::Joint(axis, Side::Unsaid) if commanded(*axis)));
@@ -245,7 +297,7 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
                 };
                 taken.push(ours);
             }
-            _ => passed.push(name.whole),
+            _ => passed.push(commented(name)),
         }
     }
     let shown = match separator {
@@ -256,13 +308,19 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
     let _ = writeln!(text, "separator: \"{shown}\"\ndecimal: \"{}\"\ncolumns:", char::from(decimal));
     text.push_str(if lines.is_empty() { "  {}\n" } else { &lines });
     if !passed.is_empty() {
-        let _ = writeln!(text, "# passed over: {}", passed.join(", "));
+        text.push_str("# Passed over. To use one, remove its `#` and write one of our names for `?` (t_s, ");
+        let _ = writeln!(text, "{}, x_mm):\n{}", joint_column("cmd", robot.axis(0)), passed.concat().trim_end());
     }
-    let tracker = ["x_mm", "y_mm", "z_mm"].iter().all(|c| taken.iter().any(|t| t == c));
-    let controller = taken.iter().any(|t| t.starts_with("cmd_"));
+    // a controller's file has joints, a tracker's coordinates; one in which neither is seen may be either
+    const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+    let tracker = taken.iter().any(|t| COORDINATES.contains(&t.as_str()));
+    let controller = taken.iter().any(|t| t.starts_with("cmd_") || t.starts_with("enc_"));
     let mut needed = vec!["t_s".to_string()];
     if controller || !tracker {
         needed.extend(robot.axis_joints().map(|j| joint_column("cmd", j)));
+    }
+    if tracker || !controller {
+        needed.extend(COORDINATES.map(String::from));
     }
     let missing = needed.into_iter().filter(|n| !taken.contains(n)).collect();
     Draft { text, found: taken, missing, shipped: shipped(header, robot) }
@@ -279,68 +337,4 @@ pub fn shipped(header: &[String], robot: &Robot) -> Option<&'static str> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::log::Log;
-
-    fn arm() -> Robot {
-        let joints: String = (1..=3).map(|n| format!("  - {{name: J{n}, kind: revolute, a_mm: 300}}\n")).collect();
-        Robot::parse("robot.yaml", &format!("schema: lostmotion/robot/1\njoints:\n{joints}")).unwrap()
-    }
-
-    fn names(header: &str, separator: char) -> Vec<String> {
-        header.split(separator).map(String::from).collect()
-    }
-
-    #[test]
-    fn a_german_header_becomes_a_map_that_reads_the_file() {
-        let header = "Zeit [ms];Achse 1 [Grad];Achse 2 [Grad];Achse 3 [Grad];Pos. X [m];Pos. Y [m];Pos. Z [m];Override";
-        let found = draft(&names(header, ';'), b';', b',', &arm());
-        assert!(found.missing.is_empty() && found.shipped.is_none(), "{found:?}");
-        assert!(found.text.contains("# passed over: Override"), "{}", found.text);
-        let map = ColumnMap::parse("map.yaml", &found.text).unwrap();
-        let text = format!("{header}\n250;1,5;2;3;0,5;1;2;100\n500;1,5;2;3;0,5;1;2;100\n");
-        let input = Input { name: "log.csv".into(), bytes: text.into(), sha256: String::new() };
-        let log = Log::parse_with(input, &arm(), Some(&map)).unwrap();
-        assert_eq!(log.t_s, [0.25, 0.5]);
-        assert!((log.command(0)[0] - 1.5f64.to_radians()).abs() < 1e-12);
-        assert_eq!(log.tcp_m[0].unwrap().x, 0.5);
-    }
-
-    #[test]
-    fn commands_and_encoders_are_told_apart_and_zero_counts_as_the_first() {
-        let header = "timestamp target_q_0 target_q_1 target_q_2 actual_q_0 actual_q_1 actual_q_2 actual_qd_0";
-        let found = draft(&names(header, ' '), b' ', b'.', &arm());
-        assert_eq!(found.shipped, Some("rtde"));
-        assert!(found.found.contains(&"cmd_J1_deg".into()) && found.found.contains(&"enc_J3_deg".into()), "{found:?}");
-        assert!(found.text.contains("no unit in the name"), "{}", found.text);
-        assert!(found.text.contains("# passed over: actual_qd_0"), "{}", found.text);
-    }
-
-    #[test]
-    fn measured_values_are_no_commands_and_nominal_ones_no_measurements() {
-        let header = "Zeit [s];Istposition A1 [Grad];Sollposition A1 [Grad];Nominal X [mm];Measured X [mm];Soll Y [mm];Ist Y [mm];Z [ft]";
-        let found = draft(&names(header, ';'), b';', b',', &arm());
-        for line in [
-            "\"Istposition A1 [Grad]\": enc_J1_deg",
-            "\"Sollposition A1 [Grad]\": cmd_J1_deg",
-            "\"Measured X [mm]\": x_mm",
-            "\"Ist Y [mm]\": y_mm",
-            "\"Z [ft]\": z_mm   # unit not known",
-            "# passed over: Nominal X [mm], Soll Y [mm]",
-        ] {
-            assert!(found.text.contains(line), "{line} in\n{}", found.text);
-        }
-        // an analog input A0 beside joints counted from 1
-        let found = draft(&names("Zeit;Achse 1;Achse 2;Achse 3;A0", ';'), b';', b',', &arm());
-        assert!(found.text.contains("\"Achse 1\": cmd_J1_deg") && found.missing.is_empty(), "{}", found.text);
-    }
-
-    #[test]
-    fn what_a_log_needs_and_no_column_has_is_named() {
-        let found = draft(&names("Time,J1,J3,Speed", ','), b',', b'.', &arm());
-        assert_eq!(found.missing, ["cmd_J2_deg"]);
-        let tracker = draft(&names("Time;X;Y;Z", ';'), b';', b',', &arm());
-        assert_eq!((tracker.missing.len(), tracker.shipped), (0, Some("tracker")));
-    }
-}
+mod tests;

@@ -43,9 +43,13 @@ pub(crate) const CALIBRATION_M: f64 = 0.005;
 /// Share of the arm's reach by which a TCP may stand from the robot file's `tool` and still be that of a tool nobody entered: tools and
 /// reflectors are mounted within a tenth of it or two, and spindles within a third.
 const FAR_TOOL: f64 = 0.5;
-/// Share of the reach from which another TCP has to explain the path down to [`BENIGN`] of its size: a lever as long as that bends the
-/// path of another arm into nearly the right one, but leaves more than an arm's own errors do.
-const LONG_TOOL: f64 = 0.1;
+/// Share of the reach from which another TCP has to explain the path down to [`LEFT_BY_ARM`]: a lever as long as that bends the path of
+/// another arm into nearly the right one, but leaves more than an arm's own errors do.
+const LONG_TOOL: f64 = 0.05;
+/// What a right arm leaves of its path with the TCP free: geometry errors and the servo's lag, as a share of the path's size and in metres.
+/// The random machines of the tests leave at most 0.4 % and 0.8 mm; another arm of half the size leaves 2 mm or more on a circle of 0.3 m.
+const LEFT_BY_ARM: f64 = 0.005;
+const LEFT_BY_ARM_M: f64 = 0.0015;
 /// Where the kinematics is not known: sizes of both paths agree up to this factor, and disagree beyond its square (a unit is
 /// wrong by 25 or more).
 const ALIKE: f64 = 2.0;
@@ -210,7 +214,8 @@ impl Freed {
     /// Another arm: whatever TCP is tried, the path differs by more than calibration errors; or only a TCP fits that no tool has.
     fn distrust(&self, robot: &Robot, size_m: f64) -> Option<Distrust> {
         let (far_m, reach_m) = (self.offset_m.norm(), reach_m(robot));
-        let long = far_m > LONG_TOOL * reach_m && self.misfit_m > BENIGN * size_m;
+        let unlike = self.misfit_m > (LEFT_BY_ARM * size_m).max(LEFT_BY_ARM_M);
+        let long = far_m > LONG_TOOL * reach_m && unlike;
         let doubted = self.misfit_m > CALIBRATION_M || far_m > FAR_TOOL * reach_m || long;
         doubted.then_some(Distrust::AnotherArm {
             misfit_mm: self.misfit_m * 1e3,

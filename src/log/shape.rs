@@ -6,7 +6,7 @@
 
 use crate::numerics::rigid;
 use crate::numerics::robust::lower_quantile;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 const ROUNDS: usize = 5;
 
@@ -38,40 +38,50 @@ pub(super) fn fit(from: &[Vector3<f64>], to: &[Vector3<f64>], mirrored: bool) ->
     best
 }
 
-/// The same with the TCP free in the flange frame: `to ~ turn * (from + frame * offset) + shift`; by turns, each linear.
+/// The same with the TCP free in the flange frame: `to ~ turn * (from + frame * offset) + shift`. Gauss-Newton steps of offset, rotation
+/// and translation together: on a path along which the flange turns little, one of them alone hardly moves.
 pub(super) fn fit_with_free_tool(
     from: &[Vector3<f64>],
     frames: &[Rotation3<f64>],
     to: &[Vector3<f64>],
 ) -> (Fit, Vector3<f64>) {
-    const TURNS: usize = 30;
-    let all = vec![true; from.len()];
-    let n = from.len().max(1) as f64;
-    let mean = frames.iter().fold(Matrix3::zeros(), |m, f| m + f.matrix()) / n;
-    let mut offset = Vector3::zeros();
-    let mut best = (fit(from, to, false), offset);
-    for _ in 0..TURNS {
-        let back = best.0.turn.transpose();
-        let rest: Vec<Vector3<f64>> = from.iter().zip(to).map(|(p, q)| back * (q - best.0.shift) - p).collect();
-        let rest_mean = centre(&rest, &all);
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for (f, e) in frames.iter().zip(&rest) {
-            let f = f.matrix() - mean;
-            normal += f.transpose() * f;
-            right += f.transpose() * (e - rest_mean);
-        }
-        // along an axis about which nothing turns the tool cannot be seen: leave it there
-        normal += Matrix3::identity() * (1e-9 * n);
-        let Some(inverse) = normal.try_inverse() else { break };
-        offset = inverse * right;
-        let moved: Vec<Vector3<f64>> = from.iter().zip(frames).map(|(p, f)| p + f * offset).collect();
-        let next = fit(&moved, to, false);
-        if next.misfit_m >= best.0.misfit_m * 0.999 {
+    const STEPS: usize = 30;
+    let with =
+        |offset: &Vector3<f64>| -> Vec<Vector3<f64>> { from.iter().zip(frames).map(|(p, f)| p + f * offset).collect() };
+    let mut best = (fit(from, to, false), Vector3::zeros());
+    for _ in 0..STEPS {
+        let Some(step) = tool_step(&with(&best.1), frames, to, &best.0) else { break };
+        let offset = best.1 + step;
+        let next = fit(&with(&offset), to, false);
+        if next.misfit_m.is_nan() || next.misfit_m >= best.0.misfit_m * 0.999 {
             break;
         }
         best = (next, offset);
     }
     best
+}
+
+/// The change of the offset that a linear model of offset, rotation and translation asks for.
+fn tool_step(moved: &[Vector3<f64>], frames: &[Rotation3<f64>], to: &[Vector3<f64>], at: &Fit) -> Option<Vector3<f64>> {
+    let middle = centre(moved, &vec![true; moved.len()]);
+    let (mut normal, mut right) = (SMatrix::<f64, 9, 9>::zeros(), SVector::<f64, 9>::zeros());
+    for ((p, f), q) in moved.iter().zip(frames).zip(to) {
+        let left = q - (at.turn * p + at.shift);
+        if left.norm() > 4.0 * at.misfit_m {
+            continue;
+        }
+        let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&(at.turn * f.matrix()));
+        jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(at.turn * (p - middle)).cross_matrix());
+        jacobian.fixed_view_mut::<3, 3>(0, 6).copy_from(&Matrix3::identity());
+        normal += jacobian.transpose() * jacobian;
+        right += jacobian.transpose() * left;
+    }
+    // along an axis about which nothing turns the tool cannot be seen: leave it there
+    let little = 1e-9 * moved.len().max(1) as f64;
+    (0..3).for_each(|k| normal[(k, k)] += little);
+    let step = normal.cholesky()?.solve(&right);
+    Some(step.fixed_rows::<3>(0).into_owned()).filter(|s| s.iter().all(|v| v.is_finite()))
 }
 
 /// 75th percentile of the distances from the centre, metres.

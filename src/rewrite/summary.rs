@@ -53,6 +53,12 @@ pub struct Line {
     pub sha256_out: Option<String>,
 }
 
+/// A reason of several lines, one for each number or limit, as one line.
+fn in_one_line(reason: &str) -> String {
+    let lines: Vec<&str> = reason.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    one_line(&lines.join("; "))
+}
+
 impl Line {
     /// The line of a program that went through.
     pub fn of(o: &Outcome) -> Self {
@@ -66,7 +72,7 @@ impl Line {
                 (None, false) if o.output.is_none() => Status::WouldBeWritten,
                 (None, false) => Status::Written,
             },
-            reason: o.refusal.as_ref().map(|r| one_line(r)),
+            reason: o.refusal.as_ref().map(|r| in_one_line(r)),
             moves: o.points,
             editable: o.vendor.as_ref().map_or(o.points, |v| v.coverage.editable),
             edited_as_joints: o.vendor.as_ref().map(|v| v.coverage.as_joints),

@@ -77,12 +77,40 @@ fn every_printed_command_runs_as_it_stands() {
                     assert!(out.status.success(), "{page}:\n{block}\n{}", String::from_utf8_lossy(&out.stderr));
                 }
                 assert!(commands >= 1, "{page} prints no command");
+                if page == "tutorial" {
+                    states_what_is_left(&work);
+                }
                 let written = std::fs::read_dir(work.path()).unwrap().map(|e| e.unwrap().file_name());
                 let stray: Vec<_> = written.filter(|n| !["configs", "samples", "out"].iter().any(|k| n == k)).collect();
                 assert!(stray.is_empty(), "{page} writes {stray:?} beside `out`");
             });
         }
     });
+}
+
+/// The tutorial's figures of what is left are those of its own commands.
+#[cfg(unix)]
+fn states_what_is_left(work: &WorkFolder) {
+    let text = std::fs::read_to_string(bundled("docs/tutorial.md")).unwrap().replace('\n', " ");
+    let model = "--model samples/models/kuka-figure5.model.yaml --before samples/circle/circle_program.csv";
+    for (after, sentence) in
+        [("circle", "The largest remaining errors are "), ("all-circle", "With this compensator the largest ")]
+    {
+        let line = format!("assess program {model} --after out/{after}.csv --json");
+        let result: serde_json::Value = work.run(&line).success().json();
+        let stated = text.split(sentence).nth(1).unwrap().split("Stiction causes").next().unwrap();
+        for joint in ["A1", "A3"] {
+            let words: Vec<&str> = stated.split(&format!(" um at {joint}")).next().unwrap().split(' ').collect();
+            let [.., lo, "to", hi] = words.as_slice() else { panic!("{joint}: no range in {stated}") };
+            let range = lo.parse::<f64>().unwrap()..=hi.parse::<f64>().unwrap();
+            let of_joint = result["reversals"].as_array().unwrap().iter().filter(|r| r["joint"] == joint);
+            for um in of_joint.map(|r| r["after_um"].as_f64().unwrap()) {
+                assert!(range.contains(&um), "{after}, {joint}: {um} um, the tutorial states {range:?}");
+            }
+        }
+        let rms = format!("{:.1}", result["rms_um"]["after"].as_f64().unwrap());
+        assert!(text.contains(&format!("{rms} um rms")) || text.contains(&format!("({rms} um with")), "{after}: {rms}");
+    }
 }
 
 #[test]

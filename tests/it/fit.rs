@@ -208,3 +208,41 @@ fn gaps_that_cannot_be_trusted_are_fitted_by_force_alone_and_say_so() {
     assert!(fit(&["--force"]).status.success());
     assert!(std::fs::read_to_string(&out).unwrap().contains("cannot be trusted"));
 }
+
+/// The circle of one KUKA fits another one if the TCP may stand three quarters of a metre from the flange: the gaps are marked, the file
+/// tells why, and `fit` refuses them. The arm itself, even with its tool left out of the file, is not marked.
+#[test]
+fn gaps_from_the_log_of_another_arm_are_marked_and_refused() {
+    let folder = WorkFolder::new();
+    let log = "samples/circle/circle_uncompensated_figure5.csv.gz";
+    for robot in ["kuka-kr16-2", "kuka-kr10-r1100-sixx", "kuka-kr16-r2010-2", "kuka-kr50-r2500"] {
+        let line = format!("identify path --robot configs/{robot}.yaml --log {log} --output {{}}/gaps.yaml");
+        support::run_from_root(folder.path(), &line).success();
+        let text = std::fs::read_to_string(folder.join("gaps.yaml")).unwrap();
+        assert!(
+            text.contains("reason: another_arm") && text.contains("seems to describe another arm"),
+            "{robot}: {text}"
+        );
+        let line = format!("fit --robot configs/{robot}.yaml --gaps {{}}/gaps.yaml --output {{}}/comp.yaml");
+        let refused = support::run_from_root(folder.path(), &line).ends_with(1);
+        assert!(refused.stderr.contains("check the robot file (model, lengths"), "{}", refused.stderr);
+        assert!(!folder.join("comp.yaml").exists());
+    }
+}
+
+#[test]
+fn a_tool_that_the_robot_file_does_not_know_is_no_other_arm() {
+    let folder = WorkFolder::new();
+    let text = std::fs::read_to_string(support::bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap();
+    let tool = "tool: {xyz_mm: [";
+    let at = text.find(tool).unwrap() + tool.len();
+    let end = at + text[at..].find(']').unwrap();
+    let with = format!("{}180, -60, 320{}", &text[..at], &text[end..]);
+    std::fs::write(folder.join("robot.yaml"), with).unwrap();
+    let log = "samples/circle/circle_uncompensated_figure5.csv.gz";
+    let line = format!("identify path --robot {{}}/robot.yaml --log {log} --output {{}}/gaps.yaml");
+    let outcome = support::run_from_root(folder.path(), &line).success();
+    assert!(outcome.stderr.contains("check `tool`"), "{}", outcome.stderr);
+    let gaps = std::fs::read_to_string(folder.join("gaps.yaml")).unwrap();
+    assert!(!gaps.contains("distrust"), "{gaps}");
+}

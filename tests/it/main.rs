@@ -82,6 +82,7 @@ mod schemas;
 mod simulate;
 mod stretched;
 mod support;
+mod told_once;
 mod val_bidirectional;
 mod val_job;
 mod vendor_approach;

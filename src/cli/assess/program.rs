@@ -6,7 +6,7 @@ use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
 use crate::cli::exit::{bad, no};
 use crate::cli::print::{print, print_json, table};
 use crate::cli::{page, paths};
-use crate::error::Place;
+use crate::error::{Place, counted};
 use crate::io::input::{self, Input};
 use crate::io::output;
 use crate::io::workbook;
@@ -181,8 +181,11 @@ fn tables(result: &Assessment, text: Option<TextDifference>, robot: &Robot) -> S
     if let Some(t) = text {
         let _ = writeln!(
             out,
-            "text: {} lines unchanged, {} changed, {} added, {} removed",
-            t.unchanged, t.changed, t.added, t.removed
+            "text: {} unchanged, {} changed, {} added, {} removed",
+            counted(t.unchanged, "line"),
+            t.changed,
+            t.added,
+            t.removed
         );
     }
     if result.reversals.is_empty() {

@@ -33,6 +33,16 @@ pub fn run(args: Args) -> Result<()> {
     args.result.finish(opened, &shown, || page::machine::of_identify(&robot, &found))
 }
 
+/// Scatter of single reversals: none that is seen is below what is printed, not none.
+fn scatter_text(share: f64) -> String {
+    if share < 0.005 { "below 1 %".into() } else { format!("{:.0} %", share * 100.0) }
+}
+
+/// What is predicted to be left, um.
+fn left_text(m: f64) -> String {
+    if m < 0.05e-6 { "below 0.1".into() } else { format!("{:.1}", m * 1e6) }
+}
+
 /// What a person reads.
 fn table(found: &Gaps, robot: &Robot) -> String {
     let mut t = Table::new();
@@ -51,9 +61,9 @@ fn table(found: &Gaps, robot: &Robot) -> String {
             row.extend([
                 edge(e.response.gain()),
                 edge(e.response.windup()),
-                format!("{:.0} %", e.scatter * 100.0),
+                scatter_text(e.scatter),
                 format!("{:.1}", e.trust.before_m * 1e6),
-                format!("{:.1}", e.trust.after_m * 1e6),
+                left_text(e.trust.after_m),
                 if e.trust.compensate { "yes".into() } else { "no".to_string() },
             ]);
         }

@@ -62,7 +62,13 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, p
         let name = robot.axis(k).name.clone();
         vec![name, reversals, per(&a.largest_offset, k), per(&a.largest_left, k), decimals]
     });
-    let head = ["joint", "reversals", "largest offset, mdeg or µm", "remaining at a reversal, mdeg or µm", "decimals"];
+    let head = [
+        "joint",
+        "compensated reversals",
+        "largest offset, mdeg or µm",
+        "remaining at a reversal, mdeg or µm",
+        "decimals",
+    ];
     page.section(
         "What was done",
         "What remains at a reversal: the part that the offset cannot take away, because the command must not reverse while the friction offset fades.",

@@ -41,13 +41,17 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
         ]
     });
     let columns =
-        ["joint", "from", "to", "lower limit", "upper limit", "highest speed, 1/s", "limit of the speed, 1/s"];
+        ["joint", "from", "to", "lower limit", "upper limit", "highest speed, per s", "limit of the speed, per s"];
     page.section(
         "The path",
         "The desired path, and the path of the program according to the kinematics.",
         in_space(kinematics, path, tracked),
     );
-    page.section("What the joints do", "", TableView::numbers_after(1, &columns, rows));
+    page.section(
+        "What the joints do",
+        "Positions in the unit beside the joint's name, speeds in the same unit per second.",
+        TableView::numbers_after(1, &columns, rows),
+    );
     let text = "At each step, the smallest movement of the joints that takes the TCP to the next point, within the joint limits, the joint speeds and the range in which the kinematics are valid (a bounded quadratic program).";
     page.section("", "", vec![Method::new("Tracking", text, format!("{PAPER}, equation 1"))]);
     page

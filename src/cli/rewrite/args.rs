@@ -31,7 +31,7 @@ pub struct Args {
     pub robot: Option<PathBuf>,
 
     /// Compensator file (YAML) from `fit`
-    #[arg(long, value_name = "FILE", requires = "robot")]
+    #[arg(long, value_name = "FILE", required_unless_present = "model", requires = "robot")]
     pub compensator: Option<PathBuf>,
 
     /// Model file (YAML): compensate every effect in it that joint offsets can undo; instead of --robot and --compensator

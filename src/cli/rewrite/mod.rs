@@ -44,6 +44,7 @@ pub fn run(args: Args) -> Result<Finished> {
         ("--summary", args.summary.as_deref()),
         ("--report", args.report.as_deref()),
     ])?;
+    refuse_missing_golden(&args)?;
     let source = Source::load(&args)?;
     let job = job::of(&args, &source)?;
     job.check_robot(&source.file)?;
@@ -56,8 +57,7 @@ pub fn run(args: Args) -> Result<Finished> {
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }
-    let unused = args.output.as_ref().or(args.output_dir.as_ref());
-    if let Some(output) = unused.filter(|_| args.dry_run && !args.json) {
+    if let Some(output) = args.output_dir.as_ref().filter(|_| args.dry_run && !args.json) {
         eprintln!("note: {}: not written (--dry-run)", shown(output));
     }
     if folder {
@@ -70,6 +70,18 @@ pub fn run(args: Args) -> Result<Finished> {
         return Err(usage("--output-dir with a single program", "a folder as IN, or --output"));
     }
     single(&args, &source, &job)
+}
+
+/// Refuses a golden file or folder that is not there.
+fn refuse_missing_golden(args: &Args) -> Result<()> {
+    let missing = args.check.as_deref().filter(|g| !is_stdio(g) && !g.exists());
+    missing.map_or(Ok(()), |golden| {
+        let found = format!("{}, which does not exist", shown(golden));
+        let of_folder = args.input.is_dir();
+        let what = if of_folder { "the folder of the rewritten programs" } else { "the rewritten program" };
+        let make = if of_folder { "--output-dir" } else { "--output" };
+        Err(bad(Place::file("--check"), found, format!("{what} to compare with; {make} writes it")))
+    })
 }
 
 /// Where the result of a single program goes.
@@ -106,7 +118,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         Err(e) => {
             summarise(&mut summary, &[Line::failed(shown(&args.input), &e, None)])?;
             output::commit([summary])?;
-            return Err(e.into());
+            return Err(crate::cli::columns::with_program_hint(e).into());
         }
     };
     suggest_ramp(args, source, &mut ready.outcome);

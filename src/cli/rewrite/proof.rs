@@ -155,7 +155,7 @@ impl Proven {
         let expected =
             expected.map(|(rms_m, why)| format!("expect about {:.1} um rms from the robot itself: {why}", rms_m * 1e6));
         let lines = partly.map(|m| m.text()).into_iter().chain(expected).chain(self.notes.iter().cloned());
-        lines.map(|line| format!("  verdict: {line}\n")).collect()
+        lines.map(|line| format!("  about the verdict: {line}\n")).collect()
     }
 }
 

@@ -51,8 +51,21 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
     if let Some(v) = &outcome.vendor {
         coverage_text(&mut text, v);
     }
+    let mut lags: Vec<&str> = Vec::new();
     for (k, joint) in robot.axis_joints().enumerate() {
-        joint_text(&mut text, outcome, k, joint, dry);
+        if joint_text(&mut text, outcome, k, joint, dry) {
+            lags.push(&joint.name);
+        }
+    }
+    if !lags.is_empty() {
+        let _ = writeln!(
+            text,
+            "  until the step after a reversal is done, {} is further off than without compensation; a smaller --step-fraction puts the step nearer to the reversal",
+            match lags.as_slice() {
+                [one] => (*one).to_string(),
+                several => format!("each of {}", several.join(", ")),
+            }
+        );
     }
     if a.largest_change_m > 0.0 {
         let odd = if a.largest_change_m > UNUSUAL_M {
@@ -69,11 +82,13 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
     }
     if a.looks_like_radians && outcome.vendor.is_none() {
         text.push_str(
-            "  note: no angle is beyond 6.29 and several joints start or end at multiples of 0.7854: the columns are named deg, but the values look like radians; if they are, convert them: the offsets would be 57 times too large\n",
+            "  note: the columns are named deg, but the values look like radians: no angle is beyond 6.29, and several joints start or end at multiples of 0.7854, or no angle is beyond 3.15 in many rows; if they are radians, convert them: the offsets would be 57 times too large\n",
         );
     }
     if let Some(duration_s) = a.duration_s {
         cycle_time_text(&mut text, outcome, duration_s);
+    } else if outcome.vendor.is_some() && !outcome.unchanged {
+        text.push_str("  cycle time: not computed, because the speed or the start of some moves is not known\n");
     }
     if let Some(v) = outcome.vendor.as_ref().filter(|_| verbosity == Verbosity::Plan) {
         for c in v.changes.iter().take(LISTED) {
@@ -116,13 +131,14 @@ fn moves_line(outcome: &Outcome, dry: bool) -> String {
     )
 }
 
-/// One joint: reversals, the largest offset, what rounding loses, what is left.
-fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, dry: bool) {
+/// One joint: reversals, the largest offset, what rounding loses, what is left. Returns whether more is left for a moment than without
+/// compensation.
+fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, dry: bool) -> bool {
     let a = &outcome.stats;
     let reversals = a.reversals.get(axis).copied().unwrap_or(0);
     let offset = a.largest_offset.get(axis).copied().unwrap_or(0.0);
     if reversals == 0 && offset == 0.0 {
-        return;
+        return false;
     }
     let written = if dry { "to be written" } else { "written" };
     let unit = joint.kind.unit();
@@ -147,13 +163,9 @@ fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, 
     let left = a.largest_left.get(axis).copied().unwrap_or(0.0);
     if left > 0.0 {
         let _ = write!(text, "; up to {:.6} {unit} remains after a reversal", joint.kind.to_user_unit(left));
-        if left > a.largest_offset.get(axis).copied().unwrap_or(f64::INFINITY) {
-            text.push_str(
-                ", which is more than without compensation until the step is done (a smaller --step-fraction puts the step nearer to the reversal)",
-            );
-        }
     }
     text.push('\n');
+    left > a.largest_offset.get(axis).copied().unwrap_or(f64::INFINITY)
 }
 
 /// Of a vendor's moves the speeds are known, not how the controller rounds corners and slows down at new points.

@@ -187,7 +187,7 @@ const LITTLE: f64 = 0.9;
 ///
 /// An error `e` becomes `e - m` by an offset `m`, and its mean square changes by `m^2 (1 - 2 r)` with `r` the error along the model as
 /// a multiple of it: compensation helps where `r` exceeds one half, whatever else is in the error. Where too few reversals show
-/// `r`, the mean squares before and after decide.
+/// `r`, the mean squares before and after decide. What is predicted to be left is never less than the standard error of the mean of `r`.
 fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let n = own.len() as f64;
     let mut trust =
@@ -203,7 +203,9 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
         predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     // where the error along the model says that an offset helps, what seems to be more than before is noise
-    trust.after_m = if trust.compensate { after.min(before) } else { after }.sqrt();
+    // an offset is no more certain than the mean of the reversals that it was estimated from
+    let floor = ratio.sigma.powi(2) * before;
+    trust.after_m = if trust.compensate { after.max(floor).min(before) } else { after }.sqrt();
     trust.reason = match trust.compensate {
         true if trust.after_m > LITTLE * trust.before_m => {
             "helps in the mean of its reversals, which scatter too much to tell by how much"

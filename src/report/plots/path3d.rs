@@ -29,6 +29,10 @@ const NAMED: usize = 24;
 const MOST: f64 = 1e6;
 /// Height of a name and width of its letters, about, px.
 const NAME: [f64; 2] = [14.0, 8.0];
+/// Marks of one name within this distance have it once, px.
+const TOGETHER: f64 = 16.0;
+/// Where no name may stand: the axes of the base frame, and the scale bars. Left, top, right, bottom, px.
+const TAKEN: [[f64; 4]; 2] = [[0.0, 365.0, 100.0, SIZE[1]], [280.0, 420.0, SIZE[0], SIZE[1]]];
 
 type Point = [f64; 3];
 
@@ -110,7 +114,7 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
                         g.reversal transform=(format!("translate({} {})", px(p[0]), px(p[1]))) data-at=(json(&m.at_mm, 1)) {
                             title { (turning(&m.joint, m.sense)) }
                             (joints.glyph(&m.joint, 0.0, 0.0, 4.6))
-                            @if named {
+                            @if let Some(name) = name.filter(|_| named) {
                                 text.mark-name x=(px(name[0] - p[0])) y=(px(name[1] - p[1] + 4.0)) text-anchor="middle" { (turning(&m.joint, m.sense)) }
                             }
                         }
@@ -192,11 +196,20 @@ fn stage(points: &[Point]) -> Option<Stage> {
     Some(Stage { camera: Camera::new(AZIMUTH_DEG, ELEVATION_DEG), middle, px_per_mm })
 }
 
-/// Names stand outside their marks, or inside, where they hide least of what is drawn and no other name.
-fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut placed: Vec<[f64; 2]> = Vec::new();
-    for m in marks.iter().take(NAMED) {
+/// Names stand outside their marks, or inside, where they hide least of what is drawn and no other name, within the drawing. Marks of
+/// one name that nearly coincide, as those of several turns of one path do, have it once.
+fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
+    let mut placed: Vec<Option<[f64; 2]>> = Vec::new();
+    for (k, m) in marks.iter().enumerate().take(NAMED) {
         let p = stage.at(&m.at_mm);
+        let same = |other: &&&PathMark| {
+            let q = stage.at(&other.at_mm);
+            (&other.joint, other.sense) == (&m.joint, m.sense) && (p[0] - q[0]).hypot(p[1] - q[1]) < TOGETHER
+        };
+        if marks[..k].iter().any(|other| same(&other)) {
+            placed.push(None);
+            continue;
+        }
         let (dx, dy) = (p[0] - CENTRE[0], p[1] - CENTRE[1]);
         let r = dx.hypot(dy);
         let [ux, uy] = if r > 1.0 { [dx / r, dy / r] } else { [0.0, -1.0] };
@@ -205,15 +218,24 @@ fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<[f
             (a[0] - b[0]).abs() < share * width && (a[1] - b[1]).abs() < share * NAME[0]
         };
         let hidden = |c: &[f64; 2]| {
-            let names = placed.iter().filter(|q| within(q, c, 1.0)).count();
-            10_000 * names + drawn.iter().filter(|q| within(q, c, 0.6)).count()
+            let names = placed.iter().flatten().filter(|q| within(q, c, 1.0)).count();
+            let outside = usize::from(!is_free(c, 0.5 * width));
+            10_000 * (names + outside) + drawn.iter().filter(|q| within(q, c, 0.6)).count()
         };
-        let candidates = [24.0, 36.0, 48.0, -26.0, -38.0].map(|far| [p[0] + far * ux, p[1] + far * uy]);
-        let best = candidates.into_iter().min_by_key(hidden).unwrap_or(p);
-        placed.push(best);
+        let along = [24.0, 36.0, 48.0, -26.0, -38.0].map(|far| [p[0] + far * ux, p[1] + far * uy]);
+        let across = [24.0, -24.0].map(|far| [p[0] - far * uy, p[1] + far * ux]);
+        let best = along.into_iter().chain(across).min_by_key(hidden).unwrap_or(p);
+        placed.push(Some(best));
     }
-    placed.resize(marks.len(), CENTRE);
+    placed.resize(marks.len(), None);
     placed
+}
+
+/// Whether a name about `c` stands within the drawing and on nothing that is written there already.
+fn is_free(c: &[f64; 2], half_width: f64) -> bool {
+    let [left, right, top, bottom] = [c[0] - half_width, c[0] + half_width, c[1] - 0.5 * NAME[0], c[1] + 0.5 * NAME[0]];
+    let within = left >= 0.0 && right <= SIZE[0] && top >= 0.0 && bottom <= SIZE[1];
+    within && !TAKEN.iter().any(|t| left < t[2] && right > t[0] && top < t[3] && bottom > t[1])
 }
 
 /// The base frame's axes.
@@ -314,4 +336,28 @@ fn data(nominal: &[Option<Point>], runs: &[Thinned], stage: &Stage) -> String {
     list(&mut out, written.collect());
     out.push('}');
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two turns of a circle that touches the stage's edges: each reversal twice, at nearly the same place.
+    #[test]
+    fn names_stand_once_within_the_drawing_and_on_nothing_else() {
+        let ball = |a: f64| [100.0 * a.cos(), 70.0 * a.sin(), 100.0 * (a + 0.3).sin()];
+        let path: Vec<Point> = (0..400).map(|k| ball(f64::from(k) * 0.0157 * 2.0)).collect();
+        let stage = stage(&path).unwrap();
+        let drawn: Vec<[f64; 2]> = path.iter().map(|p| stage.at(p)).collect();
+        let marks: Vec<PathMark> = (0..16)
+            .map(|k| PathMark { joint: format!("A{}", k % 8), at_mm: ball(0.785 * f64::from(k) + 0.001), sense: 1 })
+            .collect();
+        let names = place_names(&marks.iter().collect::<Vec<_>>(), &stage, &drawn);
+        assert_eq!(names.iter().flatten().count(), 8);
+        for (k, a) in names.iter().enumerate().filter_map(|(k, a)| a.map(|a| (k, a))) {
+            assert!(is_free(&a, 0.5 * (6.0 + 3.0 * NAME[1])), "{a:?}");
+            let close = |b: &[f64; 2]| (a[0] - b[0]).abs() < 6.0 + 3.0 * NAME[1] && (a[1] - b[1]).abs() < NAME[0];
+            assert!(!names[..k].iter().flatten().any(close), "{a:?} in {names:?}");
+        }
+    }
 }

@@ -8,7 +8,7 @@ use super::task::{Choices, Task};
 use crate::error::Result;
 use crate::program::script::{At, Document, Edits, Goal, Script, StepEdits, StepKind};
 use crate::rewrite::engine::Engine;
-use crate::rewrite::stats::RewriteStats;
+use crate::rewrite::stats::{RewriteStats, UncheckedRates};
 use crate::rewrite::{Options, Origin, OutputPoints, Points};
 use std::collections::BTreeMap;
 
@@ -168,6 +168,11 @@ fn add(sum: &mut RewriteStats, run: RewriteStats, added: u64, first: u64) {
         };
         v
     }));
-    sum.unchecked_rates = sum.unchecked_rates.or(run.unchecked_rates);
+    // a program whose moves have no times may state speeds, though not of every move
+    let unchecked = run.unchecked_rates.map(|why| match why {
+        UncheckedRates::NoTimes => UncheckedRates::SomeSpeeds,
+        other => other,
+    });
+    sum.unchecked_rates = sum.unchecked_rates.or(unchecked);
     sum.largest_change_m = sum.largest_change_m.max(run.largest_change_m);
 }

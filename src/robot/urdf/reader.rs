@@ -107,10 +107,7 @@ impl Reader<'_> {
         // the ends of a continuous joint's range mean nothing; its speed is one
         let endless = j.attribute("type") == Some("continuous");
         let (limits, max_speed) = match child(j, "limit") {
-            Some(l) => (
-                if endless { None } else { self.range(l)? },
-                self.number(l, "velocity")?.filter(|v| *v > 0.0),
-            ),
+            Some(l) => (if endless { None } else { self.range(l)? }, self.number(l, "velocity")?.filter(|v| *v > 0.0)),
             None => (None, None),
         };
         let mimic = match child(j, "mimic") {

@@ -93,7 +93,21 @@ const LINES: &[(&str, &[&str])] = &[
     ),
     ("rewrite --robot robot.yaml --compensator comp.yaml . --output o.csv", &["a folder as IN", "--output-dir"]),
     ("rewrite --robot robot.yaml --compensator comp.yaml none.csv --output o.csv", &["none.csv: cannot open"]),
-    ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --check none.csv", &["none.csv: cannot open"]),
+    (
+        "rewrite --robot robot.yaml --compensator comp.yaml program.csv --check none.csv",
+        &["--check: found none.csv", "--output writes it"],
+    ),
+    (
+        "rewrite --robot robot.yaml --compensator comp.yaml . --check none",
+        &["--check: found none,", "--output-dir writes"],
+    ),
+    ("rewrite robot.yaml", &["--robot <FILE>", "--compensator <FILE>", "--output <FILE>"]),
+    (
+        "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output o.csv --gain 0,8",
+        &["'0,8'", "a number, with a point before the decimals, such as 0.8"],
+    ),
+    ("robot check robot.yaml --pose 0 -90 5", &["separate the numbers by commas, without blanks: --pose 0,-90,5"]),
+    ("robot check robot.yaml --pose 0 90 5", &["separate the numbers by commas, without blanks: --pose 0,90,5"]),
     (
         "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output none/o.csv",
         &["--output: found none/o.csv in a folder that does not exist"],

@@ -79,5 +79,10 @@ fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> BlindSpot {
         let of = |p: EffectInstance| p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values());
         c.at(size).into_iter().flat_map(of).map(|((key, factor), v)| (key, digits((v * factor).abs()))).collect()
     };
-    BlindSpot { effect: c.effect, target: c.target.clone(), detectable_from: spot.size.as_ref().map(keys), reason: None }
+    BlindSpot {
+        effect: c.effect,
+        target: c.target.clone(),
+        detectable_from: spot.size.as_ref().map(keys),
+        reason: None,
+    }
 }
