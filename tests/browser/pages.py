@@ -5,7 +5,7 @@
 For each page: a figure in the first section; no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
 the reader's system is dark; links to nothing outside; every drawing in space rotates when dragged and by the arrow keys, and its slider
 changes the exaggeration, its buttons enlarge it; a click on a heading sorts its table; a chart shows the value under the pointer; a
-drag across it enlarges that stretch and a double click shows all again. Screenshots (wide, narrow, dark) and the printed page go to --shots.
+drag across it enlarges that stretch and a double click shows all again; names of reversals in drawings in space cover no other text. Screenshots (wide, narrow, dark) and the printed page go to --shots.
 Needs chromium, chromedriver and the package selenium. Exit code 1 where a page fails; the last line counts.
 """
 
@@ -62,6 +62,21 @@ return {
   name: svg.getAttribute("aria-label"), labels: shown.map(t => t.textContent), button: !svg.parentNode.querySelector("button.whole").hidden,
   outside: shown.filter(t => t.getAttribute("x") < plane[2] - 1 || t.getAttribute("x") > plane[3] + 1).map(t => t.textContent),
 };
+"""
+COVERED = """
+const out = [];
+for (const svg of document.querySelectorAll(".space figure svg")) {
+  const names = [...svg.querySelectorAll("text.mark-name")];
+  const section = svg.closest("section");
+  const others = [...svg.querySelectorAll("text:not(.mark-name)"), ...section.querySelectorAll("h2, .caption, .legend li, figcaption")];
+  const boxes = (all) => all.map(e => [e.textContent.trim().slice(0, 40), e.getBoundingClientRect()]).filter(([, r]) => r.width > 0);
+  const meet = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 2 && b.top < a.bottom - 2;
+  const named = boxes(names);
+  named.forEach(([text, box], k) => {
+    for (const [other, r] of [...boxes(others), ...named.slice(k + 1)]) if (meet(box, r)) out.push(text + " on " + other);
+  });
+}
+return out.slice(0, 5);
 """
 OVERFLOW = """
 const w = document.documentElement.clientWidth, out = [];
@@ -202,6 +217,9 @@ def faults_of(driver, page, shots):
         wide = driver.execute_script(OVERFLOW)
         if wide:
             faults.append(f"wider than the window at {size[0]} px: {', '.join(wide)}")
+        covered = driver.execute_script(COVERED) if name == "wide" else []
+        if covered:
+            faults.append(f"names that cover others: {', '.join(covered)}")
         if shots:
             driver.get_screenshot_as_file(str(shots / f"{page.stem}.{name}.png"))
     resized(driver, WIDE)
