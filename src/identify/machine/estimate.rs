@@ -1,7 +1,7 @@
 //! From the solved problem to the document: gaps, responses, intervals, trust.
 
 use super::evidence::{Evidence, Reversal};
-use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS, turns};
+use super::law::{FRICTION, JointLaw, OVER, SLOW, SPIKES, TAUS_S, WINDUPS, turns};
 use super::predict::{self, Left, Ratio, along_path, random_effect};
 use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
@@ -138,7 +138,8 @@ pub fn joint(
     }
     windups[0].half += mean.min(0.0);
     let log_sigma = Z95 * cov[(knots + FRICTION - 1, knots + FRICTION - 1)].max(0.0).sqrt();
-    let response = Response { presliding: law.presliding, windups, spikes };
+    let stribeck = law.stribeck.filter(|s| s.excess > 0.0);
+    let response = Response { presliding: law.presliding, windups, spikes, stribeck };
     let wound = cov.view((knots + SPIKES, knots + SPIKES), (WINDUPS, WINDUPS)).sum().max(0.0).sqrt();
     let estimate = JointEstimate {
         axis,
@@ -298,6 +299,11 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
         }
         names.push(format!("{}.ln_presliding", joint.name));
         at.push((first + knots + FRICTION - 1, 1.0));
+        if law.stribeck.is_some() {
+            names.push(format!("{}.low_speed_excess", joint.name));
+            names.push(format!("{}.low_speed_ln", joint.name));
+            at.extend((0..SLOW).map(|k| (first + knots + FRICTION + k, 1.0)));
+        }
     }
     let matrix =
         at.iter().map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect()).collect();
