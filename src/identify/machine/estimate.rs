@@ -181,6 +181,9 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     Pchip::new(&knots).map(GapCurve::Pchip)
 }
 
+/// Error after reversals below which a joint has no lost motion, m at the TCP: what trackers and programs resolve. Where logs hold next to no
+/// noise, the rest of other joints would be taken for it.
+const LEAST_M: f64 = 0.5e-6;
 /// Share of the error from which what is left counts as no less.
 const LITTLE: f64 = 0.9;
 
@@ -202,6 +205,11 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     trust.before_m = before.sqrt();
     let after =
         predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
+    if trust.before_m < LEAST_M {
+        trust.after_m = trust.before_m;
+        trust.reason = "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset".into();
+        return trust;
+    }
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     // where the error along the model says that an offset helps, what seems to be more than before is noise
     trust.after_m = if trust.compensate { after.min(before) } else { after }.sqrt();
@@ -318,7 +326,7 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
     };
     let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
     let predicted: Vec<(String, f64, f64)> = several
-        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, l, &left)?)))
+        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, &evidence.covariance, l, &left)?)))
         .map(|(name, [before, after])| (name, before, after))
         .collect();
     if gains_nothing(&predicted) {
