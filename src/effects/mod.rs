@@ -49,6 +49,7 @@ pub mod site;
 pub mod smooth;
 pub mod spline;
 pub mod stiction;
+pub mod stribeck;
 pub mod target;
 pub mod thermal_drift;
 pub mod thermal_growth;
