@@ -139,6 +139,20 @@ pub struct Choice<'a> {
 
 /// The runs of a script, and where directions are lost.
 pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
+    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let (cut, over) = cut_once(script, choice, poses);
+    if !arm::mostly_goes_over(script, &over) {
+        return cut;
+    }
+    // no arm changes its configuration all the time: frames, tool or robot are others, and orders tell nothing
+    (poses.missing, poses.posture, poses.by_order) = (missing, posture, false);
+    let (cut, _) = cut_once(script, choice, poses);
+    poses.by_order = true;
+    cut
+}
+
+/// The same, and the motions that go over into another configuration of the arm because they order it.
+fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<usize>) {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
@@ -147,7 +161,8 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
     let one_arm = !solves || arm::one_configuration(script, &plain);
     let hint = script.targets.iter().find_map(|t| arm::joints_of(t, choice.robot.dof())).filter(|_| one_arm);
-    let hint = hint.map(Joints::from);
+    let by_project = || if one_arm && poses.posture.is_none() { arm::by_project(script, &plain) } else { None };
+    let hint = hint.map(Joints::from).or_else(by_project);
     if !one_arm {
         poses.posture = None;
     }
@@ -166,6 +181,8 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         hint,
         one_arm,
         named: 0,
+        over: Vec::new(),
+        lettered: false,
         by_joints: false,
         directions: Directions::default(),
     };
@@ -183,9 +200,10 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         }
     }
     cutter.end(false);
-    let mut out = cutter.out;
+    let Cutter { mut out, over, .. } = cutter;
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
-    out
+    out.notes.extend(arm::goes_over(script, &over));
+    (out, over)
 }
 
 fn empty_run(entry: bool) -> Run {
@@ -225,6 +243,10 @@ struct Cutter<'a> {
     one_arm: bool,
     /// Targets whose configurations are noted.
     named: usize,
+    /// Steps of joint motions that go over into another configuration of the arm.
+    over: Vec<usize>,
+    /// The joints before are those of a target by its own letter for the wrist.
+    lettered: bool,
     /// The move before led to joint values.
     by_joints: bool,
     directions: Directions,
@@ -280,7 +302,8 @@ impl Cutter<'_> {
 
     /// Joints of a Cartesian target, with its frame and tool.
     fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), Cause> {
-        let place = self.poses.place(goal)?;
+        let mut place = self.poses.place(goal)?;
+        place.lettered = self.lettered;
         let q = place.joints(goal, from, m.path, self.hint.as_deref())?;
         Ok((q, place))
     }
@@ -300,7 +323,11 @@ impl Cutter<'_> {
             }
         };
         self.by_joints = matches!(m.goal, Goal::Joints(_));
+        self.lettered = false;
         let Some(mut reached) = reached else { return };
+        if let (Goal::Pose(goal), Some(place)) = (&m.goal, self.run.places.get(&step)) {
+            self.lettered = place.is_preferred(goal, &reached.q);
+        }
         self.hint = self.one_arm.then(|| reached.q.clone());
         match reached.from.take() {
             // where the robot stands it takes no step
