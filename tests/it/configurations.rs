@@ -84,7 +84,8 @@ fn a_joint_move_over_to_the_other_wrist_is_written_with_the_offsets_of_its_own_d
     }
     source += "END\n";
     let work = folder(&[("p.src", &source)]);
-    let done: serde_json::Value = work.run("rewrite --model model.yaml p.src --output out.src --json --max-added 0").success().json();
+    let done: serde_json::Value =
+        work.run("rewrite --model model.yaml p.src --output out.src --json --max-added 0").success().json();
     assert_eq!(done["edited_as_poses"], 3, "{done}");
     let notes = done["notes"].to_string();
     assert!(notes.contains("another arm configuration than that before") && notes.contains("lines 6, 8"), "{notes}");
@@ -117,7 +118,8 @@ fn a_program_that_goes_over_all_the_time_is_left() {
         [7.0, -82.0, 95.0, 165.0, -30.0, -150.0],
         [5.0, -81.0, 96.0, 150.0, -35.0, -140.0],
     ];
-    let mut source = String::from("DEF p( )\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {A1 0,A2 -90,A3 90,A4 5,A5 30,A6 5}\n");
+    let mut source =
+        String::from("DEF p( )\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {A1 0,A2 -90,A3 90,A4 5,A5 30,A6 5}\n");
     for q in &joints {
         let turn: u8 = q.iter().enumerate().map(|(k, v)| u8::from(*v < 0.0) << k).sum();
         let _ = writeln!(source, "PTP {{{},S {},T {turn}}}", written(q), if q[4] < 0.0 { 6 } else { 2 });
@@ -148,7 +150,8 @@ fn frames_of_a_project_are_edited_in_the_configuration_of_its_points() {
         let list = point(status);
         let files = [("R1/System/$config.dat", config), ("R1/Program/b.dat", &list), ("R1/Program/p.src", &source)];
         let work = folder(&files);
-        std::fs::write(work.join("posture.yaml"), "schema: lostmotion/frames/1\nposture_deg: [0, -90, 90, 0, 30, 0]\n").unwrap();
+        std::fs::write(work.join("posture.yaml"), "schema: lostmotion/frames/1\nposture_deg: [0, -90, 90, 0, 30, 0]\n")
+            .unwrap();
         let done = work.run(&format!("rewrite --model model.yaml R1/Program/p.src --output out.src --json{more}"));
         (work, done)
     };

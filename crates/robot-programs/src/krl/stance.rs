@@ -39,9 +39,8 @@ pub(super) fn stance(texts: &[Text], data: &Data, axes: &[(String, JointKind)]) 
 
 /// Joints of all axes, rad or m; `None`: an axis is not given.
 fn joints(point: &[(String, f64)], axes: &[(String, JointKind)]) -> Option<Vec<f64>> {
-    let of = |(name, kind): &(String, JointKind)| {
-        point.iter().find(|v| v.0 == *name).map(|v| v.1 * kind.si_per_user_unit())
-    };
+    let of =
+        |(name, kind): &(String, JointKind)| point.iter().find(|v| v.0 == *name).map(|v| v.1 * kind.si_per_user_unit());
     axes.iter().map(of).collect()
 }
 

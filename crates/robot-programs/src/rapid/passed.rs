@@ -69,9 +69,10 @@ impl Facts<'_> {
 
     /// Whether a declaration is a constant that a module sees.
     fn reaches(&self, d: usize, module: usize) -> bool {
-        let seen = self.p.decls.get(d).is_some_and(|d| {
-            d.storage == Storage::Const && d.routine.is_none() && (!d.local || d.module == module)
-        });
+        let seen =
+            self.p.decls.get(d).is_some_and(|d| {
+                d.storage == Storage::Const && d.routine.is_none() && (!d.local || d.module == module)
+            });
         seen && self.certain(d).is_ok()
     }
 }

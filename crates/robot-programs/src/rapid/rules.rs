@@ -7,6 +7,7 @@ use super::read::{Item, ItemKind, Parsed};
 use super::value::Node;
 use super::words;
 use crate::script::Text;
+use crate::script::cursor::integer;
 use crate::script::lex::text_of;
 use std::collections::HashSet;
 
@@ -54,11 +55,11 @@ pub struct Going {
 
 impl Going {
     /// At the start of each routine: what holds at the end of any of them may hold there.
-    pub fn first(p: &Parsed) -> Self {
+    pub fn first(text: &Text, p: &Parsed) -> Self {
         let mut first = Self::default();
         let mut now = Self::default();
         for (k, item) in p.items.iter().enumerate() {
-            now.follow(p, item);
+            now.follow(text, p, item);
             first.wrist |= now.wrist;
             let end = p.items.get(k + 1).is_none_or(|next| next.routine != item.routine);
             if end || now.soft != 0 && p.words.at(item.span.start) == "return" {
@@ -75,7 +76,7 @@ impl Going {
     /// After an item.
     ///
     /// `setting = "SingArea" "\" ("Wrist" | "LockAxis4" | ...) | lead ["\" "Off"] ...`
-    pub fn follow(&mut self, p: &Parsed, item: &Item) {
+    pub fn follow(&mut self, text: &Text, p: &Parsed, item: &Item) {
         match item.kind {
             ItemKind::Call { .. } => {}
             ItemKind::Branch | ItemKind::Loop => return self.depth += 1,
@@ -86,7 +87,7 @@ impl Going {
         }
         let name = p.words.at(item.span.start);
         if name == "softact" {
-            return self.soften(p, item);
+            return self.soften(text, p, item);
         }
         let has = |word: &str| p.words.within(item.span.clone()).any(|w| w == word);
         match words::leads(name, has("off")) {
@@ -112,10 +113,10 @@ impl Going {
     /// where nothing may pass it by that did not pass by what made the axis soft.
     ///
     /// `soft = "SoftAct" ["\" "MechUnit" ":=" name ","] axis "," softness ["\" "Ramp" ":=" number]`
-    fn soften(&mut self, p: &Parsed, item: &Item) {
+    fn soften(&mut self, text: &Text, p: &Parsed, item: &Item) {
         let args = arguments(p, item.span.start + 1..item.span.end);
         let plain = |a: &Arg| match (a.span.len(), p.tokens.get(a.span.start)) {
-            (1, Some(t)) if t.kind == Kind::Number => p.words.at(a.span.start).parse::<f64>().ok(),
+            (1, Some(t)) if t.kind == Kind::Number => integer::<u32>(text.slice(t.start()..t.end())),
             _ => None,
         };
         let (axis, softness) = match &args[..] {
@@ -123,8 +124,8 @@ impl Going {
             _ => (None, None),
         };
         // one that is not known may be any
-        let bits = (1..=6).find(|k| axis == Some(f64::from(*k))).map_or(u8::MAX, |k| 1_u8 << k);
-        if softness == Some(0.0) && bits != u8::MAX {
+        let bits = (1..=6).find(|k| axis == Some(*k)).map_or(u8::MAX, |k| 1_u8 << k);
+        if softness == Some(0) && bits != u8::MAX {
             if !self.may_be_passed(item) {
                 self.soft &= !bits;
             }

@@ -742,12 +742,22 @@ fn a_parameter_to_which_all_calls_pass_one_constant_is_that_constant() {
     assert_eq!(known(&picking("pick 1,p1;", "", HEAD, &changed)), [false, false]);
     assert_eq!(known(&picking("pick 1,p1;", "", "PROC pick(num n,robtarget p\\switch s)", BODY)), [false, false]);
     assert_eq!(known(&picking("pick 1,p1;", "", HEAD, BODY).replace("main", "other")), [false, false]);
-    let local = picking("CONST robtarget p3:=[[900,0,1000],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\npick 1,p3;", "", HEAD, BODY);
+    let local = picking(
+        "CONST robtarget p3:=[[900,0,1000],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\npick 1,p3;",
+        "",
+        HEAD,
+        BODY,
+    );
     assert_eq!(known(&local), [false, false]);
     // the move gets a copy, and the call stays
-    let go = format!("MODULE M\n{J}\nPROC main()\ngo j1;\nENDPROC\nPROC go(jointtarget q)\nMoveAbsJ q,v100,fine,tool0;\nENDPROC\nENDMODULE\n");
+    let go = format!(
+        "MODULE M\n{J}\nPROC main()\ngo j1;\nENDPROC\nPROC go(jointtarget q)\nMoveAbsJ q,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+    );
     let out = rewritten(&go, &shifted(&go, &[(0, 0.002)]));
-    assert!(out.contains("\ngo j1;\n") && out.contains("MoveAbsJ j1_lm1,v100") && out.contains("j1_lm1:=[[1.00200,2"), "{out}");
+    assert!(
+        out.contains("\ngo j1;\n") && out.contains("MoveAbsJ j1_lm1,v100") && out.contains("j1_lm1:=[[1.00200,2"),
+        "{out}"
+    );
     // a name of the procedure itself hides it
     assert_eq!(known(&picking("pick 1,p1;", "", HEAD, &format!("VAR robtarget p;\n{BODY}"))), [false, false]);
 }
@@ -775,7 +785,9 @@ fn an_axis_of_softness_zero_goes_to_its_targets() {
     assert_eq!(of("SoftAct 3,50;\nIF a THEN\nSoftDeact;\nENDIF", "SoftAct 4,0;"), [true, true]);
     assert_eq!(of("IF a THEN\nSoftAct 3,50;\nELSE\nSoftAct 3,0;\nENDIF", "SoftAct 4,0;"), [true, true]);
     // what another routine leaves soft may be soft in all
-    let two = |body: &str| format!("MODULE T\nPROC main()\nSoftAct 4,0;\n{}ENDPROC\nPROC soft()\n{body}\nENDPROC\nENDMODULE\n", j(1.0));
+    let two = |body: &str| {
+        format!("MODULE T\nPROC main()\nSoftAct 4,0;\n{}ENDPROC\nPROC soft()\n{body}\nENDPROC\nENDMODULE\n", j(1.0))
+    };
     assert_eq!(left(&two("SoftAct 3,50;")), [true]);
     assert_eq!(left(&two("SoftAct 4,50;\nIF a RETURN;\nSoftAct 4,0;")), [false]);
     assert_eq!(left(&two("SoftAct 3,50;\nIF a RETURN;\nSoftAct 3,0;")), [true]);

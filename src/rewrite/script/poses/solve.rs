@@ -194,14 +194,7 @@ impl Place {
         if any.is_empty() {
             return Err(Cause::Outside);
         }
-        let mut candidates = match configuration {
-            None => any.clone(),
-            Some(c) => {
-                let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
-                let turned = all.iter().filter_map(|q| turned(robot, q, beside, &may));
-                turned.filter(|q| allows(c, arm, q, SLACK)).collect()
-            }
-        };
+        let mut candidates = configuration.map_or_else(|| any.clone(), |c| self.configured(arm, c, &all, beside));
         let ordered = self.by_order && path == PathKind::Joint && goal.binding && configuration.is_some_and(determines);
         // letters whose meaning differs by model do not count here
         let ordered = ordered && candidates.len() == 1 && candidates.iter().flatten().all(|v| v.abs() < TAU);
@@ -214,15 +207,7 @@ impl Place {
             return Err(Cause::NotConfigured);
         }
         if near.is_none() {
-            return match (configuration, candidates.len()) {
-                (Some(_), 1) => Ok(candidates.swap_remove(0)),
-                (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(Cause::NoStart),
-                (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(Cause::SeveralArms),
-                (None, _) => {
-                    let found = self.by_hint(&any, hint, end);
-                    found.or_else(|| self.by_posture(arm, &all)).ok_or(Cause::NoStart)
-                }
-            };
+            return self.from_nowhere(arm, configuration, candidates, [&any, &all], (hint, end));
         }
         let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
@@ -237,6 +222,34 @@ impl Place {
             return Err(Cause::NotNear);
         }
         if first > nearest(&any, beside).1 + SAME && !ordered && !alike { Err(Cause::OtherArm) } else { Ok(q) }
+    }
+
+    /// The solutions that have a configuration, in the turns nearest to `beside` that it allows.
+    fn configured(&self, arm: &Arm, c: &Configuration, all: &[Vec<f64>], beside: &[f64]) -> Vec<Vec<f64>> {
+        let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
+        let turned = all.iter().filter_map(|q| turned(&self.tooled.robot, q, beside, &may));
+        turned.filter(|q| allows(c, arm, q, SLACK)).collect()
+    }
+
+    /// The joints of a target where those before are not known: of the candidates with its configuration, and of all solutions, in the turns
+    /// that the limits allow and as the arm gives them.
+    fn from_nowhere(
+        &self,
+        arm: &Arm,
+        configuration: Option<&Configuration>,
+        mut candidates: Vec<Vec<f64>>,
+        [any, all]: [&[Vec<f64>]; 2],
+        (hint, end): (Option<&[f64]>, &Isometry3<f64>),
+    ) -> Result<Vec<f64>, Cause> {
+        match (configuration, candidates.len()) {
+            (Some(_), 1) => Ok(candidates.swap_remove(0)),
+            (Some(c), 0) => self.by_hint(any, hint, end).or_else(|| fitting(c, arm, any)).ok_or(Cause::NoStart),
+            (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(Cause::SeveralArms),
+            (None, _) => {
+                let found = self.by_hint(any, hint, end);
+                found.or_else(|| self.by_posture(arm, all)).ok_or(Cause::NoStart)
+            }
+        }
     }
 
     /// Of the solutions the one in the arm configuration of `hint`: the nearest by far, or that at which a straight way from the

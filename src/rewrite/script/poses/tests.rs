@@ -141,7 +141,9 @@ fn a_letter_for_the_wrist_decides_between_targets_that_have_it() {
     let fanuc = |flip| Solution::Configured(Configuration::Fanuc { flip, up: true, front: true, turns: [0; 3] });
     let deg = |q: [f64; 6]| q.map(f64::to_radians).to_vec();
     let from = deg([5.0, 10.0, 20.0, 10.0, -50.0, 20.0]);
-    let to = |place: &Place, q: &[f64], flip| place.joints(&goal(&place.arm_at(q), fanuc(flip)), Some(&from), PathKind::Joint, None);
+    let to = |place: &Place, q: &[f64], flip| {
+        place.joints(&goal(&place.arm_at(q), fanuc(flip)), Some(&from), PathKind::Joint, None)
+    };
     // J4 turns by 110 deg: the other wrist is nearer
     let far = deg([8.0, 12.0, 22.0, 120.0, -45.0, 60.0]);
     assert_eq!(to(&place, &far, false), Err(Cause::OtherArm));

@@ -1,10 +1,10 @@
 //! What a script says of the arm's configuration as a whole: whether it is of one, and whether it is this robot's.
 
-use super::Joints;
 use crate::program::script::pose::Configuration;
 use crate::program::script::{Goal, Move, Note, PathKind, PoseGoal, Script, Solution, TargetRef};
 use crate::rewrite::script::cause::Cause;
 use crate::rewrite::script::poses::Tooled;
+use crate::robot::Robot;
 use crate::robot::arm::Arm;
 use std::collections::BTreeMap;
 
@@ -75,24 +75,31 @@ pub(super) fn contradiction(script: &Script, plain: &Tooled, posture: Option<&[f
     Some(Note { place: target.at, text: text.into() })
 }
 
-/// Joints at the home position of the program's project, where all points of the project have its front and its elbow, clear of their borders.
-/// They tell the arm's configuration up to the wrist, whose two forms need the same offsets for a half gap: J5 changes its sign and its
-/// direction at once.
-pub(super) fn by_project(script: &Script, plain: &Tooled) -> Option<Joints> {
-    let (stance, arm) = (script.stance.as_ref()?, plain.arm.as_ref()?);
+/// Joints in whose configuration the arm works by the program's project: those of its home position, where all points of the project have its
+/// front and its elbow, clear of their borders. Of the two wrists any will do: for a half gap both need the same offsets, as J5 changes its sign
+/// and its direction at once.
+pub(super) fn by_project(script: &Script, robot: &Robot) -> Option<Vec<f64>> {
+    let stance = script.stance.as_ref()?;
+    let arm = Arm::of(robot)?;
     let half = |q: &[f64]| {
         let p = arm.posture(q).filter(|p| p.front_m.abs() > CLEAR_M && p.elbow.abs() > CLEAR_SINE)?;
         Some([p.front_m > 0.0, p.elbow > 0.0])
     };
-    let home = half(&stance.home)?;
+    let own = half(&stance.home)?;
     let ordered = |c: &Configuration| match *c {
-        Configuration::Kuka { status: Some(s), .. } => home == [s & 1 == 0, s & 2 != 0],
+        Configuration::Kuka { status: Some(s), .. } => own == [s & 1 == 0, s & 2 != 0],
         _ => false,
     };
-    let all = stance.others.iter().all(|q| half(q) == Some(home)) && stance.configurations.iter().all(ordered);
-    all.then(|| Joints::from(&stance.home[..]))
+    let all = stance.others.iter().all(|q| half(q) == Some(own)) && stance.configurations.iter().all(ordered);
+    let mut home = stance.home.clone();
+    if let Some(wrist) = home.get_mut(4).filter(|v| v.sin().abs() < CLEAR_SINE) {
+        *wrist = WRIST_RAD;
+    }
+    all.then_some(home)
 }
 
+/// Where joint 5 stands in a home position that has it at 0, rad: on one side.
+const WRIST_RAD: f64 = 0.5;
 /// So far from the border between front and rear, m, and between elbow up and down, as a sine, a point has a side.
 const CLEAR_M: f64 = 0.01;
 const CLEAR_SINE: f64 = 0.02;

@@ -139,15 +139,19 @@ pub struct Choice<'a> {
 
 /// The runs of a script, and where directions are lost.
 pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
-    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
-    let (cut, over) = cut_once(script, choice, poses);
-    if !arm::mostly_goes_over(script, &over) {
-        return cut;
+    let given = poses.posture.is_some();
+    if !given {
+        poses.posture = arm::by_project(script, choice.robot).map(Arc::from);
     }
-    // no arm changes its configuration all the time: frames, tool or robot are others, and orders tell nothing
-    (poses.missing, poses.posture, poses.by_order) = (missing, posture, false);
-    let (cut, _) = cut_once(script, choice, poses);
-    poses.by_order = true;
+    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let (mut cut, over) = cut_once(script, choice, poses);
+    if arm::mostly_goes_over(script, &over) {
+        // no arm changes its configuration all the time: frames, tool or robot are others, and orders tell nothing
+        (poses.missing, poses.posture, poses.by_order) = (missing, posture, false);
+        cut = cut_once(script, choice, poses).0;
+        poses.by_order = true;
+    }
+    poses.posture = poses.posture.take().filter(|_| given);
     cut
 }
 
@@ -161,8 +165,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<us
     let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
     let one_arm = !solves || arm::one_configuration(script, &plain);
     let hint = script.targets.iter().find_map(|t| arm::joints_of(t, choice.robot.dof())).filter(|_| one_arm);
-    let by_project = || if one_arm && poses.posture.is_none() { arm::by_project(script, &plain) } else { None };
-    let hint = hint.map(Joints::from).or_else(by_project);
+    let hint = hint.map(Joints::from);
     if !one_arm {
         poses.posture = None;
     }

@@ -119,7 +119,8 @@ const HOME: &str = "DEFDAT $CONFIG\nE6AXIS XHOME={A1 10.0,A2 -90.0,A3 90.0,A4 0.
 fn a_project_says_where_its_arm_works_for_frames_without_a_status() {
     let more = "DEFDAT b\nDECL E6POS XP1={X 1,Y 2,Z 3,A 4,B 5,C 6,S 18,T 2}\nDECL E6POS XP2={X 1,Y 2,Z 3,A 4,B 5,C 6,S 'B110',T 2}\n\
                 DECL E6AXIS XQ={A1 999.0,A2 999.0,A3 999.0,A4 999.0,A5 999.0,A6 999.0}\nENDDAT\n";
-    let used = "DEF b()\nPTP_REL {A1 1,A2 1,A3 -1,A4 1,A5 1,A6 1}\nPTP {A1 20.0,A2 -80.0,A3 80.0,A4 0,A5 30,A6 0}\nEND\n";
+    let used =
+        "DEF b()\nPTP_REL {A1 1,A2 1,A3 -1,A4 1,A5 1,A6 1}\nPTP {A1 20.0,A2 -80.0,A3 80.0,A4 0,A5 30,A6 0}\nEND\n";
     let stance = frames_in_a_project("", &[("$config.dat", HOME), ("b.dat", more), ("b.src", used)]).unwrap();
     assert!((stance.home[0].to_degrees() - 10.0).abs() < 1e-9 && stance.home.len() == 6);
     // the home position itself is one of them, what is not taught, tolerances and increments are not
