@@ -16,6 +16,7 @@ mod cartesian_path;
 mod cartesian_targets;
 mod catalogue;
 mod catalogue_docs;
+mod configurations;
 mod creep;
 mod diagnose_cli;
 mod diagnose_forms;

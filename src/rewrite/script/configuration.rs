@@ -50,6 +50,15 @@ pub fn stands(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -
     }
 }
 
+/// Whether a joint motion goes to these joints whatever the joints before are: KUKA's where status and turn are both given (PTP: Operating
+/// and Programming Instructions, status and turn), the others always.
+pub fn determines(configuration: &Configuration) -> bool {
+    match *configuration {
+        Configuration::Kuka { status, turn } => status.is_some() && turn.is_some(),
+        Configuration::Abb { .. } | Configuration::Fanuc { .. } | Configuration::Yaskawa { .. } => true,
+    }
+}
+
 /// One joint against what a configuration says of it alone: its sign, quarter or turn.
 pub fn allows_axis(configuration: &Configuration, axis: usize, v: f64, slack: f64) -> bool {
     let [lo, hi] = range(configuration, axis, v, false);

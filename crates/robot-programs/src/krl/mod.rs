@@ -13,7 +13,7 @@
 //! what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
 //! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds,
 //! sensors; [`settings`] speeds and frames in force, with [`lists`] of the controller and values of a [`frame`]; [`target`] axis values;
-//! [`product`] products of frames; [`relative`] relative motions; [`led`] what leads the robot away from its points; [`outside`] what
+//! [`product`] products of frames; [`relative`] relative motions; [`stance`] the configuration of the arm in the project; [`led`] what leads the robot away from its points; [`outside`] what
 //! routines of other files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
@@ -59,6 +59,7 @@ mod project;
 mod read;
 mod relative;
 mod settings;
+mod stance;
 mod statement;
 mod still;
 mod target;

@@ -21,6 +21,7 @@ use super::outside::Outside;
 use super::program::{Program, Source};
 use super::relative::{self, Stands};
 use super::settings::{self, Settings};
+use super::stance::stance;
 use super::statement::{assignment, is_label, is_routine};
 use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
@@ -31,7 +32,7 @@ use crate::script::called;
 use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
-use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Targets, Text, pragma};
+use crate::script::{At, Break, Goal, Note, Script, Solution, Step, StepKind, Targets, Text, pragma};
 use ahead::{Ahead, by_a_routine, changed_frame_data, reads_place, steers_arcs};
 use alike::Alike;
 use flow::Block;
@@ -67,8 +68,13 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         notes.push(Note { place: At { file: 0, line: 1 }, text });
     }
     close_without_axes(&mut steps, &targets);
-    let (axes, kinds) = axes.iter().cloned().unzip();
-    let script = Script { steps, targets, notes, ..Script::default() };
+    let named = axes;
+    let (axes, kinds) = named.iter().cloned().unzip();
+    let without = |s: &Step| matches!(&s.kind, StepKind::Move(m) if matches!(&m.goal, Goal::Pose(p) if p.solution == Solution::Same));
+    // only where nothing in the program itself tells the arm's configuration
+    let asks = targets.iter().all(|t| t.pose.is_some()) && steps.iter().any(without);
+    let stance = asks.then(|| stance(&texts, &data, &named)).flatten();
+    let script = Script { steps, targets, notes, stance, ..Script::default() };
     let mut program = Program { script, kinds, axes, motions, data, sources };
     program.script.texts = texts;
     Ok(program)

@@ -274,6 +274,11 @@ impl<'a> Facts<'a> {
         ))
     }
 
+    /// Whether a file that is left out of the program names something of it.
+    pub fn is_named_outside(&self, name: &str) -> bool {
+        self.left_out.names(name).is_some() || self.left_out.by_name().is_some()
+    }
+
     /// Whether other modules can use a declaration that is not in the program's own text.
     pub fn reaches_out(&self, d: usize) -> bool {
         let decl = &self.p.decls[d];

@@ -55,6 +55,7 @@ impl Builder<'_> {
         let d = self.f.resolve(name, Some(item.routine), item.module);
         let shown = self.shown(span.start);
         let d = d.ok_or_else(|| format!("`{shown}` is declared in another module"))?;
+        let d = if indices.is_empty() { self.f.passed(d).unwrap_or(d) } else { d };
         self.f.certain(d)?;
         Ok((d, indices))
     }

@@ -42,6 +42,7 @@ mod built;
 mod facts;
 mod goals;
 mod lex;
+mod passed;
 mod poses;
 mod project;
 mod read;

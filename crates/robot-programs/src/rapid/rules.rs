@@ -1,10 +1,13 @@
 //! What holds for a whole file: where the program starts, where configurations are watched, and external axes as they are written.
 
+use super::arguments::{Arg, arguments};
 use super::facts;
+use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed};
 use super::value::Node;
 use super::words;
 use crate::script::Text;
+use crate::script::cursor::integer;
 use crate::script::lex::text_of;
 use std::collections::HashSet;
 
@@ -41,20 +44,29 @@ pub fn configured_first(p: &Parsed) -> Configured {
 pub struct Going {
     /// The instruction by which something leads it away from them.
     pub led: Option<&'static str>,
+    /// Axes that `SoftAct` has made soft, as bits.
+    soft: u8,
+    /// Blocks around the instruction, and around the outermost that made an axis soft.
+    depth: usize,
+    soft_depth: usize,
     /// On straight ways the wrist turns as its joints do (`SingArea\Wrist`, `\LockAxis4`).
     pub wrist: bool,
 }
 
 impl Going {
     /// At the start of each routine: what holds at the end of any of them may hold there.
-    pub fn first(p: &Parsed) -> Self {
+    pub fn first(text: &Text, p: &Parsed) -> Self {
         let mut first = Self::default();
         let mut now = Self::default();
         for (k, item) in p.items.iter().enumerate() {
-            now.follow(p, item);
+            now.follow(text, p, item);
             first.wrist |= now.wrist;
-            if p.items.get(k + 1).is_none_or(|next| next.routine != item.routine) {
+            let end = p.items.get(k + 1).is_none_or(|next| next.routine != item.routine);
+            if end || now.soft != 0 && p.words.at(item.span.start) == "return" {
                 first.led = first.led.or(now.led);
+                first.soft |= now.soft;
+            }
+            if end {
                 now = Self::default();
             }
         }
@@ -64,19 +76,72 @@ impl Going {
     /// After an item.
     ///
     /// `setting = "SingArea" "\" ("Wrist" | "LockAxis4" | ...) | lead ["\" "Off"] ...`
-    pub fn follow(&mut self, p: &Parsed, item: &Item) {
-        if !matches!(item.kind, ItemKind::Call { .. }) {
-            return;
+    pub fn follow(&mut self, text: &Text, p: &Parsed, item: &Item) {
+        match item.kind {
+            ItemKind::Call { .. } => {}
+            ItemKind::Branch | ItemKind::Loop => return self.depth += 1,
+            ItemKind::EndBranch | ItemKind::EndLoop => return self.depth = self.depth.saturating_sub(1),
+            // what another branch made soft ends after the block
+            ItemKind::Middle => return self.soft_depth = self.soft_depth.min(self.depth.saturating_sub(1)),
+            _ => return,
         }
         let name = p.words.at(item.span.start);
+        if name == "softact" {
+            return self.soften(text, p, item);
+        }
         let has = |word: &str| p.words.within(item.span.clone()).any(|w| w == word);
         match words::leads(name, has("off")) {
-            Some(led) => self.led = led,
+            Some(led) => {
+                self.led = led;
+                if name == "softdeact" && !self.may_be_passed(item) {
+                    self.soft = 0;
+                }
+            }
             None if name == "singarea" => self.wrist = has("wrist") || has("lockaxis4"),
             None => {}
         }
     }
 }
+
+impl Going {
+    /// Whether an instruction may be passed by after an axis was made soft.
+    fn may_be_passed(&self, item: &Item) -> bool {
+        matches!(item.kind, ItemKind::Call { alone: true }) || self.depth > self.soft_depth
+    }
+
+    /// `SoftAct`: a softness of 0 is the greatest stiffness, with which the axis goes to its targets (RAPID Instructions, SoftAct). It counts
+    /// where nothing may pass it by that did not pass by what made the axis soft.
+    ///
+    /// `soft = "SoftAct" ["\" "MechUnit" ":=" name ","] axis "," softness ["\" "Ramp" ":=" number]`
+    fn soften(&mut self, text: &Text, p: &Parsed, item: &Item) {
+        let args = arguments(p, item.span.start + 1..item.span.end);
+        let plain = |a: &Arg| match (a.span.len(), p.tokens.get(a.span.start)) {
+            (1, Some(t)) if t.kind == Kind::Number => integer::<u32>(text.slice(t.start()..t.end())),
+            _ => None,
+        };
+        let (axis, softness) = match &args[..] {
+            [axis, softness] if axis.switches.is_empty() => (plain(axis), plain(softness)),
+            _ => (None, None),
+        };
+        // one that is not known may be any
+        let bits = (1..=6).find(|k| axis == Some(*k)).map_or(u8::MAX, |k| 1_u8 << k);
+        if softness == Some(0) && bits != u8::MAX {
+            if !self.may_be_passed(item) {
+                self.soft &= !bits;
+            }
+        } else {
+            self.soft_depth = if self.soft == 0 { self.depth } else { self.soft_depth.min(self.depth) };
+            self.soft |= bits;
+            self.led = Some(SOFT);
+        }
+        if self.soft == 0 && self.led == Some(SOFT) {
+            self.led = None;
+        }
+    }
+}
+
+/// The instruction that makes an axis soft.
+const SOFT: &str = "softact";
 
 /// External axes of a target, as they are written.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -47,7 +47,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         configured: Configured { joint: true, linear: true },
         configured_first: configured_first(p),
         going: Going::default(),
-        going_first: Going::first(p),
+        going_first: Going::first(text, p),
         led_before: Vec::new(),
         known: HashMap::new(),
         nodes: HashMap::new(),
@@ -150,7 +150,7 @@ impl Builder<'_> {
 
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
-        self.going.follow(self.f.p, item);
+        self.going.follow(self.f.text, self.f.p, item);
         match item.kind {
             ItemKind::Start => self.led_before.clear(),
             ItemKind::Branch | ItemKind::Loop => self.led_before.push(self.going.led),

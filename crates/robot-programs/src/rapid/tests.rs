@@ -713,6 +713,86 @@ fn a_procedure_whose_name_begins_with_wait_may_move() {
     }
 }
 
+/// A module with a procedure that picks, and what `main` does.
+fn picking(main: &str, more: &str, head: &str, body: &str) -> String {
+    let at = |x: u32| format!("[[{x},0,1000],[0.5,0,0.8660254,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    format!(
+        "MODULE M\nCONST robtarget p1:={};\nCONST robtarget p2:={};\nVAR robtarget v1:={};\n{more}PROC main()\n{main}\nENDPROC\n\
+         {head}\n{body}ENDPROC\nENDMODULE\n",
+        at(900),
+        at(910),
+        at(920)
+    )
+}
+
+#[test]
+fn a_parameter_to_which_all_calls_pass_one_constant_is_that_constant() {
+    const HEAD: &str = "PROC pick(num n,robtarget p)";
+    const BODY: &str = "MoveJ Offs(p,0,0,40),v100,z10,tool0;\nMoveL p,v100,fine,tool0;\n";
+    let known = |source: &str| moves(source).iter().map(|m| matches!(m.goal, Goal::Pose(_))).collect::<Vec<bool>>();
+    let of = |main: &str| known(&picking(main, "", HEAD, BODY));
+    assert_eq!(of("pick 1,p1;\npick 2,p1;"), [true, true]);
+    assert_eq!(of("pick 1,p1;\nIF a pick 2,p1;"), [true, true]);
+    // another point, a variable, a computed one, a call by a computed name, none at all
+    for main in ["pick 1,p1;\npick 2,p2;", "pick 1,v1;", "pick 1,Offs(p1,0,0,1);", "pick 1,p1;\n%s%;", "WaitTime 1;"] {
+        assert_eq!(of(main), [false, false], "{main}");
+    }
+    // the procedure changes it, or has a parameter that may be left out; another module may call it; a constant of one routine
+    let changed = BODY.replacen("MoveL", "p.trans.z:=1;\nMoveL", 1);
+    assert_eq!(known(&picking("pick 1,p1;", "", HEAD, &changed)), [false, false]);
+    assert_eq!(known(&picking("pick 1,p1;", "", "PROC pick(num n,robtarget p\\switch s)", BODY)), [false, false]);
+    assert_eq!(known(&picking("pick 1,p1;", "", HEAD, BODY).replace("main", "other")), [false, false]);
+    let local = picking(
+        "CONST robtarget p3:=[[900,0,1000],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\npick 1,p3;",
+        "",
+        HEAD,
+        BODY,
+    );
+    assert_eq!(known(&local), [false, false]);
+    // the move gets a copy, and the call stays
+    let go = format!(
+        "MODULE M\n{J}\nPROC main()\ngo j1;\nENDPROC\nPROC go(jointtarget q)\nMoveAbsJ q,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+    );
+    let out = rewritten(&go, &shifted(&go, &[(0, 0.002)]));
+    assert!(
+        out.contains("\ngo j1;\n") && out.contains("MoveAbsJ j1_lm1,v100") && out.contains("j1_lm1:=[[1.00200,2"),
+        "{out}"
+    );
+    // a name of the procedure itself hides it
+    assert_eq!(known(&picking("pick 1,p1;", "", HEAD, &format!("VAR robtarget p;\n{BODY}"))), [false, false]);
+}
+
+#[test]
+fn an_axis_of_softness_zero_goes_to_its_targets() {
+    let j = |v: f64| format!("MoveAbsJ [[{v},2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n");
+    let left = |source: &str| moves(source).iter().map(|m| matches!(m.goal, Goal::Opaque(_))).collect::<Vec<bool>>();
+    let of = |before: &str, after: &str| left(&program("", &format!("{before}\n{}{after}\n{}", j(1.0), j(2.0))));
+    assert_eq!(of("SoftAct 4,0;", ""), [false, false]);
+    assert_eq!(of("SoftAct 4,50\\Ramp:=200;", "SoftAct 4,0;"), [true, false]);
+    assert_eq!(of("SoftAct 4,50;\nSoftAct 3,20;", "SoftAct 4,0;"), [true, true]);
+    assert_eq!(of("SoftAct 4,50;\nSoftAct 3,20;", "SoftAct 4,0;\nSoftAct 3,0;"), [true, false]);
+    // of an axis that is not known, or of another unit, nothing is
+    for on in ["SoftAct n,50;", "SoftAct \\MechUnit:=orbit1,4,50;", "SoftAct 4,s;"] {
+        assert_eq!(of(on, "SoftAct 4,0;")[0], true, "{on}");
+    }
+    for off in ["SoftAct n,0;", "SoftAct 4,s;", "SoftAct \\MechUnit:=orbit1,4,0;", "IF a SoftAct 4,0;"] {
+        assert_eq!(of("SoftAct 4,50;", off), [true, true], "{off}");
+    }
+    for branch in ["IF a THEN\nSoftAct 4,0;\nENDIF", "FOR i FROM 1 TO n DO\nSoftAct 4,0;\nENDFOR"] {
+        assert_eq!(of("SoftAct 4,50;", branch), [true, true], "{branch}");
+    }
+    // what a branch may have left soft is not made stiff by another axis
+    assert_eq!(of("SoftAct 3,50;\nIF a THEN\nSoftDeact;\nENDIF", "SoftAct 4,0;"), [true, true]);
+    assert_eq!(of("IF a THEN\nSoftAct 3,50;\nELSE\nSoftAct 3,0;\nENDIF", "SoftAct 4,0;"), [true, true]);
+    // what another routine leaves soft may be soft in all
+    let two = |body: &str| {
+        format!("MODULE T\nPROC main()\nSoftAct 4,0;\n{}ENDPROC\nPROC soft()\n{body}\nENDPROC\nENDMODULE\n", j(1.0))
+    };
+    assert_eq!(left(&two("SoftAct 3,50;")), [true]);
+    assert_eq!(left(&two("SoftAct 4,50;\nIF a RETURN;\nSoftAct 4,0;")), [false]);
+    assert_eq!(left(&two("SoftAct 3,50;\nIF a RETURN;\nSoftAct 3,0;")), [true]);
+}
+
 #[test]
 fn moves_that_a_sensor_or_a_soft_arm_leads_away_stay() {
     let j = |v: f64| format!("MoveAbsJ [[{v},2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n");

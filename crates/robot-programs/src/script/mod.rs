@@ -160,6 +160,19 @@ pub struct Script {
     pub missing: Vec<&'static str>,
     /// The [`Break::Start`] with which the program starts, where that is not the first.
     pub entry: Option<usize>,
+    /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
+    pub stance: Option<Stance>,
+}
+
+/// Where the project of a program lets its arm work: what tells the configuration of targets that have none.
+#[derive(Debug, Clone, Default)]
+pub struct Stance {
+    /// Joints of its home position, rad or m, one per axis.
+    pub home: Vec<f64>,
+    /// Joints of all its other points that name them.
+    pub others: Vec<Vec<f64>>,
+    /// Configurations of all its points that name one.
+    pub configurations: Vec<pose::Configuration>,
 }
 
 impl Script {

@@ -7,7 +7,8 @@
 //! do not change keeps its numbers.
 //!
 //! Nothing is claimed where several solutions are as good, where the solution next to the joints before and the one that a
-//! configuration names differ, or where the target lies outside of the joint limits.
+//! configuration names differ, or where the target lies outside of the joint limits. One exception: a joint motion whose configuration is
+//! that of one solution alone goes there, however far that is, as long as few motions of the program do so.
 //!
 //! In this folder: frames, tools and places here; [`solve`] chooses the joints of a target; [`borders`] keeps joints with offsets in the
 //! configuration that is written; [`mod@write`] makes numbers of joints.
@@ -52,6 +53,10 @@ pub struct Place {
     pub frame: Isometry3<f64>,
     /// Joints in whose configuration the arm works.
     posture: Option<Arc<[f64]>>,
+    /// See [`Poses::by_order`].
+    by_order: bool,
+    /// The joints before are those of a target by its own letter for the wrist.
+    pub lettered: bool,
 }
 
 /// Frames, tools and robots for the targets of a program.
@@ -65,6 +70,8 @@ pub struct Poses {
     pub posture: Option<Arc<[f64]>>,
     /// Why joint values of the program do not tell where the arm stands; `None`: they do.
     pub unknown_arm: Option<Cause>,
+    /// A joint motion goes to the configuration that it orders where one solution alone has it, also where another solution is nearer.
+    pub by_order: bool,
 }
 
 impl Poses {
@@ -74,7 +81,7 @@ impl Poses {
             |given: &Vec<f64>| robot.axis_joints().zip(given).map(|(j, v)| v * j.kind.si_per_user_unit()).collect();
         let posture = frames.posture_deg.as_ref().map(si);
         let (robot, by_tool, missing) = (robot.clone(), BTreeMap::new(), Missing::default());
-        Self { robot, frames, by_tool, missing, posture, unknown_arm: None }
+        Self { robot, frames, by_tool, missing, posture, unknown_arm: None, by_order: true }
     }
 
     /// Frame and tool of a target.
@@ -98,7 +105,8 @@ impl Poses {
             let named = !(frames.is_empty() && tools.is_empty());
             return Err(if named { Cause::NotGiven { frames, tools } } else { Cause::SeveralPlaces });
         };
-        Ok(Place { tooled: self.tooled(tool), frame, posture: self.posture.clone() })
+        let (posture, by_order) = (self.posture.clone(), self.by_order);
+        Ok(Place { tooled: self.tooled(tool), frame, posture, by_order, lettered: false })
     }
 
     fn tooled(&mut self, tool: Isometry3<f64>) -> Arc<Tooled> {

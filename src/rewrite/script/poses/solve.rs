@@ -2,7 +2,7 @@
 //! its configuration, by the joints before, by joints elsewhere in the program, or by the posture that the user gives.
 
 use super::super::cause::Cause;
-use super::super::configuration::{self, allows, allows_axis, misfit, prefers, tolerates, tolerates_axis};
+use super::super::configuration::{self, allows, allows_axis, determines, misfit, prefers, tolerates, tolerates_axis};
 use super::super::way;
 use super::Place;
 use crate::program::script::PathKind;
@@ -10,7 +10,7 @@ use crate::program::script::pose::{Configuration, PoseGoal, Solution};
 use crate::robot::Robot;
 use crate::robot::arm::{self, Arm};
 use nalgebra::Isometry3;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Slack of the borders of a configuration, rad: programs are rounded.
 const SLACK: f64 = 2e-3;
@@ -58,7 +58,7 @@ impl Place {
             within(robot, &q)?;
             return if fits { Ok(q) } else { Err(Cause::OtherArm) };
         }
-        self.chosen(arm, goal, from, &end, hint).or_else(|why| match &goal.solution {
+        self.chosen(arm, goal, from, &end, hint, path).or_else(|why| match &goal.solution {
             // a straight way from an unknown place ends at the only joints at which the check of the configuration lets it
             Solution::Configured(c) if follows && why == Cause::NotConfigured => self.tolerated(arm, c, &end, hint),
             _ => Err(why),
@@ -89,6 +89,21 @@ impl Place {
         let mut found: Vec<Vec<f64>> = all.iter().filter_map(|q| turned(robot, q, beside, &may)).collect();
         found.retain(|q| tolerates(c, arm, q, SLACK));
         if found.len() > 1 { Err(Cause::SeveralArms) } else { found.pop().ok_or(Cause::NotConfigured) }
+    }
+
+    /// Whether joints are those that a target's letter for the wrist means on most models.
+    pub fn is_preferred(&self, goal: &PoseGoal, q: &[f64]) -> bool {
+        match (&self.tooled.arm, &goal.solution) {
+            (Some(arm), Solution::Configured(c)) => goal.binding && prefers(c, arm, q),
+            _ => false,
+        }
+    }
+
+    /// Whether a joint motion from joints to others leads into another configuration of the arm, or turns a joint by more than half a turn.
+    pub fn goes_over(&self, from: &[f64], to: &[f64]) -> bool {
+        let robot = &self.tooled.robot;
+        let class = |q: &[f64]| self.tooled.arm.as_ref().and_then(|arm| class_of(robot, arm, q));
+        distance(from, to) > PI || class(from).zip(class(to)).is_some_and(|(a, b)| a != b)
     }
 
     /// Whether a controller that takes the joints next to `near` comes to `q`: by their largest difference and by the sum of squares,
@@ -154,6 +169,7 @@ impl Place {
         from: Option<&[f64]>,
         end: &Isometry3<f64>,
         hint: Option<&[f64]>,
+        path: PathKind,
     ) -> Result<Vec<f64>, Cause> {
         let robot = &self.tooled.robot;
         let zero = vec![0.0; robot.dof()];
@@ -178,14 +194,10 @@ impl Place {
         if any.is_empty() {
             return Err(Cause::Outside);
         }
-        let mut candidates = match configuration {
-            None => any.clone(),
-            Some(c) => {
-                let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
-                let turned = all.iter().filter_map(|q| turned(robot, q, beside, &may));
-                turned.filter(|q| allows(c, arm, q, SLACK)).collect()
-            }
-        };
+        let mut candidates = configuration.map_or_else(|| any.clone(), |c| self.configured(arm, c, &all, beside));
+        let ordered = self.by_order && path == PathKind::Joint && goal.binding && configuration.is_some_and(determines);
+        // letters whose meaning differs by model do not count here
+        let ordered = ordered && candidates.len() == 1 && candidates.iter().flatten().all(|v| v.abs() < TAU);
         if let Some(c) = configuration
             && candidates.iter().any(|q| prefers(c, arm, q))
         {
@@ -195,26 +207,49 @@ impl Place {
             return Err(Cause::NotConfigured);
         }
         if near.is_none() {
-            return match (configuration, candidates.len()) {
-                (Some(_), 1) => Ok(candidates.swap_remove(0)),
-                (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(Cause::NoStart),
-                (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(Cause::SeveralArms),
-                (None, _) => {
-                    let found = self.by_hint(&any, hint, end);
-                    found.or_else(|| self.by_posture(arm, &all)).ok_or(Cause::NoStart)
-                }
-            };
+            return self.from_nowhere(arm, configuration, candidates, [&any, &all], (hint, end));
         }
         let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
             // how the point was taught decides between solutions as near
             best = taught(goal, arm, &candidates, beside, first).ok_or(Cause::AsNear)?;
         }
+        // letters that mean the one or the other wrist at both ends
+        let alike = self.lettered && path == PathKind::Joint && candidates.len() == 1;
         let q = candidates.swap_remove(best);
+        let alike = alike && configuration.is_some_and(|c| prefers(c, arm, &q) && turns_alike(c, beside, &q));
         if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
             return Err(Cause::NotNear);
         }
-        if first > nearest(&any, beside).1 + SAME { Err(Cause::OtherArm) } else { Ok(q) }
+        if first > nearest(&any, beside).1 + SAME && !ordered && !alike { Err(Cause::OtherArm) } else { Ok(q) }
+    }
+
+    /// The solutions that have a configuration, in the turns nearest to `beside` that it allows.
+    fn configured(&self, arm: &Arm, c: &Configuration, all: &[Vec<f64>], beside: &[f64]) -> Vec<Vec<f64>> {
+        let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
+        let turned = all.iter().filter_map(|q| turned(&self.tooled.robot, q, beside, &may));
+        turned.filter(|q| allows(c, arm, q, SLACK)).collect()
+    }
+
+    /// The joints of a target where those before are not known: of the candidates with its configuration, and of all solutions, in the turns
+    /// that the limits allow and as the arm gives them.
+    fn from_nowhere(
+        &self,
+        arm: &Arm,
+        configuration: Option<&Configuration>,
+        mut candidates: Vec<Vec<f64>>,
+        [any, all]: [&[Vec<f64>]; 2],
+        (hint, end): (Option<&[f64]>, &Isometry3<f64>),
+    ) -> Result<Vec<f64>, Cause> {
+        match (configuration, candidates.len()) {
+            (Some(_), 1) => Ok(candidates.swap_remove(0)),
+            (Some(c), 0) => self.by_hint(any, hint, end).or_else(|| fitting(c, arm, any)).ok_or(Cause::NoStart),
+            (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(Cause::SeveralArms),
+            (None, _) => {
+                let found = self.by_hint(any, hint, end);
+                found.or_else(|| self.by_posture(arm, all)).ok_or(Cause::NoStart)
+            }
+        }
     }
 
     /// Of the solutions the one in the arm configuration of `hint`: the nearest by far, or that at which a straight way from the
@@ -237,6 +272,20 @@ impl Place {
         let one = turned(robot, found.next()?, posture, &|_, _| true)?;
         found.all(|q| turned(robot, q, posture, &|_, _| true).is_none_or(|q| distance(&q, &one) < SAME)).then_some(one)
     }
+}
+
+/// Whether joints 4 and 6 turn by the same amount from one to the other whichever wrist the letter of both means; of FANUC's alone, whose
+/// letter means a sign of joint 5. The other wrist has joints 4 and 6 half a turn further, within the turns that are written.
+fn turns_alike(configuration: &Configuration, from: &[f64], to: &[f64]) -> bool {
+    let other = |v: f64| {
+        let middle = (v / TAU).round() * TAU;
+        if v > middle { v - PI } else { v + PI }
+    };
+    let alike = |axis: usize| match (from.get(axis), to.get(axis)) {
+        (Some(a), Some(b)) => ((other(*b) - other(*a)) - (b - a)).abs() < SAME,
+        _ => false,
+    };
+    matches!(configuration, Configuration::Fanuc { .. }) && alike(3) && alike(5)
 }
 
 /// The configuration in which an arm of six joints stands, by three signs: of its front, elbow and wrist where the wrist is

@@ -26,7 +26,7 @@ fn isometry(v: &[f64]) -> Isometry3<f64> {
 
 fn place(k: usize, tool: Isometry3<f64>, frame: Isometry3<f64>) -> Place {
     let robot = Robot::parse("r", ARMS[k]).unwrap();
-    Place { tooled: Arc::new(Tooled::new(&robot, tool)), frame, posture: None }
+    Place { tooled: Arc::new(Tooled::new(&robot, tool)), frame, posture: None, by_order: true, lettered: false }
 }
 
 fn goal(at: &Isometry3<f64>, solution: Solution) -> PoseGoal {
@@ -107,8 +107,8 @@ proptest! {
 }
 
 #[test]
-fn a_configuration_that_names_other_joints_than_those_before_leaves_the_move() {
-    let place = place(0, Isometry3::identity(), Isometry3::identity());
+fn a_joint_move_to_another_configuration_than_that_before_goes_there_where_one_solution_has_it() {
+    let mut place = place(0, Isometry3::identity(), Isometry3::identity());
     let q: Vec<f64> = [10.0, -80.0, 95.0, 12.0, 40.0, -20.0].map(f64::to_radians).into();
     let at = place.arm_at(&q);
     let kuka = |status, turn| Solution::Configured(Configuration::Kuka { status: Some(status), turn: Some(turn) });
@@ -116,12 +116,42 @@ fn a_configuration_that_names_other_joints_than_those_before_leaves_the_move() {
     assert!(distance(&place.joints(&own, Some(&q), PathKind::Joint, None).unwrap(), &q) < 1e-6);
     // the wrist turned over: A5 below zero
     let flipped = goal(&at, kuka(6, 0b011010));
-    assert!(place.joints(&flipped, Some(&q), PathKind::Joint, None).is_err());
-    let other = place.joints(&goal(&at, kuka(6, 0b011010)), None, PathKind::Joint, None).unwrap();
+    let other = place.joints(&flipped, None, PathKind::Joint, None).unwrap();
     assert!(other[4] < 0.0 && distance(&other, &q) > 1.0);
+    let ordered = place.joints(&flipped, Some(&q), PathKind::Joint, None).unwrap();
+    assert!(distance(&ordered, &other) < 1e-6 && place.goes_over(&q, &ordered) && !place.goes_over(&q, &q));
+    // not without turn or status, and not in a program of which most motions do so
+    for part in [(Some(6), None), (None, Some(0b011010))] {
+        let part = Solution::Configured(Configuration::Kuka { status: part.0, turn: part.1 });
+        assert!(place.joints(&goal(&at, part), Some(&q), PathKind::Joint, None).is_err());
+    }
+    place.by_order = false;
+    assert_eq!(place.joints(&flipped, Some(&q), PathKind::Joint, None), Err(Cause::OtherArm));
+    place.by_order = true;
     // on a straight path the controller does not look at it
     let linear = PoseGoal { binding: false, ..flipped };
     assert!(distance(&place.joints(&linear, Some(&q), PathKind::Linear, None).unwrap(), &q) < 1e-6);
+}
+
+/// Which sign of J5 a FANUC calls N differs by model. Where both ends of a joint move have the same letter, J4 and J6 turn by the same
+/// amount whatever it means, unless one of them turns the other way round then.
+#[test]
+fn a_letter_for_the_wrist_decides_between_targets_that_have_it() {
+    let mut place = place(2, Isometry3::identity(), Isometry3::identity());
+    let fanuc = |flip| Solution::Configured(Configuration::Fanuc { flip, up: true, front: true, turns: [0; 3] });
+    let deg = |q: [f64; 6]| q.map(f64::to_radians).to_vec();
+    let from = deg([5.0, 10.0, 20.0, 10.0, -50.0, 20.0]);
+    let to = |place: &Place, q: &[f64], flip| {
+        place.joints(&goal(&place.arm_at(q), fanuc(flip)), Some(&from), PathKind::Joint, None)
+    };
+    // J4 turns by 110 deg: the other wrist is nearer
+    let far = deg([8.0, 12.0, 22.0, 120.0, -45.0, 60.0]);
+    assert_eq!(to(&place, &far, false), Err(Cause::OtherArm));
+    place.lettered = true;
+    assert!(distance(&to(&place, &far, false).unwrap(), &far) < 1e-6);
+    // from 10 to -150 deg or, with the other meaning, from -170 to 30 deg
+    let round = deg([8.0, 12.0, 22.0, -150.0, -45.0, 60.0]);
+    assert_eq!(to(&place, &round, false), Err(Cause::OtherArm));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Joints with their offsets as numbers of Cartesian targets, and which targets cannot hold theirs.
 
 use super::super::cause::Cause;
-use super::super::configuration::{CLEAR, stands};
+use super::super::configuration::{CLEAR, prefers, stands};
 use super::super::edits::Unplaced;
 use super::super::run::{Role, Run};
 use super::Place;
@@ -69,10 +69,21 @@ impl Written<'_> {
         Ok(kept)
     }
 
-    /// Keeps the new points of an edit, in joints, that its target's kind can hold; `plan`: joints without offsets by the share of the way.
-    /// Returns how many go.
-    fn keep_points(&self, edit: &mut Edit, plan: impl Fn(f64) -> Option<Vec<f64>>) -> u64 {
-        let holds = |p: &NewPoint| self.holds(&plan(p.share)?, &p.q).ok();
+    /// Whether joints on the way have what the letters of the target say of the wrist as its own joints do: a new point has its letters.
+    fn has_letters(&self, own: &[f64], q: &[f64]) -> bool {
+        match (&self.place.tooled.arm, &self.goal.solution) {
+            (Some(arm), Solution::Configured(c)) => prefers(c, arm, own) == prefers(c, arm, q),
+            _ => true,
+        }
+    }
+
+    /// Keeps the new points of an edit, in joints, that its target's kind can hold; `own`: joints of the target, `plan`: joints without
+    /// offsets by the share of the way. Returns how many go.
+    fn keep_points(&self, edit: &mut Edit, own: &[f64], plan: impl Fn(f64) -> Option<Vec<f64>>) -> u64 {
+        let holds = |p: &NewPoint| {
+            let q = plan(p.share).filter(|q| self.has_letters(own, q))?;
+            self.holds(&q, &p.q).ok()
+        };
         // of a split arc no point may miss
         let whole = || {
             let stays = |q: &Vec<f64>| self.holds(q, q).is_ok();
@@ -127,7 +138,7 @@ pub fn write(
             let numbers = goal.target.and_then(|t| script.targets.get(t));
             let rounding = Rounding::of(numbers.as_ref(), edits);
             let target = Written { place, goal, on_way: m.path != PathKind::Joint, rounding };
-            let gone = target.keep_points(&mut edit, |share| run.plan(start, vertex, share));
+            let gone = target.keep_points(&mut edit, &vertex.q, |share| run.plan(start, vertex, share));
             unplaced.lose(script, vertex.step, gone);
             if let Some(q) = edit.goal.take() {
                 match target.holds(&vertex.q, &q) {
@@ -150,4 +161,30 @@ pub fn write(
         }
     }
     joints
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Tooled;
+    use super::*;
+    use crate::program::script::pose::{Configuration, Frame};
+    use crate::robot::Robot;
+    use nalgebra::Isometry3;
+    use std::sync::Arc;
+
+    /// A FANUC's wrist goes through J5 = 0 on its way: before it, a point with the letter of the target would stand on the other side.
+    #[test]
+    fn no_point_before_the_wrist_has_turned_over_takes_the_letter_of_the_target() {
+        let robot = Robot::parse("r", include_str!("../../../../configs/fanuc-m10ia.yaml")).unwrap();
+        let tooled = Arc::new(Tooled::new(&robot, Isometry3::identity()));
+        let place = Place { tooled, frame: Isometry3::identity(), posture: None, by_order: true, lettered: false };
+        let solution = Solution::Configured(Configuration::Fanuc { flip: true, up: true, front: true, turns: [0; 3] });
+        let goal = PoseGoal { frame: Frame::Null, tool: Frame::Null, solution, binding: true, ..PoseGoal::default() };
+        let target = Written { place: &place, goal: &goal, on_way: false, rounding: Rounding::default() };
+        let q = |j5: f64| [5.0, 10.0, 20.0, 10.0, j5, 20.0].map(f64::to_radians).to_vec();
+        assert!(target.has_letters(&q(8.0), &q(2.0)));
+        assert!(!target.has_letters(&q(8.0), &q(-2.0)));
+        // where the letter means the other side, it is the same
+        assert!(target.has_letters(&q(-8.0), &q(-2.0)) && !target.has_letters(&q(-8.0), &q(2.0)));
+    }
 }

@@ -1,6 +1,6 @@
 //! The goal of a move in joints: those that it names, or those of its Cartesian target; and with which tool it goes there.
 
-use super::arm::joints_of;
+use super::arm::{self, joints_of};
 use super::{Cutter, Joints, Reached, ToolAndMiddle};
 use crate::program::script::{At, Move, Note, PathKind, PoseGoal, Script, TargetRef};
 use crate::rewrite::script::cause::Cause;
@@ -167,7 +167,12 @@ impl Cutter<'_> {
             None => self.pose(goal, m, from.as_deref()),
         };
         let why = match solved {
-            Ok(found) => return Some(found),
+            Ok(found) => {
+                if m.path == PathKind::Joint && arm::is_ordered(goal) {
+                    self.over.extend(from.as_ref().filter(|q| found.1.goes_over(q, &found.0)).map(|_| step));
+                }
+                return Some(found);
+            }
             Err(why) => why,
         };
         // a target whose configuration names its joints is known wherever the robot comes from

@@ -139,6 +139,24 @@ pub struct Choice<'a> {
 
 /// The runs of a script, and where directions are lost.
 pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
+    let given = poses.posture.is_some();
+    if !given {
+        poses.posture = arm::by_project(script, choice.robot).map(Arc::from);
+    }
+    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let (mut cut, over) = cut_once(script, choice, poses);
+    if arm::mostly_goes_over(script, &over) {
+        // no arm changes its configuration all the time: frames, tool or robot are others, and orders tell nothing
+        (poses.missing, poses.posture, poses.by_order) = (missing, posture, false);
+        cut = cut_once(script, choice, poses).0;
+        poses.by_order = true;
+    }
+    poses.posture = poses.posture.take().filter(|_| given);
+    cut
+}
+
+/// The same, and the motions that go over into another configuration of the arm because they order it.
+fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<usize>) {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
@@ -166,6 +184,8 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         hint,
         one_arm,
         named: 0,
+        over: Vec::new(),
+        lettered: false,
         by_joints: false,
         directions: Directions::default(),
     };
@@ -183,9 +203,10 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         }
     }
     cutter.end(false);
-    let mut out = cutter.out;
+    let Cutter { mut out, over, .. } = cutter;
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
-    out
+    out.notes.extend(arm::goes_over(script, &over));
+    (out, over)
 }
 
 fn empty_run(entry: bool) -> Run {
@@ -225,6 +246,10 @@ struct Cutter<'a> {
     one_arm: bool,
     /// Targets whose configurations are noted.
     named: usize,
+    /// Steps of joint motions that go over into another configuration of the arm.
+    over: Vec<usize>,
+    /// The joints before are those of a target by its own letter for the wrist.
+    lettered: bool,
     /// The move before led to joint values.
     by_joints: bool,
     directions: Directions,
@@ -280,7 +305,8 @@ impl Cutter<'_> {
 
     /// Joints of a Cartesian target, with its frame and tool.
     fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), Cause> {
-        let place = self.poses.place(goal)?;
+        let mut place = self.poses.place(goal)?;
+        place.lettered = self.lettered;
         let q = place.joints(goal, from, m.path, self.hint.as_deref())?;
         Ok((q, place))
     }
@@ -300,7 +326,11 @@ impl Cutter<'_> {
             }
         };
         self.by_joints = matches!(m.goal, Goal::Joints(_));
+        self.lettered = false;
         let Some(mut reached) = reached else { return };
+        if let (Goal::Pose(goal), Some(place)) = (&m.goal, self.run.places.get(&step)) {
+            self.lettered = place.is_preferred(goal, &reached.q);
+        }
         self.hint = self.one_arm.then(|| reached.q.clone());
         match reached.from.take() {
             // where the robot stands it takes no step

@@ -101,3 +101,43 @@ fn a_declaration_at_the_end_of_a_file_without_line_end_is_cloned_too() {
     let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[2].0, 0.5)], &[])).as_ref(), 1);
     assert_eq!(after, "DEFDAT a\nDECL E6AXIS XA={A1 5.0}\nDECL E6AXIS XA_2={A1 5.5000}");
 }
+
+/// A list of frames without a status, a project around it, and its home position.
+fn frames_in_a_project(own: &str, others: &[(&str, &str)]) -> Option<crate::script::Stance> {
+    let src = format!("DEF a()\nPTP F1\nLIN F1\n{own}END\n");
+    let dat = "DEFDAT a\nDECL FRAME F1={X 1000.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}\nENDDAT\n";
+    let texts = [("a.src", src.as_str()), ("a.dat", dat)].map(|(n, t)| Text::new(n, t.as_bytes().to_vec()));
+    let context = others.iter().map(|(n, t)| Text::of_context(*n, t.as_bytes().to_vec()));
+    let doc = Krl.parse(texts.into_iter().chain(context).collect(), &kr120()).unwrap();
+    doc.script().stance.clone()
+}
+
+const HOME: &str = "DEFDAT $CONFIG\nE6AXIS XHOME={A1 10.0,A2 -90.0,A3 90.0,A4 0.0,A5 45.0,A6 0.0}\n\
+                    E6AXIS $H_POS_TOL={A1 2.0,A2 2.0,A3 2.0,A4 2.0,A5 2.0,A6 2.0}\nENDDAT\n";
+
+#[test]
+fn a_project_says_where_its_arm_works_for_frames_without_a_status() {
+    let more = "DEFDAT b\nDECL E6POS XP1={X 1,Y 2,Z 3,A 4,B 5,C 6,S 18,T 2}\nDECL E6POS XP2={X 1,Y 2,Z 3,A 4,B 5,C 6,S 'B110',T 2}\n\
+                DECL E6AXIS XQ={A1 999.0,A2 999.0,A3 999.0,A4 999.0,A5 999.0,A6 999.0}\nENDDAT\n";
+    let used =
+        "DEF b()\nPTP_REL {A1 1,A2 1,A3 -1,A4 1,A5 1,A6 1}\nPTP {A1 20.0,A2 -80.0,A3 80.0,A4 0,A5 30,A6 0}\nEND\n";
+    let stance = frames_in_a_project("", &[("$config.dat", HOME), ("b.dat", more), ("b.src", used)]).unwrap();
+    assert!((stance.home[0].to_degrees() - 10.0).abs() < 1e-9 && stance.home.len() == 6);
+    // the home position itself is one of them, what is not taught, tolerances and increments are not
+    assert_eq!(stance.others.len(), 2);
+    let status = |c: &Configuration| c.posture();
+    assert_eq!(stance.configurations.iter().filter_map(status).collect::<Vec<_>>(), [2, 6]);
+}
+
+#[test]
+fn a_home_position_that_is_not_certain_says_nothing() {
+    let assigns = "DEF c()\nXHOME=$AXIS_ACT\nEND\n";
+    assert!(frames_in_a_project("", &[]).is_none());
+    assert!(frames_in_a_project("", &[("$config.dat", HOME), ("c.src", assigns)]).is_none());
+    assert!(frames_in_a_project("XHOME.A1=5\n", &[("$config.dat", HOME)]).is_none());
+    let part = HOME.replace(",A6 0.0}", "}");
+    assert!(frames_in_a_project("", &[("$config.dat", &part)]).is_none());
+    // a program that names joints tells its configuration itself
+    let own = "PTP {A1 20.0,A2 -80.0,A3 80.0,A4 0,A5 30,A6 0}\n";
+    assert!(frames_in_a_project(own, &[("$config.dat", HOME)]).is_none());
+}
