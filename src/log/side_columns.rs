@@ -145,7 +145,7 @@ pub(super) fn samples_without_times(log: &Log, notes: &mut Vec<String>) {
     if moving.into_iter().all(small) {
         notes.push(format!(
             "{} rows without `t_s` follow each other in small steps, like the samples of a motion, but count as settled poses: \
-             if they are samples, name their time column `t_s`, or map it to `t_s` with --columns",
+             if they are samples, name their time column `t_s`, or map it to `t_s` with a column map",
             log.len()
         ));
     }

@@ -140,7 +140,9 @@ fn frames_of_a_project_are_edited_in_the_configuration_of_its_points() {
         [6.0, -82.0, 98.0, 5.0, 44.0, 6.0],
     ];
     let mut source = String::from("DEF p( )\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\n");
-    joints.iter().for_each(|q| drop(writeln!(source, "LIN {{{}}}", written(q))));
+    for q in &joints {
+        let _ = writeln!(source, "LIN {{{}}}", written(q));
+    }
     source += "END\n";
     let home = "DEFDAT $CONFIG\nE6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 30.0,A6 0.0}\nENDDAT\n";
     let point = |status: u8| {
