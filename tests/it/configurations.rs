@@ -9,8 +9,12 @@ use std::fmt::Write;
 const ROBOT: &str = "kuka-kr120-r2500-pro.yaml";
 const HALF_GAP_DEG: f64 = 0.004;
 
+/// The robot without its tool, as `$TOOL=$NULLFRAME` has it.
 fn robot() -> Robot {
-    Robot::parse("robot.yaml", &std::fs::read_to_string(bundled("configs").join(ROBOT)).unwrap()).unwrap()
+    let text = std::fs::read_to_string(bundled("configs").join(ROBOT)).unwrap();
+    let tool = "tool: {xyz_mm: [156, 0, 63]";
+    assert!(text.contains(tool));
+    Robot::parse("robot.yaml", &text.replace(tool, "tool: {xyz_mm: [0, 0, 0]")).unwrap()
 }
 
 /// Position, mm, and rotation of the flange.

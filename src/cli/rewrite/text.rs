@@ -238,11 +238,13 @@ fn coverage_text(text: &mut String, v: &Vendor) {
 /// New points that are not placed, or at which the robot stops.
 fn new_points_text(text: &mut String, v: &Vendor) {
     if v.unplaced.points > 0 {
+        // points beyond --max-added have no lines
+        let lines = &v.unplaced.lines;
+        let at = if lines.is_empty() { String::new() } else { format!(" ({})", lines_text(lines)) };
         let _ = writeln!(
             text,
-            "  {} on moves that cannot be split, or that stay as they are: there the step is spread over the whole move ({})",
+            "  {} on moves that cannot be split, or that stay as they are: there the step is spread over the whole move{at}",
             counted(v.unplaced.points, "new point"),
-            lines_text(&v.unplaced.lines)
         );
     }
     if !v.written.stops.is_empty() {
