@@ -153,7 +153,7 @@ fn a_folder_is_checked_against_the_folder_of_its_results() {
     let missing = predicate::str::contains("programs/cell/turns.csv: found no file; expected the rewritten program")
         .and(predicate::str::contains("1 of 2 programs are not as in programs"));
     r.check("src --check programs").code(1).stderr(missing);
-    r.check("src --check nowhere").code(2).stderr(predicate::str::contains("no such folder"));
+    r.check("src --check nowhere").code(2).stderr(predicate::str::contains("which does not exist"));
     assert_eq!(r.read("src/weld.src"), weld(), "nothing is written");
 }
 
