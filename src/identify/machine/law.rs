@@ -22,8 +22,9 @@ use crate::numerics::reversal::{Movement, ReversalDetector};
 
 /// Movement back that is a reversal and no rounding, rad or m.
 const TURN: f64 = 1e-8;
-/// Time constants of the servo's response, s: half a decade apart over what integral actions take.
-pub const TAUS_S: [f64; 3] = [0.4, 1.2, 3.6];
+/// Time constants of the servo's response, s: half a decade apart over what integral actions take, up to 5 s. Where the longest is shorter
+/// than that of a machine, the rest of the spike is taken for lost motion that stays.
+pub const TAUS_S: [f64; 3] = [0.4, 1.4, 5.0];
 /// Preslidings of the wind-up, as multiples of that of the servo: half a decade apart.
 pub const OVER: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 /// Number of parts of the wind-up.
