@@ -51,7 +51,7 @@ fn stiction(bencher: divan::Bencher) {
 
 #[divan::bench]
 fn hysteresis(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::new(Hysteresis { half_width: 5e-5, presliding: 1e-3, stribeck: None })]);
+    gear(bencher, &[Effect::new(Hysteresis { half_width: 5e-5, presliding: 1e-3 })]);
 }
 
 #[divan::bench]

@@ -61,14 +61,13 @@ fn add(joint: &JointCompensator, model: &mut Model) {
 
 /// The servo's part of a response: a stiction that builds up over the presliding for each time constant.
 fn spikes(r: &Response) -> impl Iterator<Item = PreslidingStiction> {
-    let (rise, stribeck) = (Decay::Travel(r.presliding), r.stribeck);
+    let rise = Decay::Travel(r.presliding);
     let of = move |gain: f64, decay_s: f64| PreslidingStiction {
         spike: [2.0 * gain; 2],
         symmetric: true,
         rise,
         decay: Decay::Time(decay_s),
         per_nm: None,
-        stribeck,
     };
     r.spikes.into_iter().filter(|s| s.gain != 0.0).map(move |s| of(s.gain, s.decay_s))
 }
@@ -76,8 +75,7 @@ fn spikes(r: &Response) -> impl Iterator<Item = PreslidingStiction> {
 /// Its wind-up: a hysteresis for each part.
 fn wind_up(r: &Response) -> impl Iterator<Item = Hysteresis> {
     let used = r.windups.into_iter().filter(|w| w.half != 0.0);
-    let stribeck = r.stribeck;
-    used.map(move |w| Hysteresis { half_width: w.half, presliding: w.presliding, stribeck })
+    used.map(|w| Hysteresis { half_width: w.half, presliding: w.presliding })
 }
 
 /// Mean of both sides of a gap: the play; the rest of an asymmetric gap is an offset that does not depend on direction.
@@ -102,7 +100,7 @@ fn mean(positive: &GapCurve, negative: &GapCurve, robot: &Robot, axis: usize) ->
 mod tests {
     use super::*;
     use crate::compensator::{BacklashOffset, Evidence, FrictionOffset, Spike, Windup};
-    use crate::effects::{Effect, Track, joint_output, stribeck::Stribeck};
+    use crate::effects::{Effect, Track, joint_output};
     use crate::gaps::LogRef;
     use crate::identify::machine::law::{JointLaw, JointRows, OVER, TAUS_S};
     use crate::identify::machine::spline::Spline;
@@ -117,7 +115,6 @@ mod tests {
             spikes: [1e-5, 2e-5, 0.5e-5],
             windups: [0.3e-5, 0.2e-5, 0.4e-5],
             presliding: 3e-5,
-            stribeck: Some(Stribeck { excess: 0.3, speed: 0.01 }),
         };
         let spike = |k: usize| Spike { gain: law.spikes[k], decay_s: TAUS_S[k] };
         let windup = |k: usize| Windup { half: law.windups[k], presliding: law.presliding * OVER[k] };
@@ -125,7 +122,6 @@ mod tests {
             presliding: law.presliding,
             spikes: std::array::from_fn(spike),
             windups: std::array::from_fn(windup),
-            stribeck: law.stribeck,
         };
         let joint = JointCompensator {
             axis: 0,

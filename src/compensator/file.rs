@@ -254,25 +254,6 @@ mod tests {
     }
 
     #[test]
-    fn friction_at_low_speed_is_written_and_read_back() {
-        let response = "presliding_deg: 0.002, windups: [[0.001, 0.002]], spikes: [[0.001, 1.4]]";
-        let text = |more: &str| file(&format!("  A1: {{friction: {{response: {{{response}{more}}}}}}}\n"));
-        let robot = robot();
-        let one = Compensator::parse("c.yaml", &text(", low_speed_excess: 0.3, low_speed_deg_s: 0.2"), &robot).unwrap();
-        let Some(FrictionShape::Response(r)) = one.joints[0].friction.map(|f| f.shape) else { panic!("no response") };
-        let slow = r.stribeck.unwrap();
-        assert!((slow.excess - 0.3).abs() < 1e-15 && (slow.speed.to_degrees() - 0.2).abs() < 1e-12, "{slow:?}");
-        let again = Compensator::parse("c.yaml", &one.to_yaml(&robot).unwrap(), &robot).unwrap();
-        assert_eq!(again.to_yaml(&robot).unwrap(), one.to_yaml(&robot).unwrap());
-        assert!(again.depends_on_speed());
-        let plain = Compensator::parse("c.yaml", &text(""), &robot).unwrap();
-        assert!(!plain.depends_on_speed() && !plain.to_yaml(&robot).unwrap().contains("low_speed"));
-        let message = refusal(&text(", low_speed_excess: 0.3"));
-        assert!(message.contains("one of the two parameters") && message.contains("low_speed_deg_s"), "{message}");
-        assert!(refusal(&text(", low_speed_excess: -1, low_speed_deg_s: 1")).contains("low_speed_excess: -1"));
-    }
-
-    #[test]
     fn refuses_with_the_line_what_cannot_be_meant() {
         for (joints, line, what) in [
             ("  A9: {backlash: {half_gap_deg: 1}}\n", 4, "joint `A9`"),

@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_hysteresis_is_a_gap_that_builds_up() {
-        let h = Effect::new(Hysteresis { half_width: 1e-4, presliding: 1e-3, stribeck: None });
+        let h = Effect::new(Hysteresis { half_width: 1e-4, presliding: 1e-3 });
         let alone = Compensator::from_model(&model(vec![h.clone()])).unwrap();
         assert_eq!(alone.joints[0].friction.unwrap().gain, -2e-4);
         let beside = model(vec![h, Effect::new(Backlash::constant(2e-4))]);

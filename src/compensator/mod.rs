@@ -91,11 +91,8 @@ impl FrictionOffset {
         self.gain != 0.0 || matches!(self.shape, FrictionShape::Response(r) if r.windup() != 0.0)
     }
 
-    /// Its offset changes in seconds or with the speed, so that a program needs times or a speed.
+    /// Its offset changes in seconds, so that a program needs times or a speed.
     pub fn needs_clock(&self) -> bool {
-        if let FrictionShape::Response(Response { stribeck: Some(_), .. }) = self.shape {
-            return self.acts();
-        }
         self.gain != 0.0 && matches!(self.shape, FrictionShape::Decay(Decay::Time(_)) | FrictionShape::Response(_))
     }
 }
@@ -184,12 +181,6 @@ impl Compensator {
     /// An offset fades in seconds, so that times are needed.
     pub fn fades_in_seconds(&self) -> bool {
         self.joints.iter().any(|j| j.friction.is_some_and(|f| f.needs_clock()))
-    }
-
-    /// An offset depends on the speed of its joint.
-    pub fn depends_on_speed(&self) -> bool {
-        let slow = |f: FrictionOffset| matches!(f.shape, FrictionShape::Response(Response { stribeck: Some(_), .. }));
-        self.joints.iter().any(|j| j.friction.is_some_and(slow))
     }
 
     /// The same without the friction that fades in seconds, for moves whose time is not known.

@@ -4,12 +4,9 @@
 //! 0.1 rad or 10 mm (as a gap); presliding, the travel over which 63 % of the change builds up, above 0. Action: look
 //! for wind-up (belt, harmonic drive, cable) rather than for a gap; stiffen, or preload.
 //!
-//! With `low_speed_excess` the loop is wider at low speed ([`super::stribeck`]): `z` moves towards `dir F` instead of `dir`.
-//!
 //! Method: `z = dir + (z0 - dir) exp(-travel/presliding)` on each monotone piece, exact between samples. Start: `z = 0`, or the
 //! initial side of the gap.
 
-use super::stribeck::Stribeck;
 use super::*;
 
 /// How the catalogue describes this effect.
@@ -25,8 +22,6 @@ pub static INFO: EffectInfo = EffectInfo {
     parameters: &[
         ("half_width_deg", "half of the loop, 0 to 0.1 rad (10 mm)"),
         ("presliding_deg", "travel over which 63 % of the change builds up, above 0"),
-        ("low_speed_excess", "growth of the loop at standstill, as a share of it, 0 or more; none if left out"),
-        ("low_speed_deg_s", "speed at which 1/e of that growth is left, above 0"),
         ("elements", "instead of both: [[half_width_deg, presliding_deg], ...], 1 to 8 elements that slip (Maxwell)"),
     ],
     confused_with: &["backlash", "stiction"],
@@ -46,7 +41,6 @@ pub static INFO: EffectInfo = EffectInfo {
         Ok(Hysteresis {
             half_width: f.length("half_width", 0.0)?,
             presliding: f.above_0(&site.key("presliding"))? * site.si_per_user_unit(),
-            stribeck: Stribeck::read(f)?,
         }
         .into())
     },
@@ -54,7 +48,7 @@ pub static INFO: EffectInfo = EffectInfo {
     candidates: |survey, list| {
         for axis in survey.moving() {
             for presliding in survey.travels(axis, 2.7) {
-                let make = move |half_width| Hysteresis { half_width, presliding, stribeck: None };
+                let make = move |half_width| Hysteresis { half_width, presliding };
                 let one = Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make);
                 list.push(one.positive().with_shape(1));
             }
@@ -70,8 +64,6 @@ pub struct Hysteresis {
     pub half_width: f64,
     /// Travel over which the loop is crossed to a share of 1/e, rad or m.
     pub presliding: f64,
-    /// Growth at low speed; `None`: none.
-    pub stribeck: Option<Stribeck>,
 }
 
 impl EffectType for Hysteresis {
@@ -84,31 +76,29 @@ impl EffectType for Hysteresis {
     }
 
     fn values(&self) -> Vec<f64> {
-        [self.half_width, self.presliding].into_iter().chain(self.stribeck.iter().flat_map(Stribeck::values)).collect()
+        vec![self.half_width, self.presliding]
     }
 
     fn with(&self, v: &[f64]) -> Effect {
-        Self { half_width: v[0], presliding: v[1], stribeck: self.stribeck.map(|_| Stribeck::of(&v[2..])) }.into()
+        Self { half_width: v[0], presliding: v[1] }.into()
     }
 
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
-        let mut all = vec![
+        vec![
             site.length("half_width", (0.0, site.most_lost()), site.typical(0.003, 0.005)),
             site.length("presliding", site.travel_bounds(), site.typical(0.1, 0.1)),
-        ];
-        all.extend(self.stribeck.iter().flat_map(|_| Stribeck::parameters(site)));
-        all
+        ]
     }
 
     fn apply(&self, track: &Track, signal: &mut [f64]) {
         let Some(&first) = signal.first() else { return };
         let mut z = f64::from(track.initial_gap_side);
         let mut before = first;
-        for (i, s) in signal.iter_mut().enumerate() {
+        for s in signal {
             let step = *s - before;
             before = *s;
             if step != 0.0 {
-                let side = step.signum() * self.stribeck.map_or(1.0, |s| s.level(track.arriving_speed(i)));
+                let side = step.signum();
                 z = side + (z - side) * (-step.abs() / self.presliding).exp();
             }
             *s -= self.half_width * z;
@@ -157,7 +147,7 @@ mod tests {
         let p: Vec<f64> = t.iter().map(|&t| if t <= 1000.0 { t * 1e-3 } else { 2.0 - t * 1e-3 }).collect();
         let track = Track::new(&t, &p, 0.0);
         let mut s = p.clone();
-        Hysteresis { half_width: 0.01, presliding: 0.05, stribeck: None }.apply(&track, &mut s);
+        Hysteresis { half_width: 0.01, presliding: 0.05 }.apply(&track, &mut s);
         assert!((s[1000] - (1.0 - 0.01)).abs() < 1e-9);
         // 0.05 after the turn: z = -1 + 2/e
         let z = -1.0 + 2.0 * (-1.0f64).exp();
@@ -170,7 +160,7 @@ mod tests {
         let run = |p: &[f64]| {
             let t: Vec<f64> = (0..p.len()).map(|i| i as f64).collect();
             let mut s = p.to_vec();
-            Hysteresis { half_width: 0.01, presliding: 0.05, stribeck: None }.apply(&Track::new(&t, p, 0.0), &mut s);
+            Hysteresis { half_width: 0.01, presliding: 0.05 }.apply(&Track::new(&t, p, 0.0), &mut s);
             *s.last().unwrap()
         };
         assert!((run(&[0.0, 0.1, 0.07]) - run(&[0.0, 0.02, 0.09, 0.1, 0.085, 0.07])).abs() < 1e-15);

@@ -49,7 +49,6 @@ pub mod site;
 pub mod smooth;
 pub mod spline;
 pub mod stiction;
-pub mod stribeck;
 pub mod target;
 pub mod thermal_drift;
 pub mod thermal_growth;

@@ -12,8 +12,6 @@
 //! other before the error has faded add up. `spike_dir` is the size after a reversal into direction `dir`, times
 //! `1 + per_nm * |torque of gravity|`. Nothing before the first reversal.
 //!
-//! With `low_speed_excess` friction is larger at low speed ([`super::stribeck`]): `z` moves towards `dir F` instead of `dir`.
-//!
 //! Method: both equations are solved exactly between samples, with time and travel in proportion:
 //! `e1 = e0 exp(-b) + (spike/2) (z0 - dir) a (exp(-a) - exp(-b)) / (b - a)` for `a = dr`, `b = dd`.
 //!
@@ -21,7 +19,6 @@
 //! rise 1 ms to 10 s, and in a fit no longer than the decay: with another size, both exchanged are the same response.
 //! Typical: 0.0005 to 0.005 deg, rise 0.1 to 0.7 s, decay 0.3 to 5 s. `rewrite` undoes the plain spike.
 
-use super::stribeck::Stribeck;
 use super::*;
 
 /// How the catalogue describes this form.
@@ -50,8 +47,6 @@ pub struct PreslidingStiction {
     pub decay: Decay,
     /// Relative growth of the spike per Nm (N) of gravity's torque; `None`: none.
     pub per_nm: Option<f64>,
-    /// Growth of friction at low speed; `None`: none.
-    pub stribeck: Option<Stribeck>,
 }
 
 /// Reads the keys beside the spike, the rise and the decay that are known.
@@ -73,8 +68,7 @@ pub(super) fn read(f: &mut Fields, rise: Option<Decay>, decay: Decay) -> Result<
     let spike = spike.map(|s| s * si);
     // without a rise the joint stands still at first: the error builds up as fast as the command moves
     let rise = rise.unwrap_or(Decay::Travel(spike[0].max(spike[1]).max(f64::MIN_POSITIVE)));
-    let stribeck = Stribeck::read(f)?;
-    Ok(PreslidingStiction { spike, symmetric: both.is_some(), rise, decay, per_nm, stribeck }.into())
+    Ok(PreslidingStiction { spike, symmetric: both.is_some(), rise, decay, per_nm }.into())
 }
 
 fn amount(d: &Decay) -> f64 {
@@ -138,14 +132,7 @@ fn is_shorter(rise: &Decay, decay: &Decay) -> bool {
 /// One size, one that grows with load, and one for each direction, with this rise and decay.
 fn push_forms(survey: &Survey, axis: usize, (rise, decay): (Decay, Decay), list: &mut Vec<Candidate>) {
     let (robot, target) = (survey.robot, Target::Joint(axis));
-    let of = move |spike: [f64; 2], symmetric, per_nm| PreslidingStiction {
-        spike,
-        symmetric,
-        rise,
-        decay,
-        per_nm,
-        stribeck: None,
-    };
+    let of = move |spike: [f64; 2], symmetric, per_nm| PreslidingStiction { spike, symmetric, rise, decay, per_nm };
     let [plain, loaded, sided] = match rise {
         Decay::Travel(_) => ["rise", "rise, with load", "rise, both ways"],
         Decay::Time(_) => ["rise over time", "rise over time, with load", "rise over time, both ways"],
@@ -180,20 +167,17 @@ impl EffectType for PreslidingStiction {
         Nature::Presliding
     }
 
-    /// Spike or spikes, rise, decay, growth with load, growth at low speed.
+    /// Spike or spikes, rise, decay, growth with load.
     fn values(&self) -> Vec<f64> {
         let spikes = if self.symmetric { &self.spike[..1] } else { &self.spike[..] };
-        let shape = [amount(&self.rise), amount(&self.decay)];
-        let slow = self.stribeck.iter().flat_map(Stribeck::values);
-        spikes.iter().copied().chain(shape).chain(self.per_nm).chain(slow).collect()
+        spikes.iter().copied().chain([amount(&self.rise), amount(&self.decay)]).chain(self.per_nm).collect()
     }
 
     fn with(&self, v: &[f64]) -> Effect {
         let (spike, rest) = if self.symmetric { ([v[0], v[0]], &v[1..]) } else { ([v[0], v[1]], &v[2..]) };
         let per_nm = self.per_nm.map(|_| rest[2]);
         let (rise, decay) = (of_form(&self.rise, rest[0]), of_form(&self.decay, rest[1]));
-        let stribeck = self.stribeck.map(|_| Stribeck::of(&rest[2 + usize::from(per_nm.is_some())..]));
-        Self { spike, rise, decay, per_nm, stribeck, ..*self }.into()
+        Self { spike, rise, decay, per_nm, ..*self }.into()
     }
 
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
@@ -223,7 +207,6 @@ impl EffectType for PreslidingStiction {
             Decay::Travel(_) => site.length("decay", site.travel_bounds(), site.typical(0.5, 0.5)),
         });
         all.extend(self.per_nm.map(|_| Parameter::new("per_nm", 1.0, (0.0, 1.0), 1e-3)));
-        all.extend(self.stribeck.iter().flat_map(|_| Stribeck::parameters(site)));
         all
     }
 
@@ -238,7 +221,7 @@ impl EffectType for PreslidingStiction {
             let travel = (track.p[i] - track.p[i - 1]).abs();
             let (a, b) = (passed(&self.rise, seconds, travel), passed(&self.decay, seconds, travel));
             let spike = self.size(dir, track.load_at(i));
-            let side = f64::from(dir) * self.stribeck.map_or(1.0, |s| s.level(track.arriving_speed(i)));
+            let side = f64::from(dir);
             e = e * (-b).exp() + 0.5 * spike * (z - side) * built_up(a, b);
             z = side + (z - side) * (-a).exp();
             signal[i] += e;
@@ -263,9 +246,6 @@ impl EffectType for PreslidingStiction {
     }
 
     fn plainer(&self) -> Option<Effect> {
-        if self.stribeck.is_some() {
-            return Some(Self { stribeck: None, ..*self }.into());
-        }
         if self.per_nm.is_some() {
             return Some(Self { per_nm: None, ..*self }.into());
         }

@@ -3,16 +3,11 @@
 //! The counterpart of the law that [`crate::identify`] fits to all logs of a machine. Along a stroke in one direction:
 //!
 //! ```text
-//! z   = F + (z - F) exp(-travel of the command / presliding)         -1 at a turn after a long stroke (Dahl 1968)
+//! z   = 1 + (z - 1) exp(-travel of the command / presliding)         -1 at a turn after a long stroke (Dahl 1968)
 //! h_k = z filtered by a first-order high-pass of time constant tau_k  what the servo has not yet worked off
 //! z_m = the same as z over the travel of the joint, each with its own presliding
 //! joint stands back by   sum of windup_m z_m + sum of gain_k h_k      beside its half gap
 //! ```
-//!
-//! `F` is 1, or larger at low speed ([`super::stribeck`]) by the speed of the movement that is wanted: not by that of the command, whose
-//! offsets pass at once.
-
-use super::stribeck::Stribeck;
 
 /// Most time constants that a response holds.
 pub const MOST_SPIKES: usize = 3;
@@ -28,8 +23,6 @@ pub struct Response {
     pub windups: [Windup; MOST_WINDUPS],
     /// Half the change of the servo's error and the time in which it is worked off; unused ones have gain 0.
     pub spikes: [Spike; MOST_SPIKES],
-    /// Growth of friction at low speed; `None`: friction is the same at all speeds.
-    pub stribeck: Option<Stribeck>,
 }
 
 /// A part of the servo's answer.
@@ -53,11 +46,11 @@ pub struct Windup {
 /// Where friction stands, in the sense of the present stroke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    /// Friction as a multiple of its value at high speed: -1 to 1 where it is the same at all speeds.
+    /// Friction as a share of its largest value, -1 to 1.
     pub z: f64,
     /// What is left of each spike, as a share of it.
     pub h: [f64; MOST_SPIKES],
-    /// Each part of the wind-up, as a multiple of its half at high speed.
+    /// Each part of the wind-up, as a share of its half, -1 to 1.
     pub z_joint: [f64; MOST_WINDUPS],
 }
 
@@ -67,20 +60,15 @@ impl State {
     /// After a long stroke along the present one.
     pub const DRAGGED: Self = Self { z: 1.0, h: [0.0; MOST_SPIKES], z_joint: [1.0; MOST_WINDUPS] };
 
-    /// After a long stroke along the present one in which friction was `level`.
-    pub fn dragged(level: f64) -> Self {
-        Self { z: level, h: [0.0; MOST_SPIKES], z_joint: [level; MOST_WINDUPS] }
-    }
-
     /// The same, seen from a stroke the other way.
     pub fn reversed(&self) -> Self {
         Self { z: -self.z, h: self.h.map(|h| -h), z_joint: self.z_joint.map(|z| -z) }
     }
 }
 
-/// `z` after a travel of `by` in the sense of the stroke, along which friction is `level`.
-fn turned(z: f64, level: f64, by: f64, over: f64) -> f64 {
-    level + (z - level) * (-by.max(0.0) / over).exp()
+/// `z` after a travel of `by` in the sense of the stroke.
+fn turned(z: f64, by: f64, over: f64) -> f64 {
+    1.0 + (z - 1.0) * (-by.max(0.0) / over).exp()
 }
 
 impl Spike {
@@ -94,11 +82,10 @@ impl Spike {
 impl Response {
     /// The state after `command` and `joint` have moved on (rad or m, 0 or more) in `dt_s`.
     pub fn advance(&self, state: &State, command: f64, joint: f64, dt_s: f64) -> State {
-        let level = self.level(Stribeck::speed_of(joint, dt_s));
-        let z = turned(state.z, level, command, self.presliding);
+        let z = turned(state.z, command, self.presliding);
         let mut z_joint = state.z_joint;
         for (z, w) in z_joint.iter_mut().zip(&self.windups).filter(|(_, w)| w.half != 0.0) {
-            *z = turned(*z, level, joint, w.presliding);
+            *z = turned(*z, joint, w.presliding);
         }
         let mut h = state.h;
         for (h, s) in h.iter_mut().zip(&self.spikes).filter(|(_, s)| s.gain != 0.0) {
@@ -106,11 +93,6 @@ impl Response {
             *h = *h * fade + (z - state.z) * share;
         }
         State { z, h, z_joint }
-    }
-
-    /// Friction at a speed (rad/s or m/s) as a multiple of that at high speed.
-    pub fn level(&self, speed: f64) -> f64 {
-        self.stribeck.map_or(1.0, |s| s.level(speed))
     }
 
     /// Wind-up as it stands.
@@ -146,12 +128,8 @@ impl Response {
         (hi > 0.0).then_some([lo, hi])
     }
 
-    /// After `since_s` and `travel` (rad or m) of a stroke, less than `share` of the response is still to come; never where it depends on
-    /// the speed.
+    /// After `since_s` and `travel` (rad or m) of a stroke, less than `share` of the response is still to come.
     pub fn gone(&self, since_s: f64, travel: f64, share: f64) -> bool {
-        if self.stribeck.is_some() {
-            return false;
-        }
         let left: f64 = self.spikes.iter().map(|s| 2.0 * s.gain.abs() * (-since_s / s.decay_s.max(1e-9)).exp()).sum();
         let over = |presliding: f64| (-travel.max(0.0) / presliding.max(f64::MIN_POSITIVE)).exp();
         let wound = self.windups.iter().filter(|w| w.half != 0.0);
@@ -178,7 +156,6 @@ mod tests {
             Spike { gain: 0.0, decay_s: 1.0 },
             Spike { gain: 0.0, decay_s: 1.0 },
         ],
-        stribeck: None,
     };
 
     #[test]

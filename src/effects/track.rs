@@ -7,7 +7,6 @@
 //! It carries what else effects look at: which samples are rows of a log (others are turning points put between them),
 //! how the command runs between samples, the commanded TCP speed, the length of one turn of the joint.
 
-use super::stribeck::Stribeck;
 use crate::numerics::reversal::{Movement, ReversalDetector};
 use std::borrow::Cow;
 
@@ -134,12 +133,6 @@ impl<'a> Track<'a> {
                 if h0 + h1 > 0.0 { (step(i - 1) * h1 + step(i) * h0) / (h0 + h1) } else { 0.0 }
             }
         }
-    }
-
-    /// Mean speed of the command from the sample before to this one, rad/s or m/s.
-    pub fn arriving_speed(&self, sample: usize) -> f64 {
-        let Some(before) = sample.checked_sub(1) else { return 0.0 };
-        Stribeck::speed_of(self.p[sample] - self.p[before], self.t_s[sample] - self.t_s[before])
     }
 
     /// Torque of gravity at a sample; 0 where none is known.

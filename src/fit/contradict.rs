@@ -109,7 +109,6 @@ mod tests {
                 presliding: 1e-4,
                 windups: [Windup { half: 0.0, presliding: 1e-4 }; 3],
                 spikes: [spike; 3],
-                stribeck: None,
             },
             presliding_ci95: [1e-5, 1e-3],
             windup_ci95: [0.0, 0.0],

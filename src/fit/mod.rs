@@ -143,15 +143,6 @@ fn together(
         um(t.before_m),
         um(t.after_m)
     ));
-    if let Some(s) = estimate.response.stribeck {
-        let (percent, speed) = (100.0 * s.excess, joint.kind.to_user_unit(s.speed));
-        notes.push(format!(
-            "{}: friction at standstill is {percent:.0} % larger than at high speed (1/e of that is left at {speed:.3} {}/s), so the offset \
-             depends on the speed of the program",
-            joint.name,
-            joint.kind.unit()
-        ));
-    }
     known.half_gap_ci95 = Some(m.gap.ci95);
     let mut response = estimate.response;
     let curve = m.gap.schedule.clone().unwrap_or(GapCurve::Constant(m.gap.half_gap));

@@ -105,7 +105,7 @@ impl Columns {
         let axis = robot.axis(joint.axis);
         let si = axis.kind.si_per_user_unit();
         let presliding = joint.response.presliding;
-        let unit = Response { presliding, stribeck: joint.response.stribeck, ..Response::default() };
+        let unit = Response { presliding, ..Response::default() };
         let (gap, spikes, windups) = (Vec::new(), Vec::new(), Vec::new());
         let mut columns = Self { si, gap, spikes, windups, presliding: None, unit };
         for (i, name) in names.iter().enumerate() {

@@ -5,7 +5,6 @@
 //! document without them is one of a single kind of test.
 
 use crate::effects::response::{MOST_SPIKES, MOST_WINDUPS, Response, Spike, Windup};
-use crate::effects::stribeck::Stribeck;
 use crate::gaps::document::keyed;
 use crate::gaps::file::{in_user_unit, number};
 use crate::io::keyed::Keyed;
@@ -98,16 +97,6 @@ struct ResponseFields {
     windups: Vec<[Value; 2]>,
     spikes: Vec<[Value; 2]>,
     spikes_ci95: Vec<Value>,
-    #[serde(flatten)]
-    low_speed: Option<LowSpeedFields>,
-}
-
-/// Friction at low speed: its excess at standstill, and the speed at which 1/e of it is left.
-#[derive(Serialize)]
-struct LowSpeedFields {
-    low_speed_excess: Value,
-    #[serde(flatten)]
-    speed: Keyed<Value>,
 }
 
 #[derive(Serialize)]
@@ -152,10 +141,6 @@ impl ResponseFields {
             windups: wound.map(|w| [w.half, w.presliding].map(|v| number(kind.to_user_unit(v)))).collect(),
             spikes: used.iter().map(|(s, _)| [number(kind.to_user_unit(s.gain)), number(s.decay_s)]).collect(),
             spikes_ci95: used.iter().map(|(_, ci)| in_user_unit(*ci, kind)).collect(),
-            low_speed: r.stribeck.map(|s| LowSpeedFields {
-                low_speed_excess: number(s.excess),
-                speed: Keyed::new("low_speed", &format!("{}_s", kind.unit()), number(kind.to_user_unit(s.speed))),
-            }),
         }
     }
 }
@@ -240,8 +225,6 @@ pub(super) enum BadResponse {
     ManySpikes,
     #[error("spikes as pairs of a gain and a decay above 0")]
     Spike,
-    #[error("an excess of friction at low speed of 0 or more, with a speed above 0")]
-    LowSpeed,
 }
 
 /// A joint's fields as they stand in a document; `None` where there is no response.
@@ -281,13 +264,6 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
         spikes[k] = Spike { gain: gain * si, decay_s };
         spikes_ci95[k] = pair(r.get("spikes_ci95").and_then(|c| c.get(k)), gain);
     }
-    let excess = r.get("low_speed_excess").filter(|e| !e.is_null());
-    let speed = finite(r.get(format!("low_speed_{unit}_s"))).filter(|v| *v > 0.0);
-    let stribeck = match (excess, finite(excess).filter(|e| *e >= 0.0), speed) {
-        (None, ..) => None,
-        (_, Some(excess), Some(speed)) => Some(Stribeck { excess, speed: speed * si }).filter(|s| s.excess > 0.0),
-        _ => return Some(Err(BadResponse::LowSpeed)),
-    };
     let t = v.get("trust");
     let of_trust = |key: &str| t.and_then(|t| t.get(key));
     let trust = Trust {
@@ -299,7 +275,7 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
     };
     Some(Ok(JointEstimate {
         axis,
-        response: Response { presliding: presliding * si, windups, spikes, stribeck },
+        response: Response { presliding: presliding * si, windups, spikes },
         presliding_ci95: pair(r.get("presliding_ci95"), presliding),
         windup_ci95: pair(r.get("windup_ci95"), windup),
         spikes_ci95,

@@ -1,7 +1,7 @@
 //! What one axis needs: the half gap on either side and the friction after a turn, as functions (Zhang (2023) equations 16, 17).
 
 use crate::compensator::{FrictionOffset, FrictionShape, JointCompensator};
-use crate::effects::{Decay, GapCurve, stribeck::Stribeck};
+use crate::effects::{Decay, GapCurve};
 
 /// Offsets of one axis, ready to be evaluated. Values are rad or m.
 #[derive(Debug, Clone)]
@@ -47,17 +47,9 @@ impl Offset {
         }
     }
 
-    /// The same offset at every position and speed and no friction: adding a constant is all there is to do between turns.
+    /// The same offset at every position and no friction: adding a constant is all there is to do between turns.
     pub fn is_plain(&self) -> bool {
-        self.fixed.is_some() && self.slow().is_none()
-    }
-
-    /// A wind-up that is larger at low speed: its size at high speed (rad or m), and its growth.
-    pub fn slow(&self) -> Option<(f64, Stribeck)> {
-        match self.friction.map(|f| f.shape) {
-            Some(FrictionShape::Response(r)) => r.stribeck.map(|s| (r.windup(), s)),
-            _ => None,
-        }
+        self.fixed.is_some()
     }
 
     pub fn friction(&self) -> Option<FrictionOffset> {

@@ -2,11 +2,7 @@
 
 use crate::support::bundled;
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use lostmotion::compensator::{Response, Spike, Windup};
-use lostmotion::effects::stribeck::Stribeck;
-use lostmotion::effects::{
-    Backlash, Decay, Effect, GapCurve, Hysteresis, PreslidingStiction, Stiction, Track, joint_output,
-};
+use lostmotion::effects::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
 use lostmotion::rewrite::{Engine, LimitKind, Options, Origin, OutputPoints, Points, Refine, RewriteStats};
 use lostmotion::robot::Robot;
 use proptest::prelude::*;
@@ -332,84 +328,6 @@ fn smooth_program(amplitudes: &[f64], phases: &[f64], n: usize, dt: f64) -> Poin
     let mut points = one_axis(&(0..n).map(|i| value(i as f64 * dt)).collect::<Vec<_>>());
     points.t_s = (0..n).map(|i| i as f64 * dt).collect();
     points
-}
-
-/// A response that is larger at low speed, or not.
-fn response(stribeck: Option<Stribeck>) -> Response {
-    let none = Windup { half: 0.0, presliding: 0.002 * DEG };
-    let spike = |gain: f64| Spike { gain, decay_s: 1.4 };
-    Response {
-        presliding: 0.002 * DEG,
-        windups: [Windup { half: 0.003 * DEG, presliding: 0.002 * DEG }, none, none],
-        spikes: [spike(0.0015 * DEG), spike(0.0), spike(0.0)],
-        stribeck,
-    }
-}
-
-/// Root mean square error of the catalogue's machine with this response and a gap, after its first reversal, in deg.
-fn left_by(response: &Response, out: &OutputPoints, nominal: &Points) -> f64 {
-    let (mut t, mut c, mut want) = (Vec::new(), Vec::new(), Vec::new());
-    for i in 0..out.len() - 1 {
-        let (t0, t1) = (out.t_s[i], out.t_s[i + 1]);
-        let parts = ((t1 - t0) / 0.005).ceil().max(1.0);
-        for k in 0..parts as usize {
-            let s = k as f64 / parts;
-            t.push(t0 + s * (t1 - t0));
-            c.push(out.row(i)[0] + s * (out.row(i + 1)[0] - out.row(i)[0]));
-            let u = t[t.len() - 1] / 0.1;
-            let n = (u.floor() as usize).min(nominal.len() - 2);
-            want.push(nominal.row(n)[0] + (u - n as f64) * (nominal.row(n + 1)[0] - nominal.row(n)[0]));
-        }
-    }
-    let (windup, spike) = (response.windups[0], response.spikes[0]);
-    let effects = [
-        Effect::new(PreslidingStiction {
-            spike: [2.0 * spike.gain; 2],
-            symmetric: true,
-            rise: Decay::Travel(response.presliding),
-            decay: Decay::Time(spike.decay_s),
-            per_nm: None,
-            stribeck: response.stribeck,
-        }),
-        Effect::new(Backlash::constant(0.002 * DEG)),
-        Effect::new(Hysteresis { half_width: windup.half, presliding: windup.presliding, stribeck: response.stribeck }),
-    ];
-    let track = Track::new(&t, &c, 1e-12);
-    let first = track.turns[0].index;
-    let got = joint_output(&track, &effects);
-    let squares: Vec<f64> = got.iter().zip(&want).skip(first).map(|(a, b)| (a - b).powi(2)).collect();
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / DEG
-}
-
-#[test]
-fn friction_at_low_speed_is_undone_at_the_speed_of_the_program() {
-    let robot = kuka();
-    let slow = response(Some(Stribeck { excess: 0.4, speed: 0.15 * DEG }));
-    // turns are slow, the middle of a stroke is fast: 0.42 or 0.08 deg/s
-    for rate in [1.0, 0.2] {
-        let mut points = one_axis(&(0..1800).map(|i| 2.0 * (0.021 * rate * f64::from(i)).sin()).collect::<Vec<_>>());
-        points.t_s = (0..1800).map(|i| 0.1 * f64::from(i)).collect();
-        let left = |shape: Response| {
-            let compensator = on_axis(0, 0.002, Some((2.0 * shape.gain() / DEG, FrictionShape::Response(shape))));
-            let (out, _) = run(&robot, &compensator, Options::new(6), &points, 100);
-            left_by(&slow, &out, &points)
-        };
-        let (with, without) = (left(slow), left(response(None)));
-        assert!(with < 0.4 * without, "{rate}: {with} deg with, {without} deg without");
-    }
-}
-
-#[test]
-fn blocks_do_not_change_offsets_that_depend_on_the_speed() {
-    let robot = kuka();
-    let points = smooth_program(&[2.0, 1.0, 0.3], &[0.1, 1.0, 2.0], 900, 0.1);
-    let shape = response(Some(Stribeck { excess: 0.4, speed: 0.15 * DEG }));
-    let compensator = on_axis(0, 0.002, Some((0.003, FrictionShape::Response(shape))));
-    let (whole, _) = run(&robot, &compensator, Options::new(6), &points, 1000);
-    for block in [1, 7, 64] {
-        let (parts, _) = run(&robot, &compensator, Options::new(6), &points, block);
-        assert!(whole.q == parts.q && whole.origin == parts.origin, "blocks of {block}");
-    }
 }
 
 proptest! {

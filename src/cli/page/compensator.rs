@@ -39,8 +39,7 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
             let (over, wound) = (kind.to_user_unit(r.presliding), kind.to_user_unit(r.windup()));
             let u = kind.unit();
             let decays = if parts.is_empty() { String::new() } else { format!(" decays ({}),", parts.join(", ")) };
-            let slow = r.stribeck.map_or(String::new(), |s| format!(", {:.0} % more at standstill", 100.0 * s.excess));
-            format!("builds up over {over:.5} {u},{decays} wind-up {wound:.5} {u}{slow}")
+            format!("builds up over {over:.5} {u},{decays} wind-up {wound:.5} {u}")
         }
     });
     let kind_of = |c: &GapCurve| match c {

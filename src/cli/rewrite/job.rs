@@ -1,7 +1,6 @@
 //! What the arguments of `rewrite` ask for, every value checked.
 
 use super::{Args, usage};
-use crate::cli::console;
 use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
 use crate::effects::EffectInstance;
 use crate::error::shown;
@@ -151,15 +150,6 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     }
     let speed = number("speed-mm-s", args.speed_mm_s, |v| v > 0.0, "a speed above 0")?;
     options.tcp_speed_m_s = speed.map(|v| v * 1e-3).or(source.compensator.evidence.tcp_speed_m_s);
-    if let (None, Some(assumed), true) = (speed, options.tcp_speed_m_s, source.compensator.depends_on_speed()) {
-        let assumed = assumed * 1e3;
-        console::note(
-            format_args!(
-                "note: friction is larger at low speed; without --speed-mm-s, moves without times are taken to run at {assumed:.3} mm/s, as in the logs"
-            ),
-            true,
-        );
-    }
     if let Some(c) = number("chord-um", args.chord_um, |v| v > 0.0, "a distance above 0")? {
         if options.refine != Refine::Cartesian {
             return Err(usage(&format!("--chord-um {c} without --refine cartesian"), "both, or neither"));

@@ -4,7 +4,7 @@ use super::*;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::schedule::{self, tidy};
 use crate::compensator::{BacklashOffset, FrictionOffset, FrictionShape, JointCompensator, Response, Spike, Windup};
-use crate::effects::{Decay, GapCurve, stribeck::Stribeck};
+use crate::effects::{Decay, GapCurve};
 use crate::error::Result;
 use crate::robot::Joint;
 use serde_yaml::{Mapping, Value};
@@ -130,22 +130,12 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
     Ok(FrictionOffset { gain: gain * si, shape })
 }
 
-/// `response: {presliding_deg, windups: [[windup_deg, presliding_deg], ...], spikes: [[gain_deg, decay_s], ...]}`, and
-/// `low_speed_excess, low_speed_deg_s` where friction is larger at low speed.
+/// `response: {presliding_deg, windups: [[windup_deg, presliding_deg], ...], spikes: [[gain_deg, decay_s], ...]}`.
 fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
     let (unit, si) = (joint.kind.unit(), joint.kind.si_per_user_unit());
     let presliding_key = format!("presliding_{unit}");
     let map = at.mapping(value)?;
-    let speed_key = format!("low_speed_{unit}_s");
-    at.only(map, &[&presliding_key, "windups", "spikes", "low_speed_excess", &speed_key])?;
-    let stribeck = match (at.number(map, "low_speed_excess", 0.0)?, at.number(map, &speed_key, f64::MIN_POSITIVE)?) {
-        (Some(excess), Some(speed)) => Some(Stribeck { excess, speed: speed * si }).filter(|s| s.excess > 0.0),
-        (None, None) => None,
-        _ => {
-            let expected = format!("`low_speed_excess` and `{speed_key}`, or neither");
-            return Err(at.bad("one of the two parameters of friction at low speed".into(), expected));
-        }
-    };
+    at.only(map, &[&presliding_key, "windups", "spikes"])?;
     let Some(presliding) = at.number(map, &presliding_key, f64::MIN_POSITIVE)? else {
         return Err(
             at.bad(format!("no `{presliding_key}`"), "the travel over which friction changes its direction".into())
@@ -172,7 +162,7 @@ fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
     for (s, [gain, decay_s]) in spikes.iter_mut().zip(pairs) {
         *s = Spike { gain: gain * si, decay_s };
     }
-    Ok(Response { presliding: presliding * si, windups, spikes, stribeck })
+    Ok(Response { presliding: presliding * si, windups, spikes })
 }
 
 fn write_friction(f: &FrictionOffset, joint: &Joint) -> Value {
@@ -200,10 +190,6 @@ fn write_friction(f: &FrictionOffset, joint: &Joint) -> Value {
             let used = r.spikes.iter().filter(|s| s.gain != 0.0);
             let pairs = used.map(|s| Value::Sequence(vec![edge(s.gain), tidy(s.decay_s).into()])).collect();
             response.insert("spikes".into(), Value::Sequence(pairs));
-            if let Some(s) = r.stribeck {
-                response.insert("low_speed_excess".into(), tidy(s.excess).into());
-                response.insert(format!("low_speed_{unit}_s").into(), edge(s.speed));
-            }
             map.insert("response".into(), Value::Mapping(response));
         }
     }

@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn elements_stand_in_the_order_of_their_travel_and_two_of_one_travel_are_none() {
         let on = |e: crate::effects::Effect| EffectInstance::on_axis(1, e);
-        let wide = on(Hysteresis { half_width: 2e-5, presliding: 3e-2, stribeck: None }.into());
+        let wide = on(Hysteresis { half_width: 2e-5, presliding: 3e-2 }.into());
         let gap = on(Backlash::constant(4e-5).into());
         let all: Vec<[f64; 2]> = [&wide, &gap].into_iter().filter_map(elements_of).flatten().collect();
         let one = starts(Target::Joint(1), all);

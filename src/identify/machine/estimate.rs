@@ -1,7 +1,7 @@
 //! From the solved problem to the document: gaps, responses, intervals, trust.
 
 use super::evidence::{Evidence, Reversal};
-use super::law::{FRICTION, JointLaw, OVER, SLOW, SPIKES, TAUS_S, WINDUPS, turns};
+use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS, turns};
 use super::predict::{self, Left, Ratio, along_path, random_effect};
 use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
@@ -138,8 +138,7 @@ pub fn joint(
     }
     windups[0].half += mean.min(0.0);
     let log_sigma = Z95 * cov[(knots + FRICTION - 1, knots + FRICTION - 1)].max(0.0).sqrt();
-    let stribeck = law.stribeck.filter(|s| s.excess > 0.0);
-    let response = Response { presliding: law.presliding, windups, spikes, stribeck };
+    let response = Response { presliding: law.presliding, windups, spikes };
     let wound = cov.view((knots + SPIKES, knots + SPIKES), (WINDUPS, WINDUPS)).sum().max(0.0).sqrt();
     let estimate = JointEstimate {
         axis,
@@ -181,9 +180,6 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     Pchip::new(&knots).map(GapCurve::Pchip)
 }
 
-/// Error after reversals below which a joint has no lost motion, m at the TCP: what trackers and programs resolve. Where logs hold next to no
-/// noise, the rest of other joints would be taken for it.
-const LEAST_M: f64 = 0.5e-6;
 /// Share of the error from which what is left counts as no less.
 const LITTLE: f64 = 0.9;
 
@@ -205,11 +201,6 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     trust.before_m = before.sqrt();
     let after =
         predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
-    if trust.before_m < LEAST_M {
-        trust.after_m = trust.before_m;
-        trust.reason = "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset".into();
-        return trust;
-    }
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     // where the error along the model says that an offset helps, what seems to be more than before is noise
     // an offset is no more certain than the mean of the reversals that it was estimated from
@@ -309,11 +300,6 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
         }
         names.push(format!("{}.ln_presliding", joint.name));
         at.push((first + knots + FRICTION - 1, 1.0));
-        if law.stribeck.is_some() {
-            names.push(format!("{}.low_speed_excess", joint.name));
-            names.push(format!("{}.low_speed_ln", joint.name));
-            at.extend((0..SLOW).map(|k| (first + knots + FRICTION + k, 1.0)));
-        }
     }
     let matrix =
         at.iter().map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect()).collect();
@@ -328,7 +314,7 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
     };
     let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
     let predicted: Vec<(String, f64, f64)> = several
-        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, &evidence.covariance, l, &left)?)))
+        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, l, &left)?)))
         .map(|(name, [before, after])| (name, before, after))
         .collect();
     if gains_nothing(&predicted) {

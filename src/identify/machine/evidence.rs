@@ -166,8 +166,11 @@ fn of_log(problem: &Problem, log: usize, part: &Part, hessian: Option<&DMatrix<f
             turns(&rows.x).into_iter().map(|row| (row, bin(row))).collect()
         })
         .collect();
+    let lasts_s = l.t_s.last().zip(l.t_s.first()).map_or(0.0, |(b, a)| b - a);
+    let shortest = (APART_S * bins as f64 / lasts_s.max(APART_S)).ceil() as usize;
+    let at: Vec<Vec<usize>> = turned.iter().map(|t| t.iter().map(|t| t.1).collect()).collect();
     let mut out = Vec::new();
-    for fold in folds_of(problem, log) {
+    for fold in folds(bins, &at, shortest) {
         // the residual of the stretches with that estimate, whitened
         let residual = match hessian {
             Some(hessian) => &part.residual - &part.design * left_out(part, bins, &fold, hessian),
@@ -188,38 +191,6 @@ fn of_log(problem: &Problem, log: usize, part: &Part, hessian: Option<&DMatrix<f
         }
     }
     out
-}
-
-/// Folds of a log.
-fn folds_of(problem: &Problem, log: usize) -> Vec<Vec<Range<usize>>> {
-    let l = &problem.logs[log];
-    let lasts_s = l.t_s.last().zip(l.t_s.first()).map_or(0.0, |(b, a)| b - a);
-    let shortest = (APART_S * l.len() as f64 / lasts_s.max(APART_S)).ceil() as usize;
-    let bin = |row: usize| l.bins.partition_point(|b| b.1 <= row);
-    let turned: Vec<Vec<usize>> =
-        l.moving.iter().map(|(_, rows)| turns(&rows.x).into_iter().map(bin).collect()).collect();
-    folds(l.len(), &turned, shortest)
-}
-
-/// Whitened cost of each fold of each log by the estimate that left it out.
-pub fn held_out(problem: &Problem) -> Option<Vec<f64>> {
-    let hessian = problem.normal().hessian;
-    let of_log = |log: usize| -> Vec<f64> {
-        let (part, bins) = (problem.part(log), problem.logs[log].len());
-        let cost = |fold: Vec<Range<usize>>| {
-            let change = left_out(&part, bins, &fold, &hessian);
-            let stretches = (0..3).flat_map(|c| fold.iter().map(move |s| (c * bins + s.start, s.len())));
-            stretches
-                .map(|(from, len)| {
-                    (part.residual.rows(from, len) - part.design.rows(from, len) * &change).norm_squared()
-                })
-                .sum::<f64>()
-        };
-        folds_of(problem, log).into_iter().map(cost).collect()
-    };
-    let costs: Vec<Vec<f64>> = (0..problem.logs.len()).into_par_iter().map(of_log).collect();
-    let costs: Vec<f64> = costs.into_iter().flatten().collect();
-    costs.iter().all(|c| c.is_finite()).then_some(costs)
 }
 
 /// Change of the log's parameters when stretches of its bins are left out.

@@ -9,7 +9,6 @@
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
 //! - [`ripple`]: periods of the gears.
 //! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
-//! - [`slow`]: friction that is larger at low speed, where the logs show it.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted; [`folds`]: which parts those are.
 //! - [`unseen`]: joints of which single readings tell nothing.
@@ -40,7 +39,6 @@ pub(crate) mod problem;
 pub(crate) mod readings;
 pub(crate) mod rest;
 pub(crate) mod ripple;
-pub(crate) mod slow;
 pub(crate) mod solve;
 pub(crate) mod spline;
 pub(crate) mod unseen;
@@ -180,7 +178,6 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<
         }
     }
     let apart = rest::apart(&mut problem);
-    slow::choose(&mut problem);
     solve::round(&mut problem, Kept::Nothing);
     let open = || {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());

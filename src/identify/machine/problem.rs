@@ -9,7 +9,7 @@ use super::law::{FRICTION, JointLaw, Response, SPIKES, WINDUPS};
 use super::noise::Noise;
 use super::nuisance::{self, Column, Name, Ripple};
 use super::spline::Spline;
-use crate::robot::{JointKind, Robot};
+use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
@@ -25,14 +25,6 @@ const PRESLIDING_SPREAD: f64 = 0.8;
 /// gap, it is a gap.
 const SPIKE_SPREAD: f64 = 0.3;
 const WINDUP_SPREAD: f64 = 0.04;
-/// Standard deviation of the excess of friction at standstill. Published: 0.5 (Canudas de Wit et al. 1995).
-const EXCESS: f64 = 0.5;
-/// The same of parameters of friction at low speed that a correction by a run leaves as they are.
-const HELD: f64 = 1e-5;
-/// Speed at which the excess has faded to 1/e, rad/s and m/s, and the standard deviation of its logarithm. Published: hundredths of a rad/s of
-/// a robot's joint (Bittencourt et al. 2010), 0.001 m/s (Canudas de Wit et al. 1995).
-const SPEEDS: [f64; 2] = [0.02, 0.001];
-const SPEED_SPREAD: f64 = 1.5;
 /// Size of lost motion at the TCP that priors and starting values assume, m.
 const TYPICAL_M: f64 = 30e-6;
 /// Prior standard deviation of a mean gap at the TCP, m.
@@ -87,11 +79,6 @@ pub struct Normal {
     pub cost: f64,
 }
 
-/// Speed of a joint at which the excess of slow friction is expected to fade, rad/s or m/s.
-pub fn slow_speed(robot: &Robot, axis: usize) -> f64 {
-    SPEEDS[usize::from(robot.axis(axis).kind == JointKind::Prismatic)]
-}
-
 impl<'a> Problem<'a> {
     pub fn new(robot: &'a Robot, logs: Vec<BinnedLog>, splines: Vec<Spline>) -> Self {
         let axes = robot.dof();
@@ -109,7 +96,6 @@ impl<'a> Problem<'a> {
                 spikes: [0.0; SPIKES],
                 windups: [0.0; WINDUPS],
                 presliding: size,
-                stribeck: None,
             });
         }
         let unused = logs.iter().map(|l| l.missing.clone()).collect();
@@ -181,12 +167,11 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Numbers of the parameters that cannot be negative: gaps, spikes, wind-ups and the excess at low speed.
+    /// Numbers of the parameters that cannot be negative: gaps, spikes and wind-ups.
     pub fn not_negative(&self) -> Vec<usize> {
         let of = |axis: usize, law: &JointLaw| {
-            let (first, friction) = (self.offset(axis), law.gap.len() + FRICTION);
-            let excess = law.stribeck.map(|_| first + friction);
-            (first..first + friction - 1).chain(excess)
+            let first = self.offset(axis);
+            first..first + law.gap.len() + SPIKES + WINDUPS
         };
         self.laws.iter().enumerate().filter_map(|(a, l)| Some(of(a, l.as_ref()?))).flatten().collect()
     }
@@ -223,7 +208,7 @@ impl<'a> Problem<'a> {
         let mut at = 0;
         for law in self.laws.iter_mut().flatten() {
             let n = law.parameters();
-            *law = law.with(&v.as_slice()[at..at + n]);
+            *law = JointLaw::from_slice(&v.as_slice()[at..at + n]);
             at += n;
         }
         self.nuisances.copy_from_slice(&v.as_slice()[at..]);
@@ -441,11 +426,6 @@ impl<'a> Problem<'a> {
             let k = at + knots + FRICTION - 1;
             precision[(k, k)] = PRESLIDING_SPREAD.powi(-2);
             about[k] = size.ln();
-            if law.stribeck.is_some() {
-                precision[(k + 1, k + 1)] = EXCESS.powi(-2);
-                precision[(k + 2, k + 2)] = SPEED_SPREAD.powi(-2);
-                about[k + 2] = slow_speed(self.robot, axis).ln();
-            }
         }
         self.nuisance_priors(&mut precision);
         (precision, about)
@@ -493,11 +473,7 @@ impl<'a> Problem<'a> {
             let each = (SHARE * self.sizes[axis]).powi(-2);
             for k in 0..law.parameters() {
                 about[at + k] = centre[at + k];
-                precision[(at + k, at + k)] = match k {
-                    _ if k >= knots + FRICTION => HELD.powi(-2),
-                    _ if k + 1 == knots + FRICTION => SHARE.powi(-2),
-                    _ => each,
-                };
+                precision[(at + k, at + k)] = if k + 1 == law.parameters() { SHARE.powi(-2) } else { each };
                 if k > 0 && k < knots {
                     precision[(at + k, at + k)] += each;
                     precision[(at + k - 1, at + k - 1)] += each;

@@ -1,6 +1,6 @@
 //! Gauss-Newton rounds, noise and discarded bins, alternately.
 
-use super::law::{FRICTION, Response, WINDUPS};
+use super::law::{Response, WINDUPS};
 use super::noise::Noise;
 use super::problem::Problem;
 use crate::machine::measurement::Instrument;
@@ -18,7 +18,7 @@ const MUCH_WINDUP: f64 = 0.2;
 const SETTLED: f64 = 1e-4;
 /// The same of the fall that a step promises: it is not worth a trial.
 const NOTHING_LEFT: f64 = 1e-5;
-/// Largest change of the logarithm of a presliding or a speed in one step.
+/// Largest change of the logarithm of a presliding in one step.
 const LOG_STEP: f64 = 0.7;
 
 /// What the laws miss, as a share of lost motion: single reversals scatter by 1 to 8 %, and laws of this form leave 1 to 13 % of the error
@@ -169,15 +169,12 @@ pub fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> O
     Some(DVector::from_fn(n, |i, _| x[i] * scale[i]))
 }
 
-/// Keeps preslidings and speeds from leaping.
+/// Keeps preslidings from leaping.
 fn limited(problem: &Problem, mut step: DVector<f64>) -> DVector<f64> {
     for (axis, law) in problem.laws.iter().enumerate() {
         if let Some(law) = law {
-            let k = problem.offset(axis) + law.gap.len() + FRICTION - 1;
-            let speed = law.stribeck.map(|_| k + 2);
-            for k in std::iter::once(k).chain(speed) {
-                step[k] = step[k].clamp(-LOG_STEP, LOG_STEP);
-            }
+            let k = problem.offset(axis) + law.parameters() - 1;
+            step[k] = step[k].clamp(-LOG_STEP, LOG_STEP);
         }
     }
     step

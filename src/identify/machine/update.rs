@@ -10,7 +10,7 @@ use super::bins;
 use super::crossed::crossed;
 use super::evidence::{self, Evidence};
 use super::frame;
-use super::law::{JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
+use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::measured;
 use super::problem::{Part, Problem};
 use super::readings::Readings;
@@ -130,7 +130,7 @@ fn corrected(
         return false;
     }
     let (a, b) = (DVector::from_vec(before.to_vec()), DVector::from_vec(after.to_vec()));
-    let law = before.with((&a + (b - &a) * DAMPED).as_slice());
+    let law = JointLaw::from_slice((&a + (b - &a) * DAMPED).as_slice());
     let own = next.joints.iter().find(|j| j.axis == axis);
     let curve = curve(own, &problem.splines[axis], before, &law);
     let largest = law
@@ -163,8 +163,7 @@ fn compensator_of(axis: usize, law: &JointLaw, curve: GapCurve) -> JointCompensa
     for (w, (half, over)) in windups.iter_mut().zip(law.windups.iter().zip(OVER)) {
         *w = Windup { half: *half, presliding: law.presliding * over };
     }
-    let stribeck = law.stribeck;
-    let friction = FrictionOffset::of_response(Response { presliding: law.presliding, windups, spikes, stribeck });
+    let friction = FrictionOffset::of_response(Response { presliding: law.presliding, windups, spikes });
     JointCompensator {
         axis,
         backlash: Some(BacklashOffset::symmetric(curve)),
@@ -211,13 +210,8 @@ fn curve(own: Option<&JointCompensator>, spline: &Spline, before: &JointLaw, aft
 
 /// The law that a joint's offsets stand for; a joint without any has none.
 fn law(own: Option<&JointCompensator>, spline: &Spline, size: f64) -> JointLaw {
-    let mut law = JointLaw {
-        gap: vec![0.0; spline.knots()],
-        spikes: [0.0; SPIKES],
-        windups: [0.0; WINDUPS],
-        presliding: size,
-        stribeck: None,
-    };
+    let mut law =
+        JointLaw { gap: vec![0.0; spline.knots()], spikes: [0.0; SPIKES], windups: [0.0; WINDUPS], presliding: size };
     let Some(own) = own else { return law };
     if let Some(b) = &own.backlash {
         for (k, g) in law.gap.iter_mut().enumerate() {
@@ -227,7 +221,6 @@ fn law(own: Option<&JointCompensator>, spline: &Spline, size: f64) -> JointLaw {
     match own.friction.map(|f| (f.gain, f.shape)) {
         Some((_, FrictionShape::Response(r))) => {
             law.presliding = r.presliding;
-            law.stribeck = r.stribeck;
             for s in &r.spikes {
                 let near = (0..SPIKES).min_by(|a, b| far(TAUS_S[*a], s.decay_s).total_cmp(&far(TAUS_S[*b], s.decay_s)));
                 law.spikes[near.unwrap_or(0)] += s.gain;
@@ -244,6 +237,7 @@ fn law(own: Option<&JointCompensator>, spline: &Spline, size: f64) -> JointLaw {
         }
         _ => {}
     }
+    debug_assert_eq!(law.parameters(), law.gap.len() + FRICTION);
     law
 }
 

@@ -21,7 +21,6 @@ use super::stats::RewriteStats;
 use super::stroke::Node;
 use crate::compensator::FrictionOffset;
 use crate::compensator::response::State;
-use crate::effects::stribeck::Stribeck;
 use crate::robot::Robot;
 use respond::Along;
 use turn::Turn;
@@ -141,7 +140,7 @@ impl<'a> Plan<'a> {
             let to = if turn == k { k + 1 } else { turn.min(last) };
             for a in 0..self.active.len() {
                 let axis = self.active[a];
-                self.offset_run(axis, k.max(self.done[axis]), to, path, clock, stats);
+                self.offset_run(axis, k.max(self.done[axis]), to, path, stats);
             }
             self.next = to;
         }
@@ -150,15 +149,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Offsets of one axis at the vertices `from..to`, between which it does not turn.
-    fn offset_run(
-        &mut self,
-        axis: usize,
-        from: usize,
-        to: usize,
-        path: &mut Path,
-        clock: Clock,
-        stats: &mut RewriteStats,
-    ) {
+    fn offset_run(&mut self, axis: usize, from: usize, to: usize, path: &mut Path, stats: &mut RewriteStats) {
         let mut k = from;
         let Some(offset) = &self.offsets[axis] else { return };
         let dir = self.dir[axis];
@@ -174,7 +165,7 @@ impl<'a> Plan<'a> {
                 stats.largest_offset[axis] = stats.largest_offset[axis].max(by.abs());
                 return;
             }
-            self.plain(axis, k, path, clock);
+            self.plain(axis, k, path);
             let by = path.c(k)[axis] - path.q(k)[axis];
             stats.largest_offset[axis] = stats.largest_offset[axis].max(by.abs());
             k += 1;
@@ -183,20 +174,14 @@ impl<'a> Plan<'a> {
 
     /// Between turns: the half gap in the direction of the movement, never turning back.
     #[inline]
-    fn plain(&mut self, axis: usize, k: usize, path: &mut Path, clock: Clock) {
+    fn plain(&mut self, axis: usize, k: usize, path: &mut Path) {
         let Some(offset) = &self.offsets[axis] else { return };
         let dir = self.dir[axis];
         if dir == 0 {
             return;
         }
         let p = path.q(k)[axis];
-        let mut gap = offset.gap(dir, p);
-        if let Some((windup, stribeck)) = offset.slow() {
-            let level = stribeck.level(self.speed(axis, k, path, clock));
-            gap += windup * (level - 1.0);
-            self.friction[axis] = State::dragged(level);
-        }
-        let mut c = p + f64::from(dir) * gap;
+        let mut c = p + f64::from(dir) * offset.gap(dir, p);
         if (self.guard[axis] || !offset.is_plain()) && k > path.start() {
             let before = path.c(k - 1)[axis];
             let d = f64::from(dir);
@@ -208,17 +193,6 @@ impl<'a> Plan<'a> {
             }
         }
         path.c_mut(k)[axis] = c;
-    }
-
-    /// Speed of an axis on the leg that arrives at a vertex, or else on the one after it, rad/s or m/s.
-    fn speed(&self, axis: usize, k: usize, path: &mut Path, clock: Clock) -> f64 {
-        let (a, b) = if k > path.start() { (k - 1, k) } else { (k, (k + 1).min(path.end().saturating_sub(1))) };
-        let duration_s = match clock {
-            Clock::Times => path.t_s(b) - path.t_s(a),
-            Clock::Speed(v) => ((path.tcp_m(self.robot, b) - path.tcp_m(self.robot, a)).norm() / v).max(CYCLE_S),
-            Clock::None => 0.0,
-        };
-        Stribeck::speed_of(path.q(b)[axis] - path.q(a)[axis], duration_s)
     }
 
     /// All turns at vertex `k`; false where the path after is not there yet.
@@ -238,7 +212,7 @@ impl<'a> Plan<'a> {
             let first_ever = self.dir[axis] == 0;
             // the command at the turn itself still belongs to the old direction
             if self.done[axis] <= k {
-                self.plain(axis, k, path, clock);
+                self.plain(axis, k, path);
             }
             if first_ever {
                 self.dir[axis] = dir;

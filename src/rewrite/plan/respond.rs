@@ -5,8 +5,6 @@
 //! node) is worked out once ([`Along::lay`]). A round then needs one `exp` for each node up to where friction has turned over to the
 //! last bit, and none after it.
 //!
-//! Where friction is larger at low speed, it moves towards the level of the speed at each node and never comes to rest.
-//!
 //! Where the command rises all the way, it needs no isotonic fit: it is what friction, gap and travel add up to.
 //!
 //! Nodes stand in columns, and several are worked out at once; only what one node hands to the next (`z` and the spikes) goes one by
@@ -15,7 +13,6 @@
 use super::{Place, RESPONSE_PASSES, SETTLED, Work};
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS, State};
 use crate::compensator::{Response, Spike};
-use crate::effects::stribeck::Stribeck;
 use crate::numerics::fading::{LANES, fade};
 use crate::rewrite::stroke::{Node, hold};
 
@@ -35,8 +32,6 @@ pub(super) struct Along {
     /// What is left of each spike since the node before, and of a change that is spread over that time.
     fade: [Vec<f64>; MOST_SPIKES],
     share: [Vec<f64>; MOST_SPIKES],
-    /// Excess of friction at the speed since the node before; nothing where friction is the same at all speeds.
-    excess: Vec<f64>,
     /// The wind-up at the last node, as a state has it.
     z_joint: [f64; MOST_WINDUPS],
     /// Where the command of the last round stands, the first node twice.
@@ -133,24 +128,13 @@ impl Along {
             fade.resize(whole, 1.0);
             share.resize(whole, 1.0);
         }
-        self.excess.clear();
-        if let Some(s) = &r.stribeck {
-            let speed = |(node, machine): (&[Place], &[Node])| {
-                Stribeck::speed_of(machine[1].travel - machine[0].travel, node[1].since_s - node[0].since_s)
-            };
-            let speeds = nodes.windows(2).zip(machine.windows(2)).map(speed);
-            self.excess.push(0.0);
-            self.excess.extend(speeds.map(|v| s.excess * s.share(v)));
-            self.excess.resize(whole, 0.0);
-        }
         self.wound.clear();
         self.wound.resize(whole, 0.0);
         // travel of the joint, as long as no command is asked for
         self.go(machine.iter().map(|m| m.travel));
         self.z_joint = before.z_joint;
         for (w, z) in r.windups.iter().zip(&mut self.z_joint).filter(|(w, _)| w.half != 0.0) {
-            let (half, over, excess) = (w.half, w.presliding, &self.excess);
-            let winding = Winding { half, over, z: *z, way: &self.way, excess, wound: &mut self.wound };
+            let winding = Winding { half: w.half, over: w.presliding, z: *z, way: &self.way, wound: &mut self.wound };
             *z = pulp::Arch::new().dispatch(winding);
         }
     }
@@ -195,7 +179,6 @@ struct Winding<'a> {
     over: f64,
     z: f64,
     way: &'a [f64],
-    excess: &'a [f64],
     wound: &'a mut [f64],
 }
 
@@ -207,12 +190,9 @@ impl pulp::NullaryFnOnce for Winding<'_> {
     fn call(self) -> f64 {
         let mut short = self.z - 1.0;
         let chunks = self.wound.as_chunks_mut::<LANES>().0;
-        let excess = self.excess.as_chunks::<LANES>().0;
-        for (c, (wound, way)) in chunks.iter_mut().zip(self.way.windows(LANES + 1).step_by(LANES)).enumerate() {
+        for (wound, way) in chunks.iter_mut().zip(self.way.windows(LANES + 1).step_by(LANES)) {
             let mut shorts = [0.0; LANES];
-            if let Some(excess) = excess.get(c) {
-                shorts = towards(excess, &left(way, self.over), &mut short);
-            } else if short.abs() > TURNED {
+            if short.abs() > TURNED {
                 let left = left(way, self.over);
                 for i in 0..LANES {
                     short *= left[i];
@@ -225,15 +205,6 @@ impl pulp::NullaryFnOnce for Winding<'_> {
         }
         1.0 + short
     }
-}
-
-/// By how much friction exceeds 1 at several nodes, on its way to the excess there.
-#[inline(always)]
-fn towards(excess: &[f64; LANES], left: &[f64; LANES], short: &mut f64) -> [f64; LANES] {
-    std::array::from_fn(|i| {
-        *short = excess[i] + (*short - excess[i]) * left[i];
-        *short
-    })
 }
 
 /// One round: what friction does for the command of [`Along::way`], halfway to it, and the command that this asks for. Gives
@@ -276,17 +247,10 @@ impl Round<'_> {
         let command = along.command.as_chunks_mut::<LANES>().0.iter_mut();
         let fixed = along.wound.as_chunks::<LANES>().0.iter().zip(along.base.as_chunks::<LANES>().0);
         let ways = along.way.windows(LANES + 1).step_by(LANES);
-        let excess = along.excess.as_chunks::<LANES>().0;
         for (c, (((friction, command), (wound, base)), way)) in friction.zip(command).zip(fixed).zip(ways).enumerate() {
             let mut turn = [0.0; LANES];
             // friction that has turned over stays so: nothing is spread over a step any more
-            if let Some(excess) = excess.get(c) {
-                let mut before = short;
-                let shorts = towards(excess, &left(way, r.presliding), &mut short);
-                for i in 0..LANES {
-                    (turn[i], before) = (shorts[i] - before, shorts[i]);
-                }
-            } else if short.abs() > TURNED {
+            if short.abs() > TURNED {
                 let left = left(way, r.presliding);
                 for i in 0..LANES {
                     let next = short * left[i];
@@ -397,7 +361,7 @@ mod tests {
         fn a_stroke_is_that_of_steps_one_by_one(
             legs in prop::collection::vec((1usize..30, 0.0..4e-4f64, 0.004..3.0f64), 1..8),
             first in 0usize..3, used in 0usize..4, wound in 0usize..4, gap in 0.0..5e-5f64, z in -1.0..1.0f64,
-            h in -1.0..1.0f64, scale in -5.0..-3.0f64, slow in prop::option::of((0.0..1.0f64, -7.0..-2.0f64)),
+            h in -1.0..1.0f64, scale in -5.0..-3.0f64
         ) {
             let size = 10f64.powf(scale);
             let mut r = Response { presliding: 0.3 * size, ..Response::default() };
@@ -407,7 +371,6 @@ mod tests {
             for k in 0..wound {
                 r.windups[k] = Windup { half: size * [0.05, 0.1, 0.02][k], presliding: size * [0.1, 0.3, 0.9][k] };
             }
-            r.stribeck = slow.map(|(excess, speed)| Stribeck { excess, speed: 10f64.powf(speed) });
             let before = State { z, h: [h, -h, 0.3 * h], z_joint: [z, -z, 0.5 * z] };
             let first = first.min(legs.iter().map(|l| l.0).sum());
             let (mut fast, mut slow) = (stroke(&legs, first, gap), stroke(&legs, first, gap));

@@ -147,7 +147,7 @@ impl Plan<'_> {
             match friction.map(|f| (f.gain, f.shape)) {
                 Some((_, FrictionShape::Response(r))) => {
                     let end = respond(&r, &stroke.before, start, first, work);
-                    self.friction[axis] = if stroke.open || r.stribeck.is_some() { end } else { State::DRAGGED };
+                    self.friction[axis] = if stroke.open { end } else { State::DRAGGED };
                 }
                 Some((gain, FrictionShape::Decay(Decay::Travel(lambda)))) => {
                     let gap_old = stroke.gap_old;

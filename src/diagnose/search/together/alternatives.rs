@@ -53,7 +53,7 @@ fn windup(problem: &Problem, machine: &MachineFit, k: usize, support: f64) -> Op
     let unit = problem.robot.axis(gap.axis()?).kind.si_per_user_unit();
     let range = members::columns_of(fit).into_iter().nth(k)?;
     let on = |effect: Effect| EffectInstance::new(gap.target, effect);
-    let windups = TRAVELS.map(|t| on(Hysteresis { half_width: size, presliding: t * unit, stribeck: None }.into()));
+    let windups = TRAVELS.map(|t| on(Hysteresis { half_width: size, presliding: t * unit }.into()));
     let spiked = fit.hypothesis.effects.iter().any(|p| p.target == gap.target && p.effect.nature() == Nature::Spike);
     let decays: &[f64] = if problem.is_settled() || spiked { &[] } else { &DECAYS_S };
     let spikes = decays.iter().map(|&d| on(Stiction { spike: size, decay: Decay::Time(d) }.into()));

@@ -50,7 +50,7 @@ fn windups(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
         let unit = problem.robot.axis(axis).kind.si_per_user_unit();
         let width = WINDUP * size / (alternatives::TRAVELS.len() as f64).sqrt();
         list.extend(alternatives::TRAVELS.map(|travel| {
-            let make = move |half_width| Hysteresis { half_width, presliding: travel * unit, stribeck: None };
+            let make = move |half_width| Hysteresis { half_width, presliding: travel * unit };
             (Candidate::of_size(&problem.robot, gap.target, TRIAL, make), width)
         }));
     }
