@@ -102,8 +102,8 @@ fn no_page_names_the_working_folder() {
         std::fs::copy(robot, work.join("robot.yaml")).unwrap();
     }
     let lines = [
-        "diagnose --robot {}/kuka.yaml --log {}/train.csv.gz --report {}/page.html",
-        "identify path --robot {}/kuka.yaml --log {}/train.csv.gz --report {}/page.html",
+        "diagnose --robot {}/robot.yaml --log {}/train.csv.gz --report {}/page.html",
+        "identify path --robot {}/robot.yaml --log {}/train.csv.gz --report {}/page.html",
         "show {}/program.csv --robot {}/kuka.yaml --output {}/page.html",
     ];
     let folder = work.path().to_str().unwrap();

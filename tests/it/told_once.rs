@@ -26,7 +26,8 @@ fn what_holds_for_all_joints_is_said_once_and_only_what_is_true_of_the_program()
     let line = format!("rewrite --model {FIGURE5} samples/programs/fanuc/welding.ls --dry-run");
     let text = run_from_root(work.path(), &line).success().stderr;
     assert!(
-        !text.contains("no times and no speeds") && text.contains("the speeds of some moves are not known"),
+        !text.contains("no times and no speeds")
+            && text.contains("cycle time: not computed, because the speed or the start of some moves is not known"),
         "{text}"
     );
 }
@@ -92,22 +93,4 @@ fn every_document_with_a_schema_is_named_in_the_help() {
     for (name, _) in lostmotion::schemas::NAMES {
         assert!(help.contains(name), "no {name} in {help}");
     }
-}
-
-/// The flange of this arm turns about the reflector: J6 moves and moves no point.
-#[test]
-fn a_joint_that_moves_without_moving_the_tcp_is_not_called_resting() {
-    let work = WorkFolder::new();
-    let robot = std::fs::read_to_string(bundled("configs/abb-irb2400-12-155.yaml")).unwrap();
-    std::fs::write(work.join("robot.yaml"), robot).unwrap();
-    let model = "schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect: backlash, joint: J1, half_gap_deg: 0.01}\n";
-    std::fs::write(work.join("model.yaml"), model).unwrap();
-    work.run("plan-experiment path --robot robot.yaml --pose 0,0,0,20,40,20 --duration-s 60 --output path.csv")
-        .success();
-    work.run("simulate --model model.yaml --input path.csv --noise-um 5 --rate-hz 10 --output log.csv").success();
-    let outcome = work.run("diagnose --robot robot.yaml --log log.csv --json").success();
-    let found: serde_json::Value = outcome.json();
-    let spots = found["blind_spots"].as_array().unwrap();
-    let of_j6: Vec<_> = spots.iter().filter(|s| s["target"] == "J6" && s["reason"].is_string()).collect();
-    assert!(!of_j6.is_empty() && of_j6.iter().all(|s| s["reason"] == "does_not_move_tcp"), "{of_j6:?}");
 }
