@@ -207,7 +207,7 @@ impl Place {
             return Err(Cause::NotConfigured);
         }
         if near.is_none() {
-            return self.from_nowhere(arm, configuration, candidates, [&any, &all], (hint, end));
+            return self.without_start(arm, configuration, candidates, [&any, &all], (hint, end));
         }
         let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
@@ -233,7 +233,7 @@ impl Place {
 
     /// The joints of a target where those before are not known: of the candidates with its configuration, and of all solutions, in the turns
     /// that the limits allow and as the arm gives them.
-    fn from_nowhere(
+    fn without_start(
         &self,
         arm: &Arm,
         configuration: Option<&Configuration>,
