@@ -773,7 +773,7 @@ fn an_axis_of_softness_zero_goes_to_its_targets() {
     assert_eq!(of("SoftAct 4,50;\nSoftAct 3,20;", "SoftAct 4,0;\nSoftAct 3,0;"), [true, false]);
     // of an axis that is not known, or of another unit, nothing is
     for on in ["SoftAct n,50;", "SoftAct \\MechUnit:=orbit1,4,50;", "SoftAct 4,s;"] {
-        assert_eq!(of(on, "SoftAct 4,0;")[0], true, "{on}");
+        assert!(of(on, "SoftAct 4,0;")[0], "{on}");
     }
     for off in ["SoftAct n,0;", "SoftAct 4,s;", "SoftAct \\MechUnit:=orbit1,4,0;", "IF a SoftAct 4,0;"] {
         assert_eq!(of("SoftAct 4,50;", off), [true, true], "{off}");
