@@ -34,7 +34,12 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
     }
     page.section(format!("Half gaps from {from}"), unit, rows);
     if !gaps.notes.is_empty() {
-        page.section(format!("Notes on {from}"), "", gaps.notes.clone());
+        // a note on a log begins with its file
+        let notes = gaps.notes.iter().map(|n| match n.split_once(": ") {
+            Some((file, text)) => format!("{}: {text}", crate::report::views::file_name(file)),
+            None => n.clone(),
+        });
+        page.section(format!("Notes on {from}"), "", notes.collect::<Vec<_>>());
     }
 }
 
