@@ -180,6 +180,9 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     Pchip::new(&knots).map(GapCurve::Pchip)
 }
 
+/// Error after reversals below which a joint has no lost motion, m at the TCP: what trackers and programs resolve. Where logs hold next to no
+/// noise, the rest of other joints would be taken for it.
+const LEAST_M: f64 = 0.5e-6;
 /// Share of the error from which what is left counts as no less.
 const LITTLE: f64 = 0.9;
 
@@ -201,6 +204,11 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     trust.before_m = before.sqrt();
     let after =
         predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
+    if trust.before_m < LEAST_M {
+        trust.after_m = trust.before_m;
+        trust.reason = "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset".into();
+        return trust;
+    }
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     // where the error along the model says that an offset helps, what seems to be more than before is noise
     // an offset is no more certain than the mean of the reversals that it was estimated from
@@ -314,7 +322,7 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
     };
     let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
     let predicted: Vec<(String, f64, f64)> = several
-        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, l, &left)?)))
+        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, &evidence.covariance, l, &left)?)))
         .map(|(name, [before, after])| (name, before, after))
         .collect();
     if gains_nothing(&predicted) {
@@ -365,6 +373,20 @@ mod tests {
         assert!(gains_nothing(&[log(27e-6, 41e-6), log(31e-6, 40e-6)]));
         assert!(!gains_nothing(&[log(27e-6, 4e-6), log(5e-6, 6e-6)]));
         assert!(!gains_nothing(&[]), "dwells alone have no path");
+    }
+
+    #[test]
+    fn a_joint_that_hardly_moves_the_tcp_is_not_compensated_however_well_it_is_known() {
+        for (before_m, compensate) in [(0.1e-6, false), (1e-6, true)] {
+            let mut all = even(1.0, 0.02, 0.005);
+            for r in &mut all {
+                (r.before_m2, r.left_m2, r.left_sigma_m2) = (before_m * before_m, 0.0, 0.0);
+            }
+            let own: Vec<&Reversal> = all.iter().collect();
+            let found = trust(&own, &random_effect(&own));
+            assert_eq!(found.compensate, compensate, "{found:?}");
+            assert!((found.before_m - before_m).abs() < 1e-12 && found.after_m <= found.before_m, "{found:?}");
+        }
     }
 
     #[test]

@@ -64,11 +64,6 @@ impl JointLaw {
         v
     }
 
-    /// Mean half gap over the knots.
-    pub fn mean_gap(&self) -> f64 {
-        self.gap.iter().sum::<f64>() / self.gap.len().max(1) as f64
-    }
-
     /// Half the change of the whole wind-up.
     pub fn windup(&self) -> f64 {
         self.windups.iter().sum()

@@ -10,12 +10,13 @@
 //! offset of the joint, which looks like its zero position. It is an error all the same, and counts by its expected size.
 
 use super::evidence::{AFTER_S, APART_S, Reversal};
-use super::law::turns;
+use super::law::{SPIKES, WINDUPS, turns};
 use super::problem::Problem;
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 
-/// Friction of one direction over that of the other, at most: joints of robots have up to 30 % more one way.
-const UNEVEN: f64 = 1.3;
+/// Friction of one direction beyond the mean of both, at most, as a share of that mean. The Coulomb friction both ways of the six joints of a
+/// PUMA 560 in Corke's Robotics Toolbox (after Corke and Armstrong-Helouvry 1994) gives 0.05 to 0.45, rms 0.25.
+const UNEVEN: f64 = 0.3;
 /// Relative to the mean square lost motion, the scatter of single windows that their weights assume beside noise.
 const UNEQUAL: f64 = 0.3;
 
@@ -89,17 +90,24 @@ pub fn share_that_stays(own: &[&Reversal], before_m2: f64, ratio: &Ratio) -> Opt
     (lost > 0.0).then(|| (again / lost + ratio.scatter.powi(2)).sqrt())
 }
 
-/// Mean square of the constant offset by uneven friction, as a share of gap and wind-up together: the wind-up is any share of both, all as
-/// likely, and so is every unevenness up to the largest.
-fn unseen() -> f64 {
-    let most = (UNEVEN - 1.0) / (UNEVEN + 1.0);
-    most.powi(2) / 3.0 / 3.0
+/// Mean square of the constant offset of a joint by uneven friction, rad^2 or m^2: every unevenness up to the largest is as likely, and
+/// the wind-up is what the logs tell of it, with its uncertainty.
+fn unseen(problem: &Problem, covariance: &DMatrix<f64>, axis: usize) -> f64 {
+    let Some(law) = &problem.laws[axis] else { return 0.0 };
+    let first = problem.offset(axis) + law.gap.len() + SPIKES;
+    let variance = covariance.view((first, first), (WINDUPS, WINDUPS)).sum().max(0.0);
+    UNEVEN.powi(2) / 3.0 * (law.windup().powi(2) + variance)
 }
 
 /// Root mean square distance from the path along a log, m: of all lost motion, and of what is left of it.
 ///
 /// Along the path lost motion is a delay and no deviation, so its component along the movement does not count; nor do bins at rest.
-pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> Left) -> Option<[f64; 2]> {
+pub fn along_path(
+    problem: &Problem,
+    covariance: &DMatrix<f64>,
+    log: usize,
+    left: &dyn Fn(usize) -> Left,
+) -> Option<[f64; 2]> {
     let l = &problem.logs[log];
     let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
     let mut each = Vec::new();
@@ -109,8 +117,7 @@ pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> Left) -
         let turned: Vec<f64> = turns(&rows.x).into_iter().map(|k| rows.t_s[k]).collect();
         let near = |t: f64| turned[..turned.partition_point(|s| *s <= t)].last().is_some_and(|s| t - s <= AFTER_S);
         let near: Vec<bool> = l.t_s.iter().map(|t| near(*t)).collect();
-        let both = problem.laws[axis].as_ref().map_or(0.0, |law| law.mean_gap() + law.windup());
-        each.push((axis, left(axis), errors, near, unseen() * both.powi(2)));
+        each.push((axis, left(axis), errors, near, unseen(problem, covariance, axis)));
     }
     for b in (0..l.len()).filter(|b| !problem.unused[log][*b]) {
         let velocity: Vector3<f64> = l.jacobian[b].iter().zip(&l.speed[b]).map(|(j, v)| j * *v).sum();
