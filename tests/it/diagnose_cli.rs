@@ -263,3 +263,26 @@ fn the_page_of_the_command_names_every_option_of_its_help() {
         assert!(page.contains(example), "{example}");
     }
 }
+
+/// The reflector is on the axis of J6: the joint moves and moves no point.
+#[test]
+fn a_joint_that_moves_without_moving_the_tcp_is_not_called_resting() {
+    let work = WorkFolder::new();
+    std::fs::copy("configs/abb-irb2400-12-155.yaml", work.join("robot.yaml")).unwrap();
+    let model = "schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect: backlash, joint: J1, half_gap_deg: 0.01}\n";
+    std::fs::write(work.join("model.yaml"), model).unwrap();
+    work.run("plan-experiment path --robot robot.yaml --pose 0,0,0,20,40,20 --duration-s 60 --output path.csv")
+        .success();
+    work.run("simulate --model model.yaml --input path.csv --noise-um 5 --rate-hz 10 --output log.csv").success();
+    let found: Value = work.run("diagnose --robot robot.yaml --log log.csv --json").success().json();
+    let of_j6 = |s: &&Value| s["target"] == "J6" && s["effect"] == "backlash";
+    let spot = found["blind_spots"].as_array().unwrap().iter().find(of_j6).unwrap();
+    assert_eq!(
+        (spot["detectable_from"].is_null(), spot["reason"].as_str()),
+        (true, Some("does_not_move_tcp")),
+        "{spot}"
+    );
+    let story = work.run("diagnose --robot robot.yaml --log log.csv").success();
+    let text = story.text().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("joints that do not move the TCP here: J6") && !text.contains("resting"), "{text}");
+}

@@ -52,6 +52,14 @@ pub(super) fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
             all.push(BlindSpot { effect, target, detectable_from: None, reason: Some(why) });
         }
     }
+    for (axis, joint) in outcome.problem.robot.axis_joints().enumerate() {
+        // tried in vain, every one of them: the joint's motion does not arrive at the instrument
+        let own = |s: &BlindSpot| s.target == joint.name && of_motion().contains(&s.effect);
+        if all.iter().filter(|s| own(s)).all(|s| s.detectable_from.is_none()) {
+            let why = why_unseen(outcome, axis);
+            all.iter_mut().filter(|s| own(s)).for_each(|s| s.reason = s.reason.or(Some(why)));
+        }
+    }
     all
 }
 
@@ -65,12 +73,18 @@ pub fn of_unseen_joints(outcome: &Outcome) -> Vec<(&'static str, String, Unseen)
     let robot = &outcome.problem.robot;
     let of_motion = of_motion();
     let tried = |name: &str| outcome.candidates.iter().any(|c| of_motion.contains(&c.effect) && c.target == name);
-    let why = |axis: usize| match outcome.problem.logs.iter().any(|l| l.log.moving_axes().contains(&axis)) {
+    let unseen = robot.axis_joints().enumerate().filter(|(_, j)| !tried(&j.name));
+    unseen
+        .flat_map(|(axis, j)| of_motion.iter().map(move |e| (*e, j.name.clone(), why_unseen(outcome, axis))))
+        .collect()
+}
+
+/// Why nothing that a joint does in motion shows.
+fn why_unseen(outcome: &Outcome, axis: usize) -> Unseen {
+    match outcome.problem.logs.iter().any(|l| l.log.moving_axes().contains(&axis)) {
         true => Unseen::DoesNotMoveTcp,
         false => Unseen::Rests,
-    };
-    let unseen = robot.axis_joints().enumerate().filter(|(_, j)| !tried(&j.name));
-    unseen.flat_map(|(axis, j)| of_motion.iter().map(move |e| (*e, j.name.clone(), why(axis)))).collect()
+    }
 }
 
 fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> BlindSpot {
