@@ -101,7 +101,7 @@ mod tests {
     /// An estimate of gap and friction, whose spikes are as large as its gap.
     fn estimated(half_gap_deg: f64, wide_deg: f64) -> Gaps {
         use crate::effects::response::{Response, Spike, Windup};
-        use crate::gaps::estimate::{Estimate, JointEstimate, Trust};
+        use crate::gaps::estimate::{Estimate, JointEstimate, Trust, Why};
         let spike = Spike { gain: half_gap_deg.to_radians(), decay_s: 1.0 };
         let joint = JointEstimate {
             axis: 0,
@@ -114,7 +114,7 @@ mod tests {
             windup_ci95: [0.0, 0.0],
             spikes_ci95: vec![[0.0, half_gap_deg.to_radians()]; 3],
             scatter: 0.0,
-            trust: Trust { compensate: true, before_m: 1e-5, after_m: 1e-6, reversals: 9, reason: String::new() },
+            trust: Trust { compensate: true, before_m: 1e-5, after_m: 1e-6, reversals: 9, reason: Why::Helps },
         };
         let estimate = Estimate { joints: vec![joint], predicted: Vec::new(), reversals: Vec::new(), covariance: None };
         Gaps { estimate: Some(estimate), ..document(half_gap_deg, wide_deg, "null") }

@@ -152,7 +152,7 @@ impl Columns {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gaps::estimate::{LocalReversal, Trust};
+    use crate::gaps::estimate::{LocalReversal, Trust, Why};
     use crate::robot::JointKind;
 
     #[test]
@@ -163,7 +163,7 @@ mod tests {
         let mut response = Response { presliding: 1e-3 * si, ..Response::default() };
         response.windups[0] = Windup { half: 1e-3 * si, presliding: 1e-3 * si };
         response.spikes[0] = Spike { gain: 2e-3 * si, decay_s: 0.4 };
-        let trust = Trust { compensate: true, before_m: 0.0, after_m: 0.0, reversals: 2, reason: String::new() };
+        let trust = Trust { compensate: true, before_m: 0.0, after_m: 0.0, reversals: 2, reason: Why::Helps };
         let joint = JointEstimate {
             axis: 0,
             response,

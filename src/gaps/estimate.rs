@@ -55,8 +55,58 @@ pub struct Trust {
     pub after_m: f64,
     /// Number of reversals that were judged.
     pub reversals: usize,
-    /// Why, in a sentence.
-    pub reason: String,
+    /// Why.
+    pub reason: Why,
+}
+
+/// Why a joint is compensated, or not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Why {
+    /// Compensation helps on parts of the logs that were not fitted.
+    Helps,
+    /// It helps in the mean of its reversals, which scatter too much to tell by how much.
+    HelpsInTheMean,
+    /// It does not help beyond doubt.
+    NotBeyondDoubt,
+    /// No reversal of the joint can be judged.
+    NoReversal,
+    /// The lost motion of the joint hardly moves the TCP.
+    TooSmall,
+    /// Compensation of all joints together would not reduce the error along the paths of the logs.
+    NothingGained,
+    /// The words of a document by another version or by hand.
+    Words(String),
+}
+
+impl Why {
+    /// The reasons that have fixed words.
+    const ALL: [Self; 6] = [
+        Self::Helps,
+        Self::HelpsInTheMean,
+        Self::NotBeyondDoubt,
+        Self::NoReversal,
+        Self::TooSmall,
+        Self::NothingGained,
+    ];
+
+    /// The reason in words.
+    pub fn words(&self) -> &str {
+        match self {
+            Self::Helps => "helps on parts of the logs that were not fitted",
+            Self::HelpsInTheMean => "helps in the mean of its reversals, which scatter too much to tell by how much",
+            Self::NotBeyondDoubt => "does not help beyond doubt on parts of the logs that were not fitted",
+            Self::NoReversal => "cannot be judged: none of its reversals is far enough from others and from dwells",
+            Self::TooSmall => "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset",
+            Self::NothingGained => {
+                "would not reduce the error along the paths of these logs: the model does not describe them"
+            }
+            Self::Words(words) => words,
+        }
+    }
+
+    fn read(words: &str) -> Self {
+        Self::ALL.into_iter().find(|w| w.words() == words).unwrap_or_else(|| Self::Words(words.into()))
+    }
 }
 
 /// One reversal, estimated from a window around it alone.
@@ -76,6 +126,12 @@ pub struct LocalReversal {
     pub sigma: f64,
     /// Whether the reversal contradicts the others of its joint.
     pub outlying: bool,
+}
+
+impl std::fmt::Display for Why {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.words())
+    }
 }
 
 /// Fields of a joint in the document.
@@ -119,7 +175,7 @@ impl<'a> JointFields<'a> {
                 before_um: number(t.before_m * 1e6),
                 after_um: number(t.after_m * 1e6),
                 reversals: t.reversals,
-                reason: &t.reason,
+                reason: t.reason.words(),
             },
         }
     }
@@ -271,7 +327,7 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
         before_m: finite(of_trust("before_um")).unwrap_or(0.0) * 1e-6,
         after_m: finite(of_trust("after_um")).unwrap_or(0.0) * 1e-6,
         reversals: finite(of_trust("reversals")).unwrap_or(0.0).max(0.0) as usize,
-        reason: of_trust("reason").and_then(Value::as_str).unwrap_or_default().to_string(),
+        reason: Why::read(of_trust("reason").and_then(Value::as_str).unwrap_or_default()),
     };
     Some(Ok(JointEstimate {
         axis,

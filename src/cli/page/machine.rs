@@ -159,7 +159,7 @@ fn decisions(robot: &Robot, estimate: &Estimate) -> TableView {
             if t.compensate { format!("{:.1}", t.after_m * 1e6) } else { "–".into() },
             t.reversals.to_string(),
             format!("{:.0} %", j.scatter * 100.0),
-            t.reason.clone(),
+            t.reason.to_string(),
         ]
     };
     TableView::new(&columns, estimate.joints.iter().map(row))

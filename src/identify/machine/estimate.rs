@@ -7,7 +7,7 @@ use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
 use crate::effects::{GapCurve, curve::Pchip};
-use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust};
+use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust, Why};
 use crate::gaps::{GapPoint, JointGap};
 use crate::numerics::fisher;
 use crate::numerics::normal::Z95;
@@ -194,9 +194,8 @@ const LITTLE: f64 = 0.9;
 fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let n = own.len() as f64;
     let mut trust =
-        Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
+        Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: Why::NoReversal };
     if own.is_empty() {
-        trust.reason = "cannot be judged: none of its reversals is far enough from others and from dwells".into();
         return trust;
     }
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
@@ -206,7 +205,7 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
         predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
     if trust.before_m < LEAST_M {
         trust.after_m = trust.before_m;
-        trust.reason = "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset".into();
+        trust.reason = Why::TooSmall;
         return trust;
     }
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
@@ -215,13 +214,10 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let floor = ratio.sigma.powi(2) * before;
     trust.after_m = if trust.compensate { after.max(floor).min(before) } else { after }.sqrt();
     trust.reason = match trust.compensate {
-        true if trust.after_m > LITTLE * trust.before_m => {
-            "helps in the mean of its reversals, which scatter too much to tell by how much"
-        }
-        true => "helps on parts of the logs that were not fitted",
-        false => "does not help beyond doubt on parts of the logs that were not fitted",
-    }
-    .into();
+        true if trust.after_m > LITTLE * trust.before_m => Why::HelpsInTheMean,
+        true => Why::Helps,
+        false => Why::NotBeyondDoubt,
+    };
     trust
 }
 
@@ -269,10 +265,6 @@ pub fn local(problem: &Problem, evidence: &Evidence, joints: &[JointEstimate]) -
     };
     evidence.reversals.iter().filter(|r| r.sigma < 1.0).map(of).collect()
 }
-
-/// Why no joint is compensated where the logs are of another kind than the model.
-const GAINS_NOTHING: &str =
-    "would not reduce the error along the paths of these logs: the model does not describe them";
 
 /// Whether compensation would leave as much along the paths of all logs together as is there.
 ///
@@ -328,7 +320,7 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
     if gains_nothing(&predicted) {
         for joint in joints.iter_mut().filter(|j| j.trust.compensate) {
             joint.trust.compensate = false;
-            joint.trust.reason = GAINS_NOTHING.into();
+            joint.trust.reason = Why::NothingGained;
         }
     }
     Estimate { joints, predicted, reversals, covariance: Some((names, matrix)) }

@@ -158,12 +158,16 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         plausible(robot, log, setup)?;
     }
     let mut notes = Vec::new();
+    if fit.unsettled.is_some() {
+        notes.push("the fit did not settle: intervals hold what its last round still moved".to_string());
+    }
     let mut joints = Vec::new();
     let factor = student::factor(0.95, fit.dof.max(1.0));
     for &axis in &reversing {
         let Some(k) = fit.layout.place(Kind::Gap, axis) else { continue };
         let joint = robot.axis(axis);
         let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
+        let half = factor * sigma + fit.unsettled.as_ref().map_or(0.0, |moved| moved[k]);
         let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
         if sigma > limit {
             notes.push(format!(
@@ -174,7 +178,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
             ));
             continue;
         }
-        if value + factor * sigma < 0.0 {
+        if value + half < 0.0 {
             notes.push(format!(
                 "{}: {:.5} {}, clearly below zero, which no gap can be: check the sign of the reading and the clocks of the columns",
                 joint.name,
@@ -185,8 +189,8 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         joints.push(JointGap {
             axis,
             half_gap: value,
-            ci95: [value - factor * sigma, value + factor * sigma],
-            significant: value - factor * sigma > 0.0,
+            ci95: [value - half, value + half],
+            significant: value - half > 0.0,
             sides: None,
             schedule: None,
             varies_p_value: None,

@@ -7,8 +7,10 @@ use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
-/// Rounds: the shapes of play and spike depend on their size, the centre of a ballbar moves.
-const ROUNDS: usize = 8;
+/// Rounds at most: the shapes of play and spike depend on their size, the centre of a ballbar moves.
+const ROUNDS: usize = 40;
+/// A round that moves no parameter by more than this many of its standard deviations is the last.
+const SETTLED: f64 = 0.01;
 /// Residuals beyond this many standard deviations are gross errors.
 const GROSS: f64 = 6.0;
 /// Share of what the rows know of a parameter by which it is held back; an open direction gets a variance 1e10 times that of a known one.
@@ -24,6 +26,8 @@ pub struct Fit {
     pub dof: f64,
     pub sigma_m: f64,
     pub correlation: f64,
+    /// What the last round still moved each parameter by, where the rounds did not settle.
+    pub unsettled: Option<DVector<f64>>,
 }
 
 /// Fits all parameters; `None` where the rows cannot be solved.
@@ -42,15 +46,17 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
         covariance,
         systems: Vec::new(),
         rows: 0,
+        moved: DVector::zeros(k),
     };
     let Ok(reason) = rounds(&mut present, ROUNDS);
     if reason == TerminationReason::NotFinite {
         return None;
     }
     let dof = present.dof();
-    let Present { layout, values, sigma, correlation, covariance, .. } = present;
+    let Present { layout, values, sigma, correlation, covariance, moved, .. } = present;
     let sigma_m = sigma / (1.0 - correlation * correlation).sqrt();
-    Some(Fit { layout, values, covariance, dof, sigma_m, correlation })
+    let unsettled = (!reason.converged()).then_some(moved);
+    Some(Fit { layout, values, covariance, dof, sigma_m, correlation, unsettled })
 }
 
 /// Design and target of a log, one row per reading.
@@ -69,6 +75,8 @@ struct Present<'a> {
     systems: Vec<System>,
     /// Number of readings that count.
     rows: usize,
+    /// What the last round moved each parameter by.
+    moved: DVector<f64>,
 }
 
 impl Present<'_> {
@@ -133,7 +141,7 @@ impl Reweighted for Present<'_> {
         Ok(Dense::new(jacobian, &residual))
     }
 
-    fn take(&mut self, model: &Dense, step: &[f64], _round: usize) -> Flow {
+    fn take(&mut self, model: &Dense, step: &[f64], round: usize) -> Flow {
         self.values.iter_mut().zip(step).for_each(|(v, s)| *v += s);
         let before = (self.sigma, self.correlation);
         (self.sigma, self.correlation) = noise(&self.systems, self.tracks, &self.values, before, self.dof());
@@ -141,7 +149,10 @@ impl Reweighted for Present<'_> {
         for (log, track) in self.tracks.iter_mut().enumerate() {
             track.take_centre(&self.layout, log, self.values.as_mut_slice());
         }
-        Flow::Continue
+        self.moved = DVector::from_iterator(step.len(), step.iter().map(|s| s.abs()));
+        let at_rest = |k: usize| self.moved[k] <= SETTLED * self.covariance[(k, k)].max(0.0).sqrt();
+        // the first rounds have no gross errors and no correlation to go by
+        if round > 1 && (0..step.len()).all(at_rest) { Flow::Reached } else { Flow::Continue }
     }
 }
 
