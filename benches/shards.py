@@ -59,12 +59,12 @@ class Job:
             while left and len(running) < self.workers:
                 k = left.pop(0)
                 line = self.rewrite("--manifest", self.plan, "--shard", f"{k}/{self.shards}", "--summary", self.summary(k))
-                child = subprocess.Popen(line, env=self.env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                child = subprocess.Popen(line, env=self.env, stdout=subprocess.DEVNULL, stderr=open(self.parts / f"{k}.err", "w"))
                 running[child.pid] = (k, child)
             pid, status, usage = os.wait4(-1, os.WNOHANG)
             if pid:
                 if status != 0:
-                    sys.exit(f"shard {running[pid][0]}: {status}")
+                    sys.exit(f"shard {running[pid][0]}: {status}\n" + (self.parts / f"{running[pid][0]}.err").read_text())
                 self.memory.append(usage.ru_maxrss)
                 del running[pid]
             elif time.time() > end:

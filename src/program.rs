@@ -61,7 +61,7 @@ pub struct Program {
 }
 
 /// What a vendor program tells of its path besides the points.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ScriptPath {
     /// Points at which the path starts anew, as the way to them from the point before is not known; increasing, without 0.
     pub starts: Vec<usize>,
@@ -71,6 +71,44 @@ pub struct ScriptPath {
     pub exact_stops: usize,
     /// Frames and tools that moves wait for, in words: "tool `tGun` (3 moves)".
     pub waits_for: Vec<String>,
+    /// At which speed moves of unknown speed run.
+    pub assumed: Assumed,
+}
+
+/// The TCP speed of moves whose speed the text does not tell, m/s.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Assumed {
+    /// The speed that was asked for.
+    Asked(f64),
+    /// The middle one of the speeds that the program states.
+    OfProgram(f64),
+    /// No speed is known: the fastest that a robot may move in manual mode ([`MANUAL_M_S`]).
+    #[default]
+    Manual,
+}
+
+/// The fastest TCP speed of a robot in manual mode, m/s (ISO 10218-1:2011, 5.6.2).
+pub const MANUAL_M_S: f64 = 0.25;
+
+impl Assumed {
+    /// The speed, m/s.
+    pub fn m_s(self) -> f64 {
+        match self {
+            Self::Asked(v) | Self::OfProgram(v) => v,
+            Self::Manual => MANUAL_M_S,
+        }
+    }
+}
+
+impl std::fmt::Display for Assumed {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let why = match self {
+            Self::Asked(_) => "as asked",
+            Self::OfProgram(_) => "the middle one of the speeds that the program states",
+            Self::Manual => "no other speed is given",
+        };
+        write!(f, "{} mm/s ({why})", self.m_s() * 1e3)
+    }
 }
 
 impl ScriptPath {
@@ -80,8 +118,8 @@ impl ScriptPath {
         (!self.waits_for.is_empty()).then(|| format!("not known: {}: {given}", self.waits_for.join(", ")))
     }
 
-    /// What is not in the path, and what was assumed: for those who draw or run it. `asked`: the user's own TCP speed.
-    pub fn left(&self, speed_m_s: f64, asked: Option<f64>) -> Vec<String> {
+    /// What is not in the path, and what was assumed: for those who draw or run it.
+    pub fn left(&self) -> Vec<String> {
         let Moves { all, known, unknown_start, unknown_speed } = self.moves;
         let mut notes = Vec::new();
         if all > known + unknown_start {
@@ -93,9 +131,8 @@ impl ScriptPath {
             let ways = counted(self.starts.len(), "way");
             notes.push(format!("{ways} from a position that is unknown or not determined: interpolated in the joints"));
         }
-        if unknown_speed > 0 && asked.is_none() {
-            let moves = counted(unknown_speed, "move");
-            notes.push(format!("{moves} of unknown speed: they run at {} mm/s", speed_m_s * 1e3));
+        if unknown_speed > 0 && !matches!(self.assumed, Assumed::Asked(_)) {
+            notes.push(format!("{} of unknown speed: {}", counted(unknown_speed, "move"), self.assumed));
         }
         notes
     }
@@ -173,14 +210,28 @@ impl Program {
 
     /// The joint targets of a vendor program that has been read.
     pub fn of_document(document: &dyn script::Document, sha256: String, robot: &Robot) -> Result<Self> {
-        let script = document.script();
+        let path = joint_path::joints(document.script(), robot.axes())?;
+        Ok(Self::of_joint_path(document, sha256, path))
+    }
+
+    /// The joint targets of a vendor program, at the times that `duration` gives its moves.
+    pub fn of_document_timed(
+        document: &dyn script::Document,
+        sha256: String,
+        robot: &Robot,
+        duration: joint_path::Duration,
+    ) -> Result<Self> {
+        let path = joint_path::timed(document.script(), robot.axes(), duration)?;
+        Ok(Self::of_joint_path(document, sha256, path))
+    }
+
+    fn of_joint_path(document: &dyn script::Document, sha256: String, path: joint_path::JointPath) -> Self {
         // several points may stand on one line: the lines of a script are those of its steps
-        let path = joint_path::joints(script, robot.axes())?;
-        let all = script.moves().count();
+        let all = document.script().moves().count();
         // it is not known from where the robot comes to the first one
         let moves = Moves { all, known: all.saturating_sub(1), unknown_start: all.min(1), unknown_speed: 0 };
-        let told = ScriptPath { starts: Vec::new(), moves, exact_stops: exact_stops(document), waits_for: Vec::new() };
-        Ok(Self { goals: path.goals, ..Self::of_path(path.name, sha256, path.q, path.t_s, told) })
+        let told = ScriptPath { moves, exact_stops: exact_stops(document), ..ScriptPath::default() };
+        Self { goals: path.goals, ..Self::of_path(path.name, sha256, path.q, path.t_s, told) }
     }
 
     /// A path of a vendor program: `q[axis][point]`, rad or m.

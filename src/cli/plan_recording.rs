@@ -8,6 +8,7 @@ use crate::io::output::{self, Output};
 use crate::machine::measurement::Instrument;
 use crate::plan::recording::vendor::{self, Language};
 use crate::plan::recording::{self, Kind, Options, document, work};
+use crate::program::ScriptPath;
 use crate::program::formats::{self, Recognised};
 use crate::rewrite::script::path::Reading;
 use crate::robot::frames::Frames;
@@ -170,12 +171,12 @@ fn of_another_maker(robot: &Robot, language: Language) -> Option<String> {
 fn work_pose(args: &Args, robot: &Robot, notes: &mut Vec<String>) -> Result<Vec<f64>> {
     let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
     // of moves without a speed: the pose does not depend on it
-    let tcp_speed_m_s = 0.05;
+    let tcp_speed_m_s = Some(0.05);
     let reading = Reading { robot, frames: &frames, tcp_speed_m_s, format: None };
     let mut programs = Vec::new();
     for path in &args.program {
         let program = reading.load(path, input::read(path)?)?;
-        let left = program.script.as_ref().map(|s| s.left(tcp_speed_m_s, Some(tcp_speed_m_s)));
+        let left = program.script.as_ref().map(ScriptPath::left);
         notes.extend(left.into_iter().flatten().map(|note| format!("{}: {note}", program.name)));
         programs.push(program);
     }

@@ -95,8 +95,7 @@ fn of(args: &Args, input: Input) -> Result<Page> {
                 page::show::of_log(&robot, &log)
             } else {
                 let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
-                let tcp_speed_m_s = crate::simulate::Options::default().speed_m_s;
-                let reading = Reading { robot: &robot, frames: &frames, tcp_speed_m_s, format: None };
+                let reading = Reading { robot: &robot, frames: &frames, tcp_speed_m_s: None, format: None };
                 let program = reading.load(&args.file, input).map_err(columns::with_program_hint)?;
                 page::show::of_program(&robot, &program)
             }

@@ -12,7 +12,7 @@ use crate::log::ColumnMap;
 use crate::log::Log;
 use crate::log::text::LogText;
 use crate::model::Model;
-use crate::program::Program;
+use crate::program::{Program, ScriptPath};
 use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
 use crate::robot::frames::Frames;
@@ -159,7 +159,12 @@ pub fn run(args: Args) -> Result<()> {
         again(&args, &model, &mut options, &text, &mut out)?
     } else {
         let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
-        let reading = Reading { robot: &model.robot, frames: &frames, tcp_speed_m_s: options.speed_m_s, format: None };
+        let reading = Reading {
+            robot: &model.robot,
+            frames: &frames,
+            tcp_speed_m_s: args.speed_mm_s.map(|v| v * 1e-3),
+            format: None,
+        };
         let program = reading.load(&args.input, text.input)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
         let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz)?;
@@ -238,7 +243,7 @@ fn summary<'a>(model: &Model, from: &page::simulate::From, args: &Args, written:
 
 /// Times of the program's points, with what a user should know about them.
 fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<String>) {
-    let mut notes = program.script.as_ref().map(|s| s.left(options.speed_m_s, args.speed_mm_s)).unwrap_or_default();
+    let mut notes = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
     if let (Some(t_s), None) = (&program.t_s, args.speed_mm_s) {
         return (t_s.clone(), notes);
     }

@@ -17,6 +17,8 @@ use std::time::{Duration, Instant};
 pub const LOCK: &str = ".lostmotion.lock";
 /// Between two looks at a lock that another run holds.
 const AGAIN: Duration = Duration::from_millis(20);
+/// Time that parts of a job give to one that clears up a folder of millions of files.
+const CLEARED: Duration = Duration::from_secs(600);
 
 /// Locks of this process, by path: they stand in its own way nowhere.
 static HELD: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -30,6 +32,8 @@ fn held() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
 pub enum Sharing {
     /// Nobody.
     Alone,
+    /// Nobody, for as long as a part of a job clears up what a killed run left; the other parts wait.
+    Clearing,
     /// Others that share it: parts of one job.
     Shared,
 }
@@ -76,6 +80,7 @@ impl FolderLock {
                     Some(by) => by,
                 },
             };
+            let until = if sharing == Sharing::Shared && clears_up(&by) { until + CLEARED } else { until };
             if Instant::now() >= until {
                 return Err(busy(&folder, &by));
             }
@@ -87,12 +92,17 @@ impl FolderLock {
 impl Drop for FolderLock {
     fn drop(&mut self) {
         // while it is ours: who waits for this file finds that it is no longer the folder's. The last of several parts takes it away
-        let last = self.sharing == Sharing::Alone || self.file.unlock().is_ok() && self.file.try_lock().is_ok();
+        let last = self.sharing != Sharing::Shared || self.file.unlock().is_ok() && self.file.try_lock().is_ok();
         if last && is_at(&self.file, &self.path) {
             let _ = std::fs::remove_file(&self.path);
         }
         held().remove(&self.path);
     }
+}
+
+/// Whether the holder that a lock file states clears up for the parts of a job.
+fn clears_up(by: &str) -> bool {
+    by.ends_with(CLEARING)
 }
 
 /// The refusal of a folder that another run holds.
@@ -119,7 +129,7 @@ pub fn holder(path: &Path) -> Option<String> {
 fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
     let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
     let locked = match sharing {
-        Sharing::Alone => file.try_lock(),
+        Sharing::Alone | Sharing::Clearing => file.try_lock(),
         Sharing::Shared => file.try_lock_shared(),
     };
     match locked {
@@ -132,15 +142,18 @@ fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
         return Ok(Tried::Again);
     }
     let before = says(&mut file);
-    let stale = (sharing == Sharing::Alone && before != UNKNOWN).then_some(before);
+    let stale = (sharing != Sharing::Shared && before != UNKNOWN).then_some(before);
     file.set_len(0)?;
     file.seek(SeekFrom::Start(0))?;
-    file.write_all(format!("process {}\n", std::process::id()).as_bytes())?;
+    let does = if sharing == Sharing::Clearing { CLEARING } else { "" };
+    file.write_all(format!("process {}{does}\n", std::process::id()).as_bytes())?;
     held().insert(path.to_path_buf());
     Ok(Tried::Got(FolderLock { path: path.to_path_buf(), file, sharing, stale }))
 }
 
 const UNKNOWN: &str = "an unknown process";
+/// What the lock file of a part states that clears up.
+const CLEARING: &str = ", which clears up after a run that was killed";
 
 /// What a lock file states about its holder.
 fn says(file: &mut File) -> String {
@@ -210,5 +223,20 @@ mod tests {
         other.try_lock_shared().unwrap();
         drop(part);
         assert!(FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).is_err());
+    }
+
+    #[test]
+    fn parts_of_a_job_wait_for_the_one_that_clears_up() {
+        let dir = tempfile::tempdir().unwrap();
+        let other = File::create(dir.path().join(LOCK)).unwrap();
+        (&other).write_all(format!("process 12345{CLEARING}\n").as_bytes()).unwrap();
+        other.lock().unwrap();
+        assert!(FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).is_err(), "a whole job does not");
+        let done = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(300));
+            drop(other);
+        });
+        assert!(FolderLock::take(dir.path(), Sharing::Shared, AT_ONCE).unwrap().is_some());
+        done.join().unwrap();
     }
 }

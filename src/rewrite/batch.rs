@@ -106,16 +106,55 @@ pub struct Claim {
 /// run left there is finished, or taken away.
 ///
 /// # Errors
-/// Bad input where another run writes into the folder, into one above it or into one below it.
+/// Bad input where another run writes into the folder, into one above it or (for a whole job) into one below it.
 pub fn claim(output: &Path, part: Option<(usize, usize)>) -> Result<Claim> {
-    let whole = FolderLock::take(output, Sharing::Alone, Duration::ZERO);
-    let alone = match (whole, part) {
-        (Err(_), Some(_)) => None, // another part may hold it
-        (lock, _) => lock?,
+    if let Some((k, n)) = part {
+        return claim_part(output, &format!("{LOCK}-{k}-of-{n}"));
+    }
+    let folder = FolderLock::take(output, Sharing::Alone, Duration::ZERO)?;
+    told(output, folder.as_ref());
+    clear(output, folder.is_some())?;
+    Ok(Claim { _folder: folder, _part: None })
+}
+
+/// A part looks through the folder only where a run was killed: the folder holds the results of all parts, and each would list them.
+fn claim_part(output: &Path, name: &str) -> Result<Claim> {
+    // another part may hold it
+    let alone = match FolderLock::take(output, Sharing::Clearing, Duration::ZERO) {
+        Ok(None) => {
+            clear(output, false)?;
+            return Ok(Claim { _folder: None, _part: None });
+        }
+        Ok(lock) => lock,
+        Err(_) => None,
     };
-    if let Some(by) = alone.as_ref().and_then(|l| l.stale.as_ref()) {
+    if alone.as_ref().is_some_and(|l| l.stale.is_some()) {
+        told(output, alone.as_ref());
+        clear(output, true)?;
+        // of parts that were killed with it: nobody holds the folder
+        for (name, _) in folder::list(output).unwrap_or_default() {
+            if name.as_encoded_bytes().starts_with(LOCK.as_bytes()) && name != LOCK {
+                let _ = std::fs::remove_file(output.join(name));
+            }
+        }
+    }
+    drop(alone);
+    let folder = FolderLock::take(output, Sharing::Shared, Duration::from_secs(1))?;
+    let part = FolderLock::take_named(output, name, Sharing::Alone, Duration::ZERO)?;
+    if part.as_ref().is_some_and(|l| l.stale.is_some()) {
+        clear(output, false)?;
+    }
+    Ok(Claim { _folder: folder, _part: part })
+}
+
+fn told(output: &Path, lock: Option<&FolderLock>) {
+    if let Some(by) = lock.and_then(|l| l.stale.as_ref()) {
         notice::report(Notice::LockTakenOver(output, by));
     }
+}
+
+/// Finishes what a killed run left in `output` and the folders below it, where it is held alone; else only its temporary files go.
+fn clear(output: &Path, alone: bool) -> Result<()> {
     let mut open = vec![output.to_path_buf()];
     while let Some(here) = open.pop() {
         if here != output
@@ -133,15 +172,26 @@ pub fn claim(output: &Path, part: Option<(usize, usize)>) -> Result<Claim> {
         }
         match alone {
             _ if !left => {}
-            Some(_) => journal::finish_locked(&here, Towards::Before)?,
-            None => temporary::clean(&here),
+            true => journal::finish_locked(&here, Towards::Before)?,
+            false => temporary::clean(&here),
         }
     }
-    let Some((k, n)) = part else { return Ok(Claim { _folder: alone, _part: None }) };
-    drop(alone);
-    let folder = FolderLock::take(output, Sharing::Shared, Duration::from_secs(1))?;
-    let name = format!("{LOCK}-{k}-of-{n}");
-    Ok(Claim { _folder: folder, _part: FolderLock::take_named(output, &name, Sharing::Alone, Duration::ZERO)? })
+    Ok(())
+}
+
+/// Refuses a part whose programs go into folders that another run writes into.
+///
+/// # Errors
+/// Bad input that names the other run.
+pub fn refuse_busy_below(output: &Path, programs: &[PathBuf]) -> Result<()> {
+    let below = programs.iter().flat_map(|p| p.ancestors().skip(1)).filter(|f| !f.as_os_str().is_empty());
+    for folder in below.collect::<BTreeSet<&Path>>() {
+        let here = output.join(folder);
+        if let Some(by) = lock::holder(&here.join(LOCK)) {
+            return Err(lock::busy(&here, &by));
+        }
+    }
+    Ok(())
 }
 
 /// Where the results of a folder go.
@@ -254,4 +304,55 @@ fn hash(path: &Path) -> Option<String> {
     let mut hash = Sha256::new();
     std::io::copy(&mut file, &mut hash).ok()?;
     Some(input::hex(&hash.finalize()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LEFT: &str = ".lostmotion-abcdefghij.part";
+
+    /// A folder of results with what a killed run left one folder down.
+    fn left_over(locks: &[&str]) -> tempfile::TempDir {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir(dir.path().join("cell")).unwrap();
+        std::fs::write(dir.path().join("cell").join(LEFT), "half").unwrap();
+        for lock in locks {
+            std::fs::write(dir.path().join(lock), "process 12345\n").unwrap();
+        }
+        dir
+    }
+
+    #[test]
+    fn a_part_looks_through_the_folder_only_after_a_run_that_was_killed() {
+        let own = format!("{LOCK}-2-of-3");
+        let other = format!("{LOCK}-1-of-3");
+        // locks that are left, and whether the part clears up and which locks of parts stay
+        let cases: [(&[&str], bool, bool); 4] = [
+            (&[], false, false),
+            (&[LOCK], true, false),
+            (&[LOCK, &other], true, false),
+            (&[&own, &other], true, true), // the other part clears up when it runs again
+        ];
+        for (locks, clears, stays) in cases {
+            let dir = left_over(locks);
+            let claim = claim(dir.path(), Some((2, 3))).unwrap();
+            assert_eq!(!dir.path().join("cell").join(LEFT).exists(), clears, "{locks:?}");
+            assert_eq!(dir.path().join(&other).exists(), stays, "{locks:?}");
+            drop(claim);
+            assert!(!dir.path().join(LOCK).exists() && !dir.path().join(&own).exists());
+        }
+    }
+
+    #[test]
+    fn a_part_whose_programs_go_where_another_run_writes_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let programs = [PathBuf::from("a/b/p.src"), PathBuf::from("q.src")];
+        refuse_busy_below(dir.path(), &programs).unwrap();
+        std::fs::create_dir_all(dir.path().join("a")).unwrap();
+        let file = std::fs::File::create(dir.path().join("a").join(LOCK)).unwrap();
+        file.lock().unwrap();
+        assert!(refuse_busy_below(dir.path(), &programs).is_err());
+        assert!(refuse_busy_below(dir.path(), &programs[1..]).is_ok());
+    }
 }

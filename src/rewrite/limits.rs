@@ -10,7 +10,7 @@
 
 use super::Origin;
 use super::stats::{LimitKind, RewriteStats, Violation};
-use crate::robot::Robot;
+use crate::robot::{Joint, Robot};
 
 /// Violations that are listed in full.
 const LISTED: usize = 100;
@@ -29,6 +29,14 @@ struct Last {
     own_speed: Vec<f64>,
     own_q: Vec<f64>,
     duration_s: f64,
+}
+
+/// Shortest time in which a joint can do a step (rad or m) within its own limits: half of its acceleration, half of its speed; at least one
+/// interpolation cycle.
+pub fn step_s(joint: &Joint, step: f64) -> f64 {
+    let by_accel = joint.max_accel.map_or(0.0, |a| 2.0 * (step / (0.5 * a)).sqrt());
+    let by_speed = joint.max_speed.map_or(0.0, |v| step / (0.5 * v));
+    by_accel.max(by_speed).max(CYCLE_S)
 }
 
 /// Running checks.

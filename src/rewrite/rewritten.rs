@@ -241,10 +241,11 @@ impl Column<'_> {
                 let chosen =
                     |wanted: f64, plain: f64| (travel - wanted).abs() <= off && (own - plain).abs() > 4.0 * off;
                 let shares = [self.step_fraction, NEAREST];
-                travel > 0.0
-                    && way > travel
-                    && (chosen(GENTLE * gaps, GENTLE * gaps)
-                        || shares.iter().any(|share| chosen(share * way, share * whole)))
+                // where the robot stands, the whole step is done in place
+                let in_place = travel.abs() <= off && way > GENTLE * gaps;
+                let gentle = || chosen(GENTLE * gaps, GENTLE * gaps);
+                let shared = || shares.iter().any(|share| chosen(share * way, share * whole));
+                in_place || travel > 0.0 && way > travel && (gentle() || shared())
             }
         }
     }

@@ -195,3 +195,52 @@ fn errors_at_the_targets_and_on_the_way_are_told_apart() {
         assert!(words.contains("at the targets (rms") && words.contains("largest at the targets, um"), "{words}");
     }
 }
+
+#[test]
+fn joint_moves_run_at_the_speeds_that_the_program_states() {
+    let folder = desk();
+    let at = folder.path();
+    let target = |a1: f64, speed: &str| {
+        format!("    MoveAbsJ [[{a1},-80,85,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],{speed},fine,tool0;\n")
+    };
+    let cycle = |second: &str| {
+        let moves = target(0.0, "v50") + &target(5.0, second) + &target(0.0, "v50");
+        std::fs::write(at.join("p.mod"), format!("MODULE p\n  PROC main()\n{moves}  ENDPROC\nENDMODULE\n")).unwrap();
+        let (code, out, err) = run(at, "assess program --model machine.yaml --before p.mod --after p.mod --json");
+        assert_eq!(code, 0, "{err}");
+        let doc = json(&out);
+        (doc["cycle_s"]["before"].as_f64().unwrap(), doc["notes"].to_string())
+    };
+    // 5 deg at the reach of about 1.9 m are some 170 mm each way, at 50 mm/s
+    let (s, notes) = cycle("v50");
+    assert!((5.0..9.0).contains(&s) && !notes.contains("speed"), "{s}: {notes}");
+    let (faster, _) = cycle("v100");
+    assert!((0.7..0.8).contains(&(faster / s)), "{faster} of {s}");
+    // a speed that is set while the program runs: that of the others
+    let (unknown, notes) = cycle("vVar");
+    assert!((unknown - s).abs() < 1e-6, "{unknown} for {s}");
+    assert!(notes.contains("1 move of unknown speed: 50 mm/s"), "{notes}");
+}
+
+#[test]
+fn zero_offsets_of_a_calibrated_arm_are_no_error_that_a_program_should_lose() {
+    let folder = desk();
+    let at = folder.path();
+    // found together with the errors of links: `rewrite` leaves them to the kinematics
+    let calibrated = format!(
+        "{MODEL}  - {{effect: joint_zero_offset, joint: A2, offset_deg: 0.03}}\n  - {{effect: joint_zero_offset, joint: A3, offset_deg: -0.02}}\n  \
+         - {{effect: link_error, target: A2.a, delta_mm: 0.4}}\n  - {{effect: link_error, target: A3.a, delta_mm: -0.3}}\n  \
+         - {{effect: link_error, target: A4.d, delta_mm: 0.3}}\n"
+    );
+    std::fs::write(at.join("calibrated.yaml"), calibrated).unwrap();
+    let (code, _, words) = run(at, "rewrite --model calibrated.yaml circle.csv --output done.csv --speed-mm-s 4");
+    assert_eq!(code, 0, "{words}");
+    assert!(words.contains("part of a geometry error"), "{words}");
+    assert!(words.contains("verdict on the model's machine: better"), "{words}");
+    let line = "assess program --model calibrated.yaml --before circle.csv --after done.csv --speed-mm-s 4 --json";
+    let (code, out, err) = run(at, line);
+    assert_eq!(code, 0, "{err}");
+    let doc = json(&out);
+    let rms = |side: &str| doc["rms_um"][side].as_f64().unwrap();
+    assert!(rms("before") < 100.0 && rms("after") < 0.2 * rms("before"), "{doc}");
+}

@@ -15,7 +15,7 @@ const TOOLS: &str = "schema: lostmotion/frames/1\ntools: {\"1\": {xyz_mm: [156, 
 fn read(name: &str, text: &str) -> Program {
     let arm = Robot::parse("robot.yaml", &robot()).unwrap();
     let frames = Frames::parse("frames.yaml", TOOLS).unwrap();
-    let reading = Reading { robot: &arm, frames: &frames, tcp_speed_m_s: 0.01, format: None };
+    let reading = Reading { robot: &arm, frames: &frames, tcp_speed_m_s: Some(0.01), format: None };
     let folder = WorkFolder::new();
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();

@@ -21,13 +21,13 @@ fn what_holds_for_all_joints_is_said_once_and_only_what_is_true_of_the_program()
     let line = format!("rewrite --model {FIGURE5} samples/programs/krl/folds.src --dry-run");
     let text = run_from_root(work.path(), &line).success().stderr;
     assert_eq!(text.matches("--step-fraction puts the step nearer").count(), 1, "{text}");
-    assert!(text.contains("cycle time: not computed, because"), "{text}");
+    assert!(text.contains("cycle time of the whole program: not known, because"), "{text}");
     assert_eq!(text.lines().filter(|l| l.trim_start().starts_with("verdict")).count(), 1, "{text}");
     let line = format!("rewrite --model {FIGURE5} samples/programs/fanuc/welding.ls --dry-run");
     let text = run_from_root(work.path(), &line).success().stderr;
     assert!(
         !text.contains("no times and no speeds")
-            && text.contains("cycle time: not computed, because the speed or the start of some moves is not known"),
+            && text.contains("cycle time of the whole program: not known, because"),
         "{text}"
     );
 }

@@ -28,16 +28,23 @@ pub struct JointPath {
 }
 
 impl JointPath {
-    /// Goes to `q`, over the points on the way there; no times any more where it is not known how long.
-    fn moves(&mut self, m: &Move, q: &[f64], mut times: Option<Vec<f64>>, at: At) -> Option<Vec<f64>> {
+    /// Goes to `q` in `seconds`, over the points on the way there; no times any more where it is not known how long.
+    fn moves(
+        &mut self,
+        m: &Move,
+        q: &[f64],
+        mut times: Option<Vec<f64>>,
+        at: At,
+        seconds: Option<f64>,
+    ) -> Option<Vec<f64>> {
         self.goals.push(self.places.len() + m.way.len());
         let way = m.way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q)]);
         let start_s = times.as_ref().and_then(|t| t.last().copied());
         for (share, point) in way {
-            let t_s = match (start_s, m.speed) {
+            let t_s = match (start_s, seconds) {
                 // how long the way to the first point takes does not matter: time runs from there
                 (None, _) => Some(0.0),
-                (Some(t), Speed::Seconds(s)) => Some(t + share * s),
+                (Some(t), Some(s)) => Some(t + share * s),
                 _ => None,
             };
             times = times.zip(t_s).map(|(mut times, t)| {
@@ -71,6 +78,21 @@ impl JointPath {
 /// # Errors
 /// With the line where a move has no joint target, where an axis is not known, and where nothing moves.
 pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
+    walk(script, robot, None)
+}
+
+/// Seconds of a move from joints to joints (rad or m); `None`: not known.
+pub type Duration<'a> = &'a dyn Fn(&Move, &[f64], &[f64]) -> Option<f64>;
+
+/// The same with the times that `duration` gives; waits of unknown length, and the ways from one program to the next, take none.
+///
+/// # Errors
+/// As for [`joints`].
+pub fn timed(script: &Script, robot: &Axes, duration: Duration) -> Result<JointPath> {
+    walk(script, robot, Some(duration))
+}
+
+fn walk(script: &Script, robot: &Axes, duration: Option<Duration>) -> Result<JointPath> {
     let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
     let mut path = JointPath { name, q: vec![Vec::new(); robot.dof()], ..JointPath::default() };
     let mut times = Some(Vec::new());
@@ -79,7 +101,12 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
         match &step.kind {
             StepKind::Move(m) => {
                 let q = target(script, m, step.at, last.as_deref(), robot)?;
-                times = path.moves(m, &q, times, step.at);
+                let seconds = match (m.speed, duration, &last) {
+                    (Speed::Seconds(s), ..) => Some(s),
+                    (_, Some(duration), Some(from)) => duration(m, from, &q),
+                    _ => None,
+                };
+                times = path.moves(m, &q, times, step.at, seconds);
                 if m.path != PathKind::Joint {
                     note(
                         &mut path,
@@ -91,7 +118,7 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
             }
             StepKind::Break(Break::Start) => {
                 // another program: its times begin anew
-                if last.is_some() {
+                if last.is_some() && duration.is_none() {
                     times = None;
                 }
             }
@@ -104,7 +131,8 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
             }
             StepKind::Dwell(seconds) => {
                 if let Some(q) = &last {
-                    times = times.and_then(|t| path.dwell(*seconds, t, q, step.at));
+                    let seconds = seconds.or(duration.map(|_| 0.0));
+                    times = times.and_then(|t| path.dwell(seconds, t, q, step.at));
                 }
             }
             StepKind::Break(Break::Frame) | StepKind::Process(_) | StepKind::Pragma(_) => {}

@@ -32,6 +32,7 @@ pub(crate) mod verdict;
 pub use runs::{Measured, Run};
 pub use verdict::{AtTargets, Figures, Verdict, judge};
 
+use crate::compensator::from_model::part_of_geometry;
 use crate::effects::{Backlash, BacklashPosition, Effect, Nature, Stage, Target};
 use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
@@ -99,11 +100,13 @@ impl Assessment {
     }
 }
 
-/// The machine without the joint errors that an offset can undo.
+/// The machine without the joint errors that an offset undoes. Zero offsets and gravity that belong to a calibrated geometry stay: `rewrite`
+/// leaves them to the kinematics.
 fn reference_machine(model: &Model) -> Model {
     let friction = |e: &Effect| matches!(e.nature(), Nature::Spike | Nature::Presliding);
-    let stays = |e: &Effect| !matches!(e.stage(), Stage::Gear | Stage::Link) && !friction(e);
-    let effects = model.effects.iter().filter(|e| stays(&e.effect)).cloned().collect();
+    let of_joint = |e: &Effect| matches!(e.stage(), Stage::Gear | Stage::Link) || friction(e);
+    let effects =
+        model.effects.iter().filter(|e| !of_joint(&e.effect) || part_of_geometry(model, e)).cloned().collect();
     Model { effects, ..model.clone() }
 }
 
@@ -200,10 +203,9 @@ fn speed_note(before: &Source, options: &Options) -> Option<String> {
         (None, None) => {
             Some(format!("the program contains no times: it runs at {mm_s} mm/s, because no other speed is given"))
         }
-        (Some(_), Some(s)) if s.moves.unknown_speed > 0 => Some(format!(
-            "{} of unknown speed: they run at {mm_s} mm/s, because no other speed is given",
-            counted(s.moves.unknown_speed, "move")
-        )),
+        (Some(_), Some(s)) if s.moves.unknown_speed > 0 => {
+            Some(format!("{} of unknown speed: {}", counted(s.moves.unknown_speed, "move"), s.assumed))
+        }
         _ => None,
     }
 }

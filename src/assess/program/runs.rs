@@ -150,7 +150,7 @@ impl Rows {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
     pub rate_hz: f64,
-    /// Rows of fast moves stand so far apart that a corner between two of them would be cut: the path has the program's points, too.
+    /// The path has the program's points beside its rows: a corner between two rows would be cut.
     pub corners: bool,
 }
 
@@ -180,7 +180,9 @@ pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, 
     let moving = (1..along.len()).filter(|&k| along[k] - along[k - 1] > REST).map(speed);
     let fast = moving.fold(0.0, f64::max) / LONGEST_STEP_M;
     let most_hz = FASTEST_HZ.max(most / duration);
-    Sampling { rate_hz: (rows / duration).max(fast).min(most_hz), corners: fast > most_hz }
+    let rate_hz = (rows / duration).max(fast).min(most_hz);
+    // rows of two runs stand at other places near a corner: where points are further apart than rows, they belong to the path
+    Sampling { rate_hz, corners: fast > most_hz || (program.len() as f64) < rate_hz * duration }
 }
 
 /// A program, or the commands of a log, on a modelled machine; `at`: points of the program whose deviation is requested, increasing.

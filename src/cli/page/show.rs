@@ -4,7 +4,7 @@ use crate::error::counted;
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
 use crate::model::Model;
-use crate::program::Program;
+use crate::program::{Program, ScriptPath};
 use crate::report::{JointTraces, PathMark, PathRun, PathView, Role, Run, TracePanel, TraceRun, TracesView};
 use crate::report::{Page, TableView, Tile, Tone};
 use crate::robot::Robot;
@@ -126,8 +126,7 @@ pub fn of_program(robot: &Robot, program: &Program) -> Page {
         format!("{}, {} of joints.", counted(program.len(), "point"), counted(turns, "reversal")),
     );
     draw(&mut page, robot, &motion, Vec::new());
-    let speed_m_s = crate::simulate::Options::default().speed_m_s;
-    let notes = program.script.as_ref().map(|s| s.left(speed_m_s, None)).unwrap_or_default();
+    let notes = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
     if !notes.is_empty() {
         page.section("Notes", "", notes);
     }

@@ -42,6 +42,9 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         None => of_tree(args, results, part, job.format)?,
     };
     job.files = files;
+    if let (Some(output), Some(_)) = (output, part) {
+        batch::refuse_busy_below(output, &programs)?;
+    }
     let beside = output.or(args.check.as_deref());
     for (option, file) in [("--summary", &args.summary), ("--report", &args.report)] {
         if let Some(file) = file {

@@ -155,7 +155,10 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     if !args.json {
         eprint!("{}", format_text(&outcome, &source.robot, verbosity(args, &outcome)));
         if let Some(proof) = &proof {
-            eprint!("{}", proof.words(args.model.is_some(), outcome.vendor.is_some()));
+            eprint!(
+                "{}",
+                proof.words(args.model.is_some(), outcome.vendor.is_some(), outcome.stats.duration_s.is_some())
+            );
         }
     }
     if outcome.vendor.is_none() && (args.solve_cartesian.is_some() || args.exclude_process) {

@@ -88,12 +88,8 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
         speed_m_s: speed.unwrap_or(simulate::Options::default().speed_m_s),
         at_speed: args.speed_mm_s.is_some(),
     };
-    let reading = Reading {
-        robot: &source.robot,
-        frames: &job.choices.frames,
-        tcp_speed_m_s: options.speed_m_s,
-        format: job.format,
-    };
+    let reading =
+        Reading { robot: &source.robot, frames: &job.choices.frames, tcp_speed_m_s: speed, format: job.format };
     let assessed = input::read(&args.input).and_then(|bytes| {
         let before = reading.load(&args.input, bytes)?;
         let after = reading.written(&args.input, ready.texts()?)?;
@@ -187,8 +183,8 @@ pub(super) enum PathError {
 impl Proof {
     /// For standard error.
     ///
-    /// `vendor`: the program is none of joint rows, so its path is not made denser.
-    pub(super) fn words(&self, of_model: bool, vendor: bool) -> String {
+    /// `vendor`: the program is none of joint rows, so its path is not made denser. `clocked`: its cycle time is told already.
+    pub(super) fn words(&self, of_model: bool, vendor: bool, clocked: bool) -> String {
         let machine = machine(of_model);
         match self {
             Self::None(why) => format!("  verdict: not computed ({why})\n"),
@@ -196,7 +192,13 @@ impl Proof {
                 let (verdict, f) = (proven.verdict, &proven.figures);
                 let um = |v: f64| v * 1e6;
                 let line = format!("  verdict on {machine}: {}\n", f.sentence());
-                let line = line + &proven.limits();
+                let cycle = || {
+                    let [before, after] = f.cycle_s;
+                    format!(
+                        "  cycle time on it {before:.1} s before, {after:.1} s after (corners not cut, without waiting)\n"
+                    )
+                };
+                let line = line + &if clocked { String::new() } else { cycle() } + &proven.limits();
                 let at = proven.worst.as_ref().map_or(String::new(), |(words, _)| format!(" ({words})"));
                 let denser = if vendor { "" } else { "more points near the reversals (--refine cubic or cartesian), " };
                 let mended =

@@ -88,7 +88,9 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
     if let Some(duration_s) = a.duration_s {
         cycle_time_text(&mut text, outcome, duration_s);
     } else if outcome.vendor.is_some() && !outcome.unchanged {
-        text.push_str("  cycle time: not computed, because the speed or the start of some moves is not known\n");
+        text.push_str(
+            "  cycle time of the whole program: not known, because the speed or the start of some moves is not\n",
+        );
     }
     if let Some(v) = outcome.vendor.as_ref().filter(|_| verbosity == Verbosity::Plan) {
         for c in v.changes.iter().take(LISTED) {
@@ -246,6 +248,9 @@ fn new_points_text(text: &mut String, v: &Vendor) {
             "  {} on moves that cannot be split, or that stay as they are: there the step is spread over the whole move{at}",
             counted(v.unplaced.points, "new point"),
         );
+        for (why, lines) in &v.unplaced.why {
+            let _ = writeln!(text, "    {why} ({})", lines_text(lines));
+        }
     }
     if !v.written.stops.is_empty() {
         let lines: Vec<u64> = v.written.stops.iter().map(|s| s.at.line).collect();

@@ -14,7 +14,7 @@ mod respond;
 mod turn;
 
 use super::Options;
-use super::limits::CYCLE_S;
+use super::limits::{CYCLE_S, step_s};
 use super::offset::{Offset, friction_gone};
 use super::path::Path;
 use super::stats::RewriteStats;
@@ -268,14 +268,9 @@ impl<'a> Plan<'a> {
         (end && path.end() > k).then(|| path.end() - 1)
     }
 
-    /// Shortest time in which the joint can do its step within its own limits: half of its acceleration, half of its
-    /// speed; at least one interpolation cycle.
+    /// Shortest time in which the joint can do its step ([`step_s`]).
     fn step_time(&self, axis: usize, offset: &Offset) -> f64 {
-        let step = offset.largest_step();
-        let joint = self.robot.axis(axis);
-        let by_accel = joint.max_accel.map_or(0.0, |a| 2.0 * (step / (0.5 * a)).sqrt());
-        let by_speed = joint.max_speed.map_or(0.0, |v| step / (0.5 * v));
-        by_accel.max(by_speed).max(CYCLE_S)
+        step_s(self.robot.axis(axis), offset.largest_step())
     }
 }
 

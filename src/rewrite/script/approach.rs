@@ -8,10 +8,13 @@
 //! The point is one of the run: offsets, limits and directions are those of a program that was written with it.
 
 use super::run::{Role, Run, Vertex};
+use super::task::Task;
 use crate::compensator::Compensator;
 use crate::program::script::{Move, PathKind};
+use crate::rewrite::Options;
+use crate::rewrite::limits::step_s;
 use crate::rewrite::offset::Offset;
-use crate::robot::Robot;
+use crate::robot::{Joint, Robot};
 
 /// The way to a target, in parts of the joint's whole lost motion.
 const MARGIN: f64 = 1.5;
@@ -71,6 +74,21 @@ impl Sides {
     }
 }
 
+/// Time in which each axis crosses its gap where the robot stands, s; 0: it has none.
+///
+/// None where the user says how far the steps go.
+pub fn crossing_s(task: &Task) -> Vec<f64> {
+    let Options { step_exact, ramp, .. } = task.options;
+    if *step_exact || ramp.iter().any(|r| *r > 0.0) {
+        return Vec::new();
+    }
+    let of = |(axis, joint): (usize, &Joint)| {
+        let step = task.compensator.on(axis).map_or(0.0, |j| task.options.gain * Offset::new(j).largest_step());
+        if step > 0.0 { step_s(joint, step) } else { 0.0 }
+    };
+    task.robot.axis_joints().enumerate().map(of).collect()
+}
+
 /// Directions in which the gears moved last.
 #[derive(Debug, Clone, Default)]
 pub struct Directions {
@@ -106,7 +124,8 @@ impl Directions {
         }
     }
 
-    fn of(&self, axis: usize) -> i8 {
+    /// -1 or +1; 0: not known.
+    pub(super) fn of(&self, axis: usize) -> i8 {
         self.signs.get(axis).copied().unwrap_or(0)
     }
 }

@@ -51,7 +51,12 @@ pub fn duration_s(
             .enumerate()
             .map(|(k, j)| stop_to_stop((b[k] - a[k]).abs(), w, j.max_accel))
             .fold(0.0, f64::max),
-        Speed::Share(s) if s > 0.0 => slowest(s.min(1.0))?,
+        Speed::Share(s) if s > 0.0 => match (slowest(s.min(1.0)), otherwise) {
+            (Some(s), _) => s,
+            // a share of joint speeds that the robot file does not hold
+            (None, Some(v)) => length_m(robot, a, b, path, on_way) / v,
+            (None, None) => return None,
+        },
         _ => return None,
     };
     Some(wanted.max(least))

@@ -62,6 +62,9 @@ impl Collected {
             let (lost, added) = edits::collect(document, task.robot, run, &emitted, solve, &mut all.edits);
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
+            for (why, lines) in lost.why {
+                all.unplaced.why.entry(why).or_default().extend(lines);
+            }
             all.unplaced.rounded += lost.rounded;
             for v in &done.violations {
                 let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;

@@ -6,6 +6,7 @@ use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Sc
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
+use std::collections::BTreeMap;
 
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;
@@ -17,6 +18,8 @@ pub struct Unplaced {
     pub points: u64,
     /// Lines of these moves.
     pub lines: Vec<u64>,
+    /// Why a move takes no point, where the format says so, and the lines.
+    pub why: BTreeMap<String, Vec<u64>>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,
 }
@@ -25,7 +28,13 @@ impl Unplaced {
     /// New points of a step that find no place.
     pub fn lose(&mut self, script: &Script, step: usize, points: u64) {
         self.points += points;
-        self.lines.extend(script.steps.get(step).filter(|_| points > 0).map(|s| s.at.line));
+        let Some(lost) = script.steps.get(step).filter(|_| points > 0) else { return };
+        self.lines.push(lost.at.line);
+        if let StepKind::Move(m) = &lost.kind
+            && let Some(why) = &m.closed
+        {
+            self.why.entry(why.clone()).or_default().push(lost.at.line);
+        }
     }
 }
 
@@ -119,12 +128,14 @@ fn step(
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
     };
     let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
+    // where the robot stands, the point in place carries the step: none is needed on the way to it
+    let crossing = |o: &Out, n: usize| run.vertices.get(o.vertex + n).is_some_and(|v| v.role == Role::Crossing);
     let steps_inside =
         span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o) || approach(o)));
     if !closed && (steps_inside || as_joint_moves) {
         let mut last = before;
         // from the point of approach on the goal carries the step: that way is no longer than the gap needs
-        let whole = |o: &&Out| o.fraction.is_none() || !approach(o);
+        let whole = |o: &&Out| o.fraction.is_none() || !approach(o) && !crossing(o, 1);
         let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).filter(whole).collect();
         let span = spaced(&span);
         edit.before.reserve_exact(span.len());
@@ -174,7 +185,8 @@ fn spaced<'a>(span: &[&'a Out<'a>]) -> Vec<&'a Out<'a>> {
 fn on_way(run: &Run, o: &Out, step: usize) -> bool {
     match o.fraction {
         None => {
-            run.vertices.get(o.vertex).is_some_and(|v| v.step == step && matches!(v.role, Role::Way | Role::Approach))
+            let on_way = |r: Role| matches!(r, Role::Way | Role::Approach | Role::Crossing);
+            run.vertices.get(o.vertex).is_some_and(|v| v.step == step && on_way(v.role))
         }
         Some(_) => run.vertices.get(o.vertex + 1).is_some_and(|v| v.step == step),
     }
@@ -191,7 +203,7 @@ fn new_point(
 ) -> NewPoint {
     let own = &run.vertices[o.vertex];
     // the leg starts where the step before ended, unless a point of this way stands there
-    let from = if own.step == step && own.role == Role::Way { own.share } else { 0.0 };
+    let from = if own.step == step && matches!(own.role, Role::Way | Role::Crossing) { own.share } else { 0.0 };
     let share = match (o.fraction, run.vertices.get(o.vertex + 1)) {
         (Some(f), Some(to)) => from + f * (to.share - from),
         _ => own.share,

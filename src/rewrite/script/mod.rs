@@ -129,7 +129,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let excluded = |k: usize| left_out.get(k).is_some_and(Option::is_some);
     let deadband = bands::deadbands(script, task);
     let commanded = commanded(script, task.robot.dof());
+    let crossing_s = approach::crossing_s(task);
     let choice = Choice {
+        crossing_s: &crossing_s,
         commanded: &commanded,
         robot: task.robot,
         deadband: &deadband,

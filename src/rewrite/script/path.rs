@@ -10,7 +10,7 @@
 //! long that it would have more than [`MOST_POINTS`] points, they stand further apart.
 
 use super::approach::Sides;
-use super::clock::ARC_PARTS;
+use super::clock::{self, ARC_PARTS};
 use super::context::Contexts;
 use super::job;
 use super::poses::Poses;
@@ -20,7 +20,7 @@ use crate::io::input::{self, Input};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::program::script::{At, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
-use crate::program::{Moves, Program, ScriptPath, exact_stops};
+use crate::program::{Assumed, Moves, Program, ScriptPath, exact_stops};
 use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
 use rayon::prelude::*;
@@ -49,8 +49,8 @@ pub struct Reading<'a> {
     pub robot: &'a Robot,
     /// Frames and tools besides those of the robot file.
     pub frames: &'a Frames,
-    /// TCP speed of moves whose own is not known, m/s.
-    pub tcp_speed_m_s: f64,
+    /// TCP speed of moves whose own is not known, m/s; `None`: [`Assumed`].
+    pub tcp_speed_m_s: Option<f64>,
     /// The format that was asked for; else it is recognised.
     pub format: Option<Recognised>,
 }
@@ -93,14 +93,15 @@ impl Reading<'_> {
         // between joint values a straight move of an arm is straight at the TCP
         let arm = self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
         let plain = |m: &Move| matches!(m.goal, Goal::Joints(_)) && !(arm && m.path == PathKind::Linear);
+        let assumed = self.assumed(script);
         if script.moves().all(|(_, m)| plain(m)) {
-            return Program::of_document(document.as_ref(), sha256, self.robot);
+            return self.plain(document.as_ref(), sha256, assumed);
         }
         let commanded = super::commanded(script, self.robot.dof());
         let choice = Choice {
             robot: self.robot,
             deadband: &vec![TURN; self.robot.dof()],
-            tcp_speed_m_s: Some(self.tcp_speed_m_s),
+            tcp_speed_m_s: Some(assumed.m_s()),
             certain_speed_m_s: None,
             excluded: &|_| false,
             solve_within_m: None,
@@ -108,6 +109,7 @@ impl Reading<'_> {
             as_poses: true,
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),
+            crossing_s: &[],
         };
         let mut poses = Poses::new(self.robot, self.frames);
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);
@@ -128,10 +130,46 @@ impl Reading<'_> {
         let told = Moves { all: moves, known: path.known, unknown_start: path.unknown_start, unknown_speed };
         let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
         let exact_stops = exact_stops(document.as_ref());
-        let script_path =
-            ScriptPath { starts: path.starts, moves: told, exact_stops, waits_for: waits_for(&poses.missing) };
+        let waits_for = waits_for(&poses.missing);
+        let script_path = ScriptPath { starts: path.starts, moves: told, exact_stops, waits_for, assumed };
         let t_s = path.timed.then_some(path.t_s);
         Ok(Program { goals: path.goals, ..Program::of_path(name, sha256, path.q, t_s, script_path) })
+    }
+
+    /// The speed of moves that state none. New points repeat the speeds of a program, so that the middle one of the different speeds is
+    /// the same before and after a rewrite.
+    fn assumed(&self, script: &Script) -> Assumed {
+        if let Some(v) = self.tcp_speed_m_s {
+            return Assumed::Asked(v);
+        }
+        let stated = script.moves().filter_map(|(_, m)| match m.speed {
+            Speed::Tcp(v) if v > 0.0 => Some(v),
+            _ => None,
+        });
+        let mut stated: Vec<f64> = stated.collect();
+        stated.sort_by(f64::total_cmp);
+        stated.dedup();
+        stated.get(stated.len().saturating_sub(1) / 2).map_or(Assumed::Manual, |v| Assumed::OfProgram(*v))
+    }
+
+    /// A program of joint moves to joint targets alone, at its own times or at its speeds.
+    fn plain(&self, document: &dyn Document, sha256: String, assumed: Assumed) -> Result<Program> {
+        let program = Program::of_document(document, sha256.clone(), self.robot)?;
+        if program.t_s.is_some() {
+            return Ok(program);
+        }
+        let otherwise = Some(assumed.m_s());
+        let none = |_: f64| None;
+        let duration = |m: &Move, from: &[f64], to: &[f64]| {
+            clock::duration_s(self.robot, from, to, m.path, m.speed, otherwise, &none)
+        };
+        let mut program = Program::of_document_timed(document, sha256, self.robot, &duration)?;
+        if let Some(told) = &mut program.script {
+            told.assumed = assumed;
+            let unknown = document.script().moves().skip(1).filter(|(_, m)| m.speed == Speed::Unknown).count();
+            told.moves.unknown_speed = if program.t_s.is_some() { unknown } else { 0 };
+        }
+        Ok(program)
     }
 }
 

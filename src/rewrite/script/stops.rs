@@ -21,7 +21,7 @@ impl Stops {
         let mut all = Self { steps: Vec::new(), times_s: Vec::new() };
         for run in runs {
             let mut start = None;
-            for v in run.vertices.iter().filter(|v| v.role != Role::Way) {
+            for v in run.vertices.iter().filter(|v| !matches!(v.role, Role::Way | Role::Crossing)) {
                 if v.role == Role::Goal {
                     let start = start.filter(|_| run.timed());
                     debug_assert!(all.steps.last().is_none_or(|last| *last <= v.step as u32));

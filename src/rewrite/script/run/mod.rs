@@ -37,6 +37,8 @@ pub enum Role {
     Hold,
     /// A point from which the goal is reached from its side.
     Approach,
+    /// The place where the robot stands, once more: there joints cross their gaps before they turn back.
+    Crossing,
 }
 
 /// A point of a run.
@@ -135,6 +137,8 @@ pub struct Choice<'a> {
     pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
     /// Sides from which targets are reached.
     pub approach: Sides,
+    /// Time in which each axis crosses its gap, s; 0, or no entry: it has none.
+    pub crossing_s: &'a [f64],
 }
 
 /// The runs of a script, and where directions are lost.
@@ -187,6 +191,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<us
         over: Vec::new(),
         lettered: false,
         by_joints: false,
+        stands: false,
         directions: Directions::default(),
     };
     for (k, step) in script.steps.iter().enumerate() {
@@ -252,6 +257,8 @@ struct Cutter<'a> {
     lettered: bool,
     /// The move before led to joint values.
     by_joints: bool,
+    /// The robot stands still at the last vertex.
+    stands: bool,
     directions: Directions,
 }
 
@@ -337,5 +344,6 @@ impl Cutter<'_> {
             None => self.start(step, reached.q, reached.editable && m.speed != Speed::Seconds(0.0)),
             Some(from) => self.go(step, at, m, &from, reached),
         }
+        self.stands = m.blend_m == Some(0.0);
     }
 }

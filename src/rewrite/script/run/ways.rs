@@ -1,16 +1,19 @@
 //! A move between two known places: its duration, the points at which joints turn on it, and its goal.
 
-use super::{Cutter, Reached, Role, ToolAndMiddle, Vertex};
+use super::{Cutter, Joints, Reached, Role, ToolAndMiddle, Vertex};
 use crate::program::script::{At, Goal, Move, PathKind, Speed, Way};
 use crate::rewrite::script::{clock, way};
 use crate::robot::Robot;
+
+/// Share of a move at which the point in place stands.
+const IN_PLACE: f64 = 1e-7;
 
 impl Cutter<'_> {
     /// A move between two known places: its turning points, its duration and its goal.
     pub(super) fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
         let robot = self.choice.robot;
         let Reached { q, mut editable, solved, tooled, via, .. } = reached;
-        let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
+        let mut t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
             _ => m.speed,
@@ -38,6 +41,20 @@ impl Cutter<'_> {
             self.run.unfollowed.insert(step);
             Vec::new()
         });
+        let first = ways.first().map_or(&*q, |w| w.q.as_slice());
+        let crossing = self.crossing(m, from, first).filter(|_| editable && !self.run.unfollowed.contains(&step));
+        if let Some((q, seconds)) = crossing {
+            t0 += seconds;
+            self.run.vertices.push(Vertex {
+                step,
+                role: Role::Crossing,
+                q,
+                share: IN_PLACE,
+                editable,
+                t_s: t0,
+                certain,
+            });
+        }
         for w in ways {
             let t_s = t0 + w.share * duration;
             self.directions.go(robot, &w.q, self.choice.deadband);
@@ -64,6 +81,29 @@ impl Cutter<'_> {
         }
         self.directions.go(robot, &goal.q, self.choice.deadband);
         self.run.vertices.push(goal);
+    }
+
+    /// Where joints turn back from a place at which the robot stands: that place once more (a little on, so that the turn stays before
+    /// it) and the time in which they cross their gaps there. A point further on would leave the TCP off its path until then.
+    ///
+    /// A time that is written for the whole move cannot be shared with a point in place.
+    fn crossing(&self, m: &Move, from: &[f64], to: &[f64]) -> Option<(Joints, f64)> {
+        let open = m.closed.is_none() && m.path != PathKind::Curve && !matches!(m.speed, Speed::Seconds(_));
+        if !self.stands || !open || self.choice.crossing_s.is_empty() {
+            return None;
+        }
+        let (mut here, mut next) = (from.to_vec(), to.to_vec());
+        self.choice.robot.to_gears(&mut here);
+        self.choice.robot.to_gears(&mut next);
+        let back = |axis: usize| {
+            let by = next[axis] - here[axis];
+            let moves = by.abs() > self.choice.deadband.get(axis).copied().unwrap_or(0.0);
+            moves && by * f64::from(self.directions.of(axis)) < 0.0
+        };
+        let times = self.choice.crossing_s.iter().enumerate().filter(|(axis, s)| **s > 0.0 && back(*axis));
+        let seconds = times.map(|(_, s)| *s).fold(0.0, f64::max);
+        let q: Vec<f64> = from.iter().zip(to).map(|(a, b)| a + IN_PLACE * (b - a)).collect();
+        (seconds > 0.0).then(|| (q.into(), seconds))
     }
 
     /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.
