@@ -2,7 +2,7 @@
 //!
 //! What a kind of test knows beyond them is appended to the document by that identification ([`super::file::extend`]).
 
-use super::file::{NameAndHash, SCHEMA, in_user_unit, number};
+use super::file::{NameAndHash, SCHEMA, in_user_unit, keyed, keyed_list, number};
 use super::{Distrust, GapPoint, Gaps, JointGap, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
 use crate::io::keyed::Keyed;
@@ -130,16 +130,6 @@ impl CurveFields {
             }
         }
     }
-}
-
-/// A joint's figure (rad or m) under a key that ends in its unit.
-pub fn keyed(name: &str, si: f64, kind: JointKind) -> Keyed<Value> {
-    Keyed::new(name, kind.unit(), number(kind.to_user_unit(si)))
-}
-
-/// A joint's figures (rad or m) under a key that ends in their unit.
-pub fn keyed_list(name: &str, si: &[f64], kind: JointKind) -> Keyed<Value> {
-    Keyed::new(name, kind.unit(), in_user_unit(si, kind))
 }
 
 /// The document.

@@ -7,6 +7,7 @@
 pub use super::document::document;
 
 use crate::error::{Error, Result};
+use crate::io::keyed::Keyed;
 use crate::io::yaml;
 use crate::robot::{JointKind, Robot};
 use serde::Serialize;
@@ -19,6 +20,16 @@ pub const SCHEMA: &str = "lostmotion/gaps/1";
 pub fn number(v: f64) -> Value {
     let rounded: f64 = format!("{v:.9e}").parse().unwrap_or(v);
     serde_json::Number::from_f64(rounded + 0.0).map_or(Value::Null, Value::Number)
+}
+
+/// A joint's figure (rad or m) under a key that ends in its unit.
+pub fn keyed(name: &str, si: f64, kind: JointKind) -> Keyed<Value> {
+    Keyed::new(name, kind.unit(), number(kind.to_user_unit(si)))
+}
+
+/// A joint's figures (rad or m) under a key that ends in their unit.
+pub fn keyed_list(name: &str, si: &[f64], kind: JointKind) -> Keyed<Value> {
+    Keyed::new(name, kind.unit(), in_user_unit(si, kind))
 }
 
 /// A part of a document as JSON, its keys in the order of the fields.

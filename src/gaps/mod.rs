@@ -33,6 +33,7 @@ pub mod estimate;
 pub mod file;
 pub mod read;
 
+use crate::log::plausibility::AnotherArm;
 pub use crate::log::registration::Registered;
 
 use crate::effects::{Decay, GapCurve};
@@ -88,6 +89,7 @@ impl Gaps {
         if self.distrust.is_none()
             && let Some(why) = crate::log::plausibility::distrust(logs, robot)
         {
+            let why = Distrust::AnotherArm(why);
             self.notes.insert(0, why.to_string());
             self.distrust = Some(why);
         }
@@ -113,15 +115,8 @@ pub enum Distrust {
         /// The largest of them, mm.
         largest_mm: f64,
     },
-    /// The measured path is that of the robot file only with a TCP that no tool has, or with none at all.
-    AnotherArm {
-        /// 75th percentile of the distances between both paths with the TCP free, mm.
-        misfit_mm: f64,
-        /// Size of the path: 75th percentile of the distances from its centre, mm.
-        path_mm: f64,
-        /// Distance from the robot file's `tool` to the TCP that fits best, mm.
-        tool_offset_mm: f64,
-    },
+    /// The robot file seems to describe another arm.
+    AnotherArm(AnotherArm),
 }
 
 impl fmt::Display for Distrust {
@@ -139,7 +134,7 @@ impl fmt::Display for Distrust {
                 f,
                 "a tenth of the measured points are {misfit_mm:.1} mm or more (the largest {largest_mm:.1} mm) from the positions computed with the robot file, and calibration errors are at most a few millimetres: the gaps cannot be trusted; check that the robot file describes this robot (model, lengths), its `tool` and its zero positions"
             ),
-            Self::AnotherArm { misfit_mm, path_mm, tool_offset_mm } => write!(
+            Self::AnotherArm(AnotherArm { misfit_mm, path_mm, tool_offset_mm }) => write!(
                 f,
                 "the robot file seems to describe another arm: the measured path fits best with a TCP {tool_offset_mm:.0} mm from the file's `tool`, and still differs by {misfit_mm:.2} mm on a path of {path_mm:.0} mm; the gaps cannot be trusted: check the robot file (model, lengths, order of the joints) and its `tool`"
             ),

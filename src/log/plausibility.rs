@@ -6,7 +6,7 @@
 //! sign); a command column of the wrong sign, or two of them swapped; clocks apart. A fault is reported where it explains
 //! the difference to a seventh or less, which a wrong guess does not do by chance. A path that no fault explains, and no
 //! other TCP in the flange either, is of another robot. One that fits only with a TCP that no tool has is read, and what is identified
-//! from it is marked as not to be trusted ([`Distrust::AnotherArm`]). Figures on 1,400 changed logs: `docs/log.md`.
+//! from it is marked as not to be trusted ([`AnotherArm`]). Figures on 1,400 changed logs: `docs/log.md`.
 //!
 //! Assumptions: the lost motion sought is far smaller than the path. What a log does not determine is not checked: a short
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no
@@ -23,10 +23,10 @@ use super::faults::{Fault, Sample};
 use super::shape::{fit, fit_with_free_tool, spread};
 use super::side_columns;
 use crate::error::{Error, Place, Result};
-use crate::gaps::Distrust;
 use crate::robot::Robot;
 use crate::robot::plausible::reach_m;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// Fewest places visited that say something about a shape.
 const FEWEST: usize = 10;
@@ -69,7 +69,18 @@ pub struct Plausibility {
     /// Suspicions that do not stop the work, one sentence each.
     pub notes: Vec<String>,
     /// Why results from this log cannot be trusted: the robot file seems to be that of another arm.
-    pub distrust: Option<Distrust>,
+    pub distrust: Option<AnotherArm>,
+}
+
+/// The measured path is that of the robot file only with a TCP that no tool has, or with none at all.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AnotherArm {
+    /// 75th percentile of the distances between both paths with the TCP free, mm.
+    pub misfit_mm: f64,
+    /// Size of the path: 75th percentile of the distances from its centre, mm.
+    pub path_mm: f64,
+    /// Distance from the robot file's `tool` to the TCP that fits best, mm.
+    pub tool_offset_mm: f64,
 }
 
 /// How much of the machine the robot file is taken to know.
@@ -102,7 +113,7 @@ pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Pla
 }
 
 /// Why gaps from these logs cannot be trusted, where the robot file seems to be that of another arm.
-pub(crate) fn distrust(logs: &[Log], robot: &Robot) -> Option<Distrust> {
+pub(crate) fn distrust(logs: &[Log], robot: &Robot) -> Option<AnotherArm> {
     logs.iter().find_map(|log| {
         let (sample, mut found) = (Sample::take(log), Plausibility::default());
         if sample.commands.len() >= FEWEST {
@@ -212,12 +223,12 @@ impl Freed {
     }
 
     /// Another arm: whatever TCP is tried, the path differs by more than calibration errors; or only a TCP fits that no tool has.
-    fn distrust(&self, robot: &Robot, size_m: f64) -> Option<Distrust> {
+    fn distrust(&self, robot: &Robot, size_m: f64) -> Option<AnotherArm> {
         let (far_m, reach_m) = (self.offset_m.norm(), reach_m(robot));
         let unlike = self.misfit_m > (LEFT_BY_ARM * size_m).max(LEFT_BY_ARM_M);
         let long = far_m > LONG_TOOL * reach_m && unlike;
         let doubted = self.misfit_m > CALIBRATION_M || far_m > FAR_TOOL * reach_m || long;
-        doubted.then_some(Distrust::AnotherArm {
+        doubted.then_some(AnotherArm {
             misfit_mm: self.misfit_m * 1e3,
             path_mm: size_m * 1e3,
             tool_offset_mm: far_m * 1e3,

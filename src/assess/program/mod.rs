@@ -17,6 +17,7 @@
 //! Files beside:
 //! - `document`: the document `lostmotion/program-assessment/1`
 //! - `frame`: the frame of a log, across the path
+//! - `source`: what is compared
 //! - `targets`: the error where the robot stops or is taught
 //! - `stretches`: programs of which parts are not known, stretch by stretch
 
@@ -24,16 +25,18 @@ pub(crate) mod document;
 mod frame;
 pub(crate) mod path;
 pub(crate) mod runs;
+mod source;
 mod stretches;
 mod targets;
 pub(crate) mod text;
 pub(crate) mod verdict;
 
 pub use runs::{Measured, Run};
+pub use source::{Options, Source};
 pub use verdict::{AtTargets, Figures, Verdict, judge};
 
 use crate::compensator::from_model::part_of_geometry;
-use crate::effects::{Backlash, BacklashPosition, Effect, Nature, Stage, Target};
+use crate::effects::{Effect, Nature, Stage};
 use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::model::Model;
@@ -45,25 +48,6 @@ use std::collections::VecDeque;
 
 /// Seconds after a reversal within which its largest error is looked for, and before it (a step may come early).
 pub const WINDOW_S: [f64; 2] = [-0.1, 4.0];
-
-/// Share of its half gap by which a joint may move and come back before that is its first movement: a program that starts at a turning
-/// point of a joint has such steps there, and the joint does not follow them.
-const CREEP: f64 = 0.1;
-
-/// What was run: a program, at its own times or at a TCP speed, or a log with what was measured.
-pub enum Source<'a> {
-    Program(&'a Program),
-    Log(&'a Log),
-}
-
-/// What a user may choose.
-#[derive(Debug, Clone, Copy)]
-pub struct Options {
-    /// TCP speed of a program without times, m/s.
-    pub speed_m_s: f64,
-    /// The speed goes before a program's own times.
-    pub at_speed: bool,
-}
 
 /// A reversal of a joint and the largest error after it, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -280,39 +264,6 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     Ok(Part { before: first, after: second, reversals, targets, notes })
 }
 
-impl Source<'_> {
-    /// Direction in which each joint first moves by more than [`CREEP`] of its half gap there; 0: it is stationary.
-    fn first_directions(&self, model: &Model) -> Vec<i8> {
-        let columns = match self {
-            Self::Program(p) => &p.q,
-            Self::Log(l) => &l.cmd,
-        };
-        let first = |(axis, q): (usize, &Vec<f64>)| {
-            let least = (CREEP * half_gap(model, axis, q.first().copied().unwrap_or(0.0))).max(runs::REST);
-            let moved = q.iter().map(|x| x - q[0]).find(|d| d.abs() > least);
-            moved.map_or(0, |d| if d > 0.0 { 1 } else { -1 })
-        };
-        columns.iter().enumerate().map(first).collect()
-    }
-
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Program(p) => &p.name,
-            Self::Log(l) => &l.name,
-        }
-    }
-}
-
-/// Half gap of an axis at a position, rad or m.
-fn half_gap(model: &Model, axis: usize, at: f64) -> f64 {
-    let of = |e: &Effect| match (e.get::<Backlash>(), e.get::<BacklashPosition>()) {
-        (Some(b), _) => b.half_gap,
-        (_, Some(b)) => b.half_gap.at(at),
-        _ => 0.0,
-    };
-    model.effects.iter().filter(|e| e.target == Target::Joint(axis)).map(|e| of(&e.effect)).sum()
-}
-
 /// Reversals of the run before, with the largest error of both runs on the same stretch of path.
 fn reversals(wanted: &Measured, before: &Run, after: &Run) -> Vec<ReversalError> {
     let windows: Vec<[f64; 2]> = wanted.turns.iter().map(|turn| WINDOW_S.map(|s| turn.at_s + s)).collect();
@@ -357,7 +308,6 @@ fn largest_within(t_s: &[f64], values: &[f64], windows: &[[f64; 2]]) -> Vec<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::EffectInstance;
 
     #[test]
     fn the_largest_within_each_window_is_that_of_a_plain_search() {
@@ -369,19 +319,5 @@ mod tests {
             on.map(|(_, v)| *v).fold(0.0, f64::max)
         };
         assert_eq!(largest_within(&t, &v, &windows), windows.iter().map(plain).collect::<Vec<f64>>());
-    }
-
-    #[test]
-    fn a_step_within_the_gap_before_the_first_stroke_is_no_first_movement() {
-        let text = "schema: lostmotion/robot/1\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n";
-        let robot = Robot::parse("robot.yaml", text).unwrap();
-        let mut model = Model::ideal(robot.clone());
-        model.effects.push(EffectInstance { target: Target::Joint(0), effect: Backlash::constant(7e-5).into() });
-        // half gap 0.004 deg
-        for (first, wanted) in [("-0.00004", 1), ("-0.00060", -1), ("0.0", 1)] {
-            let rows = format!("a1_deg\n0.0\n{first}\n0.1\n0.2\n");
-            let program = Program::of_texts(vec![("p.csv".into(), rows.into_bytes())], &robot).unwrap();
-            assert_eq!(Source::Program(&program).first_directions(&model), [wanted], "{first}");
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::frame;
 use super::path::{Reference, SLACK_M, lengths};
-use super::{Options, Source};
+use super::source::{Options, REST, Source};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
@@ -27,8 +27,6 @@ const LONGEST_STEP_M: f64 = 0.5e-3;
 const FASTEST_HZ: f64 = 250.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
-/// Points that do not move by more than this (rad or m) are stationary.
-pub(super) const REST: f64 = 1e-9;
 
 /// A reversal of a joint's command.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,8 +4,8 @@
 //! program before belongs to the next one of the program after that starts and ends where it does, within [`APART_M`], or has about its
 //! length. One without a partner is left out, and that is noted. So is one in which the TCP does not move: it has no path.
 
-use super::Source;
 use super::path::lengths;
+use super::source::Source;
 use crate::error::counted;
 use crate::program::Program;
 use crate::robot::Robot;

@@ -9,7 +9,7 @@
 //! of a path, which the error along the way covers.
 
 use super::runs::Measured;
-use super::{Source, half_gap};
+use super::source::{Source, half_gap};
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::Robot;

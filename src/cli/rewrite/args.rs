@@ -1,4 +1,6 @@
 //! Arguments of `rewrite`, with their help.
+use crate::cli::exit::bad;
+use crate::error::Place;
 use crate::rewrite::Refine;
 use crate::rewrite::equation2::Law;
 use std::path::PathBuf;
@@ -268,4 +270,9 @@ pub enum FailOn {
     Failed,
     /// No program
     None,
+}
+
+/// A wrong use of the options.
+pub(super) fn usage(found: &str, expected: &str) -> anyhow::Error {
+    bad(Place::file("command line"), found, expected)
 }

@@ -1,6 +1,7 @@
 //! `rewrite` on a folder: every program by itself, a line of JSON for each.
 
-use super::{Args, FailOn, printed, style, summarise, usage};
+use super::args::usage;
+use super::{Args, FailOn, printed, style, summarise};
 use crate::cli::console::{say, shows_progress};
 use crate::cli::exit::Finished;
 use crate::cli::exit::{bad, no};

@@ -1,6 +1,6 @@
 //! What the arguments of `rewrite` ask for, every value checked.
 
-use super::{Args, usage};
+use super::args::{Args, usage};
 use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
 use crate::effects::EffectInstance;
 use crate::error::shown;

@@ -27,6 +27,7 @@ use crate::rewrite::summary::{Document, Line, document};
 use crate::robot::JointKind;
 use crate::robot::frames::Missing;
 use anyhow::Result;
+use args::usage;
 pub use args::{Args, FailOn};
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
@@ -261,10 +262,6 @@ fn suggest_ramp(args: &Args, source: &Source, outcome: &mut Outcome) {
 /// The refusal of an outcome as the command's error.
 fn refusal(outcome: Outcome) -> Result<()> {
     outcome.refusal.map_or(Ok(()), |r| Err(no(r)))
-}
-
-fn usage(found: &str, expected: &str) -> anyhow::Error {
-    bad(Place::file("command line"), found, expected)
 }
 
 /// Refuses files that are named twice, and a program that would be replaced by its own result.

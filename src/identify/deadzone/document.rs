@@ -1,8 +1,8 @@
 //! The result as a `lostmotion/gaps/1` document: what every identification writes, and what the sweeps know beyond it.
 
 use super::{Deadzone, Found, JointSweeps};
-use crate::gaps::document::{document as plain, keyed, keyed_list};
-use crate::gaps::file::{extend, number};
+use crate::gaps::document::document as plain;
+use crate::gaps::file::{extend, keyed, keyed_list, number};
 use crate::io::keyed::Keyed;
 use crate::robot::{JointKind, Robot};
 use serde::Serialize;

@@ -10,9 +10,6 @@ use crate::decimal::POW10;
 use crate::decimal::read::{Packed, short};
 use crate::error::Result;
 
-/// Columns up to which rows of nothing but short numbers take the fastest way.
-pub(super) const MOST_PURE: usize = 16;
-
 /// Rows whose numbers are worked out together.
 const CHUNK: usize = 64;
 

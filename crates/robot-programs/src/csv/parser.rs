@@ -5,13 +5,16 @@
 //! parsed side by side ([`Parser::fresh`]) and be put in their places afterwards ([`piece`](super::piece)).
 
 use super::super::{Block, RowSpan, Slot, Token, lines::Lines};
-use super::fast::{MOST_PURE, Scratch};
+use super::fast::Scratch;
 use super::header::{Column, Header, quote_error};
 use super::number;
-use super::piece::LONGEST_ROW;
 use super::record::{Record, Seen, content};
+use super::shape::MOST_PURE;
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
+
+/// A row that is longer is refused.
+pub(super) const LONGEST_ROW: usize = 8 << 20;
 
 /// Parses the rows of a program.
 #[derive(Debug, Clone)]

@@ -8,9 +8,6 @@ use super::super::{Block, Slot, lines::Lines};
 use super::parser::Parser;
 use crate::error::{Error, Place, Result};
 
-/// A row that is longer is refused.
-pub(super) const LONGEST_ROW: usize = 8 << 20;
-
 /// Whole rows on their way through.
 #[derive(Debug, Default)]
 pub struct Piece {

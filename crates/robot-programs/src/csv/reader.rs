@@ -6,8 +6,8 @@
 
 use super::super::{Block, Slot, lines::Lines};
 use super::header::{Header, quote_error};
-use super::parser::{Aside, Parser};
-use super::piece::{LONGEST_ROW, Piece, Placing, State};
+use super::parser::{Aside, LONGEST_ROW, Parser};
+use super::piece::{Piece, Placing, State};
 use super::record::Seen;
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};

@@ -8,8 +8,10 @@
 //! The loops run over arrays of fixed length, so that the compiler makes vector instructions of them.
 
 use super::super::Token;
-use super::fast::MOST_PURE;
 use crate::decimal::read::{Packed, eight_in_lanes};
+
+/// Columns up to which rows of nothing but short numbers take the fastest way.
+pub(super) const MOST_PURE: usize = 16;
 
 /// Bytes that are compared at once.
 const CHUNK: usize = 32;
