@@ -57,8 +57,9 @@ run rewrite --model $model samples/programs/krl/folds.src --speed-mm-s 20 --outp
 run show "$work/folds.src" --robot $kuka --output "$out/show-krl.html"
 
 # a double ballbar about the middle of the circle, and a dial gauge along y, from what a tracker would have seen
-column() { head -1 "$1" | tr ',' '\n' | grep -n "^$2\$" | cut -d: -f1; }
-run simulate --model $model --input $program --speed-mm-s 20 --rate-hz 20 --noise-um 1 --seed 7 --output "$work/seen.csv"
+column() { grep -v "^#" "$1" | head -1 | tr "," "\n" | grep -nx "$2" | cut -d: -f1; }
+run simulate --model $model --input $program --speed-mm-s 20 --rate-hz 20 --noise-um 1 --seed 7 --output "$work/seen.log.csv"
+grep -v "^#" "$work/seen.log.csv" >"$work/seen.csv"
 awk -F, -v x="$(column "$work/seen.csv" x_mm)" 'NR > 1 { for (k = 0; k < 3; k++) s[k] += $(x + k); n++ } END { print s[0] / n, s[1] / n, s[2] / n }' \
   "$work/seen.csv" >"$work/middle.txt"
 awk -F, -v OFS=, -v x="$(column "$work/seen.csv" x_mm)" -v middle="$(cat "$work/middle.txt")" 'BEGIN { split(middle, m, " ") }
