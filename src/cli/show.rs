@@ -145,7 +145,7 @@ fn refuse_recording(input: &Input, robot: &Robot) -> Result<()> {
         return Ok(());
     }
     if ["x_mm", "y_mm", "z_mm"].into_iter().all(found) && !draft.found.iter().any(|f| f.starts_with("cmd_")) {
-        let expected = "a log: `lostmotion join` makes one of it and of the controller's recording";
+        let expected = "a log: `lostmotion join` makes one of it and of the controller's recording (`lostmotion columns` drafts a column map that it may need)";
         return Err(bad(place(), "a recording of a tracker, without joints", expected));
     }
     if draft.missing.is_empty() {

@@ -35,6 +35,8 @@ const MOST_ROWS: usize = 40_000;
 /// Rows needed.
 const FEWEST_ROWS: usize = 50;
 const ROUNDS: usize = 40;
+/// Rounds after which steps are taken in part.
+const STEADY: usize = 10;
 /// In this many last rounds a step of the offset below this part of half its interval is taken as none.
 const WAVERING: usize = 15;
 const WAVER: f64 = 0.1;
@@ -220,14 +222,17 @@ impl Reweighted for Clock<'_> {
     }
 
     fn take(&mut self, _model: &Dense, step: &[f64], round: usize) -> Flow {
-        self.state.moved(step);
+        // sides of a gap that flip at single rows throw the estimate to and fro: later rounds take less of a step
+        let share = (STEADY as f64 / round.max(STEADY) as f64).powi(2);
+        let step: Vec<f64> = step.iter().map(|v| share * v).collect();
+        self.state.moved(&step);
         let Some(solved) = &self.solved else { return Flow::Abandon };
         if round < 3 {
             return Flow::Continue;
         }
         let still = step[0].abs() < STEP_S && step[1].abs() * self.span_s < STEP_S;
         let dropped = solved.drop_outliers(&mut self.kept);
-        // sides of a gap that flip to and fro at single rows move the clock by less than it is known
+        // what they still move the clock by is less than it is known
         let wavers = || round + WAVERING >= ROUNDS && step[0].abs() < WAVER * solved.half_95(self.stamps)[0];
         if !dropped && (still || wavers()) { Flow::Reached } else { Flow::Continue }
     }

@@ -11,6 +11,8 @@ pub struct Stand {
     pub side: i8,
     /// Time at which this side began to push, s.
     pub since_s: f64,
+    /// Where the joint stood when it did, rad or m.
+    pub from: f64,
 }
 
 /// A joint after its gap, on a grid of parts of the intervals.
@@ -33,7 +35,7 @@ impl Play {
         let n = t_s.len();
         let first = if n > 1 { series.within(channel, 0, 0.0).0 } else { 0.0 };
         let at = first + begin.clamp(-half_gap, half_gap);
-        let mut stand = Stand { at, side: 0, since_s: t_s.first().copied().unwrap_or(0.0) };
+        let mut stand = Stand { at, side: 0, since_s: t_s.first().copied().unwrap_or(0.0), from: at };
         let mut states = Vec::with_capacity(n * PARTS);
         for k in 0..n.saturating_sub(1) {
             for part in 0..PARTS {
@@ -68,7 +70,8 @@ fn pushed(stand: Stand, command: f64, t: f64, half_gap: f64) -> Stand {
     } else {
         return stand;
     };
-    Stand { at, side, since_s: if side == stand.side { stand.since_s } else { t } }
+    let (since_s, from) = if side == stand.side { (stand.since_s, stand.from) } else { (t, stand.at) };
+    Stand { at, side, since_s, from }
 }
 
 #[cfg(test)]
@@ -86,7 +89,7 @@ mod tests {
         assert_eq!(at(5.2).at, 2.75);
         assert!((at(7.0).at - 1.25).abs() < 1e-12 && at(7.0).side == -1);
         // the command has fallen by both half gaps
-        assert!((at(7.0).since_s - 5.6).abs() < 0.15, "{}", at(7.0).since_s);
+        assert!((at(7.0).since_s - 5.6).abs() < 0.15 && at(7.0).from == 2.75, "{:?}", at(7.0));
     }
 
     #[test]

@@ -52,7 +52,7 @@ struct Lost {
     side: f64,
     /// Shares of the friction that fades.
     fading: [f64; FADES_S.len()],
-    /// It crosses its gap, or has not moved yet.
+    /// It crosses its gap, is held by friction, or has not moved yet.
     stands: bool,
 }
 
@@ -139,10 +139,14 @@ impl State {
             _ if gap > NO_GAP => stand.at - command,
             _ => side * gap,
         };
-        let fading = FADES_S.map(|decay_s| side * (-(u - stand.since_s) / decay_s).exp());
-        let by_friction: f64 = fading.iter().zip(&self.friction[axis]).map(|(share, f)| share * f).sum();
-        let stands = stand.side == 0 || (stand.at - command).abs() < gap - NO_GAP;
-        Lost { lost: by_gap + by_friction, side, fading, stands }
+        let left = FADES_S.map(|decay_s| (-(u - stand.since_s) / decay_s).exp());
+        let friction: f64 = left.iter().zip(&self.friction[axis]).map(|(left, f)| left * f).sum();
+        // friction holds the joint until its drive has moved as far, and never pulls it back
+        let moved = (stand.at - stand.from).abs();
+        let held = stand.side != 0 && moved < friction;
+        let fading = if held { [0.0; FADES_S.len()] } else { left.map(|left| side * left) };
+        let stands = held || stand.side == 0 || (stand.at - command).abs() < gap - NO_GAP;
+        Lost { lost: by_gap + side * friction.min(moved), side, fading, stands }
     }
 
     /// Takes a step of all parameters.
