@@ -6,6 +6,7 @@ use crate::io::input;
 use crate::io::output::Output;
 use crate::log::draft;
 use crate::robot::Robot;
+use crate::schemas;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut out = Output::create(&args.output)?;
     let robot = Robot::load(&args.robot)?;
     let draft = draft::of_file(input::read(&args.file)?, &robot)?;
-    out.put(draft.text.as_bytes())?;
+    out.put((schemas::editor_line(&args.output, "columns") + &draft.text).as_bytes())?;
     out.commit()?;
     if let Some(name) = draft.shipped {
         eprintln!("note: the map `{name}`, which ships with lostmotion, reads this header, too");

@@ -9,6 +9,7 @@ use crate::error::{Error, Place, is_stdio};
 use crate::io::output::{self, Output};
 use crate::model::Model;
 use crate::robot::Robot;
+use crate::schemas;
 use anyhow::Result;
 use std::io::Write;
 use std::path::PathBuf;
@@ -85,8 +86,8 @@ pub fn run(args: Args) -> Result<()> {
     let outcome =
         during("diagnose", || diagnose::diagnose(&model, &read)).map_err(|e| bad_data(e.into(), args.json))?;
     let diagnosis = diagnose::result::document::of(&outcome);
-    if let Some(out) = &mut model_out {
-        let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
+    if let (Some(out), Some(path)) = (&mut model_out, &args.model_out) {
+        let text = schemas::editor_line(path, "model") + &diagnose::model_with(&model, &outcome).to_yaml_inline()?;
         out.write_all(text.as_bytes()).map_err(|e| Error::io("--model-out", "write", e))?;
     }
     page::write(&mut report, || page::diagnose::of(&name, &outcome, &diagnosis))?;

@@ -11,6 +11,7 @@ use crate::identify::machine::update;
 use crate::io::output::{self, write_whole};
 use crate::log::Log;
 use crate::robot::Robot;
+use crate::schemas;
 use anyhow::Result;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
@@ -114,8 +115,8 @@ pub fn run(args: Args) -> Result<()> {
     let text = compensator.to_yaml(&robot)?;
     // what is written must be read again
     Compensator::parse("the compensator", &text, &robot)?;
-    if let Some(out) = &mut output {
-        out.put(text.as_bytes())?;
+    if let (Some(out), Some(path)) = (&mut output, &args.output) {
+        out.put((schemas::editor_line(path, "compensator") + &text).as_bytes())?;
     }
     page::write(&mut report, || page::compensator::of_fit(&robot, &compensator))?;
     output::commit([output, report])?;

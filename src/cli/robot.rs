@@ -6,6 +6,7 @@ use crate::gaps::file::NameAndHash;
 use crate::io::{input, output::Output};
 use crate::robot::plausible::{self, Finding};
 use crate::robot::{Convention, JointKind, Robot, table, urdf};
+use crate::schemas;
 use anyhow::Result;
 use serde::Serialize;
 use std::io::Write;
@@ -145,10 +146,16 @@ fn write(args: &InitArgs, input: &str, robot: &Robot, expected: &str) -> Result<
         return Err(bad(Place::file(input), sentence(f), expected));
     }
     let mut output = Output::create(&args.output)?;
-    // an editor finds the schema where `schema robot` has written it beside the robot file
-    let schema = args.output.with_file_name("robot.schema.json");
-    let line = if !is_stdio(&args.output) && schema.is_file() { crate::schemas::EDITOR_LINE } else { "" };
-    output.put((line.to_string() + &robot.to_yaml()?).as_bytes())?;
+    let option = match (&args.urdf, args.modified) {
+        (Some(_), _) => "--urdf",
+        (None, true) => "--modified --dh",
+        (None, false) => "--dh",
+    };
+    let tip = args.tip.as_ref().map_or(String::new(), |tip| format!(" --tip {tip}"));
+    // without the folders of the machine that made it
+    let file = input.rsplit(['/', '\\']).next().unwrap_or(input);
+    let made_of = format!("made by: lostmotion robot init {option} {file}{tip}");
+    output.put((schemas::editor_line(&args.output, "robot") + &robot.to_lines(&made_of)?).as_bytes())?;
     output.commit().map_err(Into::into)
 }
 

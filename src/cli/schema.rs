@@ -3,6 +3,7 @@
 use crate::cli::exit::bad;
 use crate::error::Place;
 use crate::io::output::Output;
+use crate::io::transaction::Transaction;
 use crate::schemas;
 use anyhow::Result;
 use std::path::PathBuf;
@@ -11,11 +12,13 @@ use std::path::PathBuf;
 ///
 /// An editor can complete and check a YAML file if its first line names the schema:
 ///   # yaml-language-server: $schema=robot.schema.json
+/// Commands that write such a file put this line there if its schema stands in the same folder.
 /// Without a document name, the command lists the documents that have a schema.
 ///
 /// Examples:
 ///   lostmotion schema
 ///   lostmotion schema robot --output robot.schema.json
+///   lostmotion schema --output-dir .
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
@@ -25,6 +28,9 @@ pub struct Args {
     /// Write the schema to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.json", default_value = "-")]
     pub output: PathBuf,
+    /// Write every schema to this folder, as DOCUMENT.schema.json
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["document", "output"])]
+    pub output_dir: Option<PathBuf>,
 }
 
 /// The help of the argument, with every name.
@@ -36,6 +42,15 @@ fn document_help() -> String {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    if let Some(folder) = &args.output_dir {
+        let mut all = Transaction::default();
+        for (name, _) in schemas::NAMES {
+            let mut out = Output::create(&folder.join(format!("{name}.schema.json")))?;
+            out.put(format!("{:#}\n", schemas::of(name).unwrap_or_default()).as_bytes())?;
+            all.put(out);
+        }
+        return all.commit().map_err(Into::into);
+    }
     let text = match &args.document {
         None => schemas::NAMES.iter().map(|(name, what)| format!("{name:12} {what}\n")).collect(),
         Some(name) => {

@@ -9,7 +9,7 @@ use crate::io::input::{self, Input};
 use crate::io::output::Output;
 use crate::io::yaml::Document;
 use crate::io::{bag, workbook};
-use crate::log::{ColumnMap, Log, plausibility};
+use crate::log::{ColumnMap, Log, draft, plausibility};
 use crate::model::{self, Model};
 use crate::report::Page;
 use crate::rewrite::script::path::Reading;
@@ -94,6 +94,7 @@ fn of(args: &Args, input: Input) -> Result<Page> {
                 plausibility::check_for(&log, &robot, plausibility::Kinematics::OfFile)?;
                 page::show::of_log(&robot, &log)
             } else {
+                refuse_recording(&input, &robot)?;
                 let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
                 let reading = Reading { robot: &robot, frames: &frames, tcp_speed_m_s: None, format: None };
                 let program = reading.load(&args.file, input).map_err(columns::with_program_hint)?;
@@ -119,6 +120,48 @@ fn robot_of(args: &Args) -> Result<Robot> {
     Robot::load(path).map_err(Into::into)
 }
 
+/// Refuses a recording that is no log yet, with the command that reads it: a program has no coordinates, and a log has joints and
+/// coordinates under our names.
+fn refuse_recording(input: &Input, robot: &Robot) -> Result<()> {
+    bag::refuse_sqlite(input)?;
+    let Some(header) = header(input) else { return Ok(()) };
+    let place = || Place::file(&input.name);
+    let has = |names: &[&str]| names.iter().all(|n| header.contains(n));
+    if has(&["position_mm", "error_um"]) {
+        let expected =
+            "a log or a program; `lostmotion assess bidirectional --readings FILE --report PAGE.html` draws readings";
+        return Err(bad(place(), "readings of a line from both sides", expected));
+    }
+    let copy = Input { name: input.name.clone(), bytes: input.bytes.clone(), sha256: input.sha256.clone() };
+    // our own program has joints under bare names, which a draft takes for commands: only other names make a recording
+    let names = robot.axis_joints().map(|j| format!("{}_{}", j.name, j.kind.unit()).to_lowercase());
+    if names.into_iter().any(|n| header.contains(n.as_str())) {
+        return Ok(());
+    }
+    let Ok(draft) = draft::of_file(copy, robot) else { return Ok(()) };
+    let found = |name: &str| draft.found.iter().any(|f| f == name);
+    if !found("t_s") {
+        return Ok(());
+    }
+    if ["x_mm", "y_mm", "z_mm"].into_iter().all(found) && !draft.found.iter().any(|f| f.starts_with("cmd_")) {
+        let expected = "a log: `lostmotion join` makes one of it and of the controller's recording (`lostmotion columns` drafts a column map that it may need)";
+        return Err(bad(place(), "a recording of a tracker, without joints", expected));
+    }
+    if draft.missing.is_empty() {
+        let expected = "a log under our names, or --columns MAP (`lostmotion columns` drafts a map; with a tracker's recording of the same \
+                        motion, `lostmotion join` makes a log)";
+        return Err(bad(place(), "a recording of a controller", expected));
+    }
+    Ok(())
+}
+
+/// The first line of a text that is no comment, in small letters.
+fn header(input: &Input) -> Option<String> {
+    let head: Vec<u8> = input.bytes.iter().copied().take(1 << 16).collect();
+    let text = String::from_utf8_lossy(&head).to_lowercase();
+    text.lines().map(str::trim).find(|l| !l.is_empty() && !l.starts_with('#')).map(str::to_string)
+}
+
 /// The `schema:` of a YAML or JSON document.
 fn schema_of(input: &Input) -> Option<String> {
     let text = std::str::from_utf8(&input.bytes).ok()?;
@@ -132,7 +175,5 @@ fn schema_of(input: &Input) -> Option<String> {
 
 /// A header with commands under the log's names.
 fn is_log(input: &Input) -> bool {
-    let head: Vec<u8> = input.bytes.iter().copied().take(1 << 16).collect();
-    let text = String::from_utf8_lossy(&head).to_lowercase();
-    text.lines().find(|l| !l.is_empty() && !l.starts_with('#')).is_some_and(|l| l.contains("cmd_"))
+    header(input).is_some_and(|l| l.contains("cmd_"))
 }

@@ -116,6 +116,18 @@ pub fn is_one(bytes: &[u8]) -> bool {
     bytes.starts_with(mcap::MAGIC)
 }
 
+/// Refuses the other store of ROS 2, which needs SQLite to be read.
+///
+/// # Errors
+/// Where the bytes are those of such a file.
+pub fn refuse_sqlite(input: &Input) -> Result<()> {
+    if !input.bytes.starts_with(b"SQLite format 3\0") {
+        return Ok(());
+    }
+    let expected = "MCAP: `ros2 bag convert` writes it (`storage_id: mcap` in its output options)";
+    Err(Error::bad(Place::file(&input.name), "a recording in SQLite (.db3)", expected))
+}
+
 /// The rows of one topic as CSV. The checksum stays that of the file.
 pub fn unpacked(input: Input, wanted: TopicChoice) -> Result<Input> {
     let Input { name, bytes, sha256 } = input;

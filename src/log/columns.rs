@@ -13,7 +13,7 @@
 //!   X: {to: x_mm, unit: m, scale: 1.0000021}
 //!   Y: y_mm                      # the unit of our name
 //!   Z: {to: z_mm, missing: [nan, 0]}  # such a cell is an empty one
-//!   Stamp: {to: t_s, unit: iso8601}  # seconds since the first row
+//!   Stamp: {to: t_s, unit: iso8601}  # seconds since the first row; `hms`, `dmy_hms` and `mdy_hms` likewise
 //!   cmd_A1_deg: ignore           # theirs, but not what we mean by it
 //! ```
 //!
@@ -30,6 +30,7 @@
 mod resolve;
 
 pub use super::meaning::{Meaning, meaning};
+use super::timestamp::Stamp;
 use crate::error::{Error, Result};
 use crate::io::{input, yaml::Document};
 use crate::robot::{JointKind, Robot};
@@ -58,16 +59,14 @@ const UNITS: &[(&str, char, f64)] = &[
     ("m_s", 'v', 1.0),
 ];
 
-/// Unit of a column of dates and times; its values are microseconds (see `timestamp`).
-const TIMESTAMP: &str = "iso8601";
-
 /// [`ColumnMap::separator`] of a map for files with any of the known ones.
 const ANY_SEPARATOR: u8 = 0;
 /// [`ColumnMap::decimal`] of a map for files with either.
 const ANY_DECIMAL: u8 = 0;
 
 pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
-    if name == TIMESTAMP {
+    // values of dates and times are microseconds
+    if Stamp::named(name).is_some() {
         return Some(('t', 1e-6));
     }
     UNITS.iter().find(|u| u.0 == name).map(|u| (u.1, u.2))
@@ -75,7 +74,7 @@ pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
 
 /// Every unit of a column map.
 pub fn unit_names() -> impl Iterator<Item = &'static str> {
-    UNITS.iter().map(|u| u.0).chain([TIMESTAMP])
+    UNITS.iter().map(|u| u.0).chain(Stamp::ALL.map(|s| s.1))
 }
 
 /// What a file writes instead of an empty cell.
@@ -331,7 +330,7 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
             "unit" => match v.as_str() {
                 Some(s) if unit_named(s).is_some() => unit = Some(s.to_string()),
                 _ => {
-                    let known: Vec<&str> = UNITS.iter().map(|u| u.0).chain([TIMESTAMP]).collect();
+                    let known: Vec<&str> = unit_names().collect();
                     let found = format!("unit `{}`", v.as_str().unwrap_or("?"));
                     return Err(bad(key, found, &format!("one of {}", known.join(", "))));
                 }
@@ -354,10 +353,10 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
         }
     }
     let Some(name) = name else { return Err(bad("", "no `to`".into(), "`to: NAME`")) };
-    if unit.as_deref() == Some(TIMESTAMP) && sign * scale != 1.0 {
+    if let Some(stamp) = unit.as_deref().filter(|u| Stamp::named(u).is_some() && sign * scale != 1.0) {
         return Err(bad(
             "unit",
-            format!("a sign or scale with unit `{TIMESTAMP}`"),
+            format!("a sign or scale with unit `{stamp}`"),
             "dates and times without sign or scale",
         ));
     }

@@ -3,15 +3,16 @@
 //! Method: names are cut at everything that is neither letter nor digit; units come from brackets or from the end of a name
 //! (`Zeit [ms]`, `j1_rad`). Times and coordinates are recognised by common words in English and German, joints by the names of the robot
 //! file or by a number (`Achse 1`, `joint_0`, `A3`), counted from 0 where a 0 occurs. Where several columns show one joint, words tell commands
-//! (`target`, `soll`) from encoders (`actual`, `ist`), before the joint's name or after it. What is not recognised becomes a commented
-//! entry, to be completed by hand.
+//! (`target`, `soll`) from encoders (`actual`, `ist`), before the joint's name or after it. Times of day and dates are recognised by
+//! the cells of the first rows. What is not recognised becomes a commented entry, to be completed by hand.
 //!
 //! It is a draft: units that no name tells are those of the contract, and are marked. [`crate::log::plausibility`] finds most that are wrong.
 
 use super::columns::{ColumnMap, SCHEMA};
 use super::maps;
-use super::read::Head;
+use super::read::{Head, reader};
 use super::text::LogText;
+use super::timestamp::Stamp;
 use super::write::joint_column;
 use crate::error::Result;
 use crate::io::bag::TopicChoice;
@@ -261,20 +262,41 @@ pub fn of_file(input: Input, robot: &Robot) -> Result<Draft> {
     let any = ColumnMap::parse("any", &format!("schema: {SCHEMA}\nseparator: any\ndecimal: any\npartial: true\n"))?;
     let text = LogText::of(input, robot, Some(&any), TopicChoice::Any)?;
     let head = Head::read(&text.input.name, &text.input.bytes, text.separator)?;
-    Ok(draft(&head.names, text.separator, text.decimal, robot))
+    let body = text.input.bytes.get(head.body..).unwrap_or_default();
+    let rows: Vec<csv::ByteRecord> =
+        reader(body, text.separator).byte_records().map_while(|r| r.ok()).take(LOOKED_AT).collect();
+    let stamps: Vec<Option<Stamp>> = (0..head.names.len()).map(|k| stamp_of(&rows, k)).collect();
+    Ok(draft(&head.names, &stamps, text.separator, text.decimal, robot))
 }
 
-/// Drafts a map from a header, cut by `separator`; `decimal` is the sign before decimals.
-pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Draft {
+/// Rows whose cells are looked at.
+const LOOKED_AT: usize = 200;
+
+/// How a column writes its times, where all its cells are dates or times of day.
+fn stamp_of(rows: &[csv::ByteRecord], column: usize) -> Option<Stamp> {
+    let cells: Vec<&str> =
+        rows.iter().map(|r| r.get(column).and_then(|c| std::str::from_utf8(c).ok())).collect::<Option<_>>()?;
+    Stamp::reading(cells.iter().copied()).next()
+}
+
+/// Drafts a map from a header, cut by `separator`; `decimal` is the sign before decimals; `stamps`: how columns write dates or times of
+/// day, where they do.
+pub(crate) fn draft(header: &[String], stamps: &[Option<Stamp>], separator: u8, decimal: u8, robot: &Robot) -> Draft {
     let names: Vec<Name> = header.iter().map(|h| take_apart(h)).collect();
     let numbers: Vec<usize> = names.iter().filter_map(numbered).collect();
     let from_zero = numbers.contains(&0) && !numbers.contains(&robot.dof());
     let all: Vec<Option<Seems>> = names.iter().map(|n| seems(n, robot, from_zero)).collect();
+    let stamp = |k: usize| stamps.get(k).copied().flatten();
+    // a column of times under another name, where no name is one of a time
+    let timed = |k: usize| all[k] == Some(Seems::Time);
+    let unnamed = (0..all.len()).find(|&k| stamp(k).is_some()).filter(|_| !(0..all.len()).any(timed));
+    let all: Vec<Option<Seems>> =
+        all.iter().enumerate().map(|(k, s)| if unnamed == Some(k) { Some(Seems::Time) } else { *s }).collect();
     let commanded = |axis: usize| all.contains(&Some(Seems::Joint(axis, Side::Command)));
     let mut taken: Vec<String> = Vec::new();
     let mut lines = String::new();
     let mut passed: Vec<String> = Vec::new();
-    for (name, seems) in names.iter().zip(&all) {
+    for (k, (name, seems)) in names.iter().zip(&all).enumerate() {
         // beside a command, a column that says nothing may be anything
         let seems = seems.filter(|s| !matches!(s, Seems::Joint(axis, Side::Unsaid) if commanded(*axis)));
         let ours = seems.map(|seems| match seems {
@@ -290,6 +312,10 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
             Some((ours, own)) if !taken.contains(&ours) => {
                 let quoted = serde_json::to_string(name.whole).unwrap_or_default();
                 let _ = match name.unit {
+                    _ if ours == "t_s" && stamp(k).is_some() => {
+                        let unit = stamp(k).map_or("", Stamp::unit);
+                        writeln!(lines, "  {quoted}: {{to: {ours}, unit: {unit}}}")
+                    }
                     Some(unit) if unit != own => writeln!(lines, "  {quoted}: {{to: {ours}, unit: {unit}}}"),
                     Some(_) => writeln!(lines, "  {quoted}: {ours}"),
                     None if name.foreign => writeln!(lines, "  {quoted}: {ours}   # unit not known; taken as {own}"),
@@ -308,7 +334,9 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
     let _ = writeln!(text, "separator: \"{shown}\"\ndecimal: \"{}\"\ncolumns:", char::from(decimal));
     text.push_str(if lines.is_empty() { "  {}\n" } else { &lines });
     if !passed.is_empty() {
-        text.push_str("# Passed over. To use one, remove its `#` and write one of our names for `?` (t_s, ");
+        text.push_str(
+            "# Columns that are not used. To use one, remove its `#` and write one of our names for `?` (t_s, ",
+        );
         let _ = writeln!(text, "{}, x_mm):\n{}", joint_column("cmd", robot.axis(0)), passed.concat().trim_end());
     }
     // a controller's file has joints, a tracker's coordinates; one in which neither is seen may be either
@@ -323,7 +351,15 @@ pub fn draft(header: &[String], separator: u8, decimal: u8, robot: &Robot) -> Dr
         needed.extend(COORDINATES.map(String::from));
     }
     let missing = needed.into_iter().filter(|n| !taken.contains(n)).collect();
-    Draft { text, found: taken, missing, shipped: shipped(header, robot) }
+    // a map that ships reads numbers of seconds, or dates in its one way
+    let reads_times = |map: &&'static str| {
+        let map = maps::named(map).and_then(Result::ok);
+        (0..all.len()).filter(|&k| all[k] == Some(Seems::Time)).all(|k| {
+            let unit = map.as_ref().and_then(|m| m.of(names[k].whole)?.unit.and_then(Stamp::named));
+            unit == stamp(k) || stamps.is_empty()
+        })
+    };
+    Draft { text, found: taken, missing, shipped: shipped(header, robot).filter(reads_times) }
 }
 
 /// The map that ships with the program and finds a time and all commands, or a time and all coordinates, in a header.

@@ -16,7 +16,7 @@ use super::Log;
 use super::columns::{Column, ColumnMap, Meaning, Missing};
 use super::number::{decimals, number};
 use super::text::LogText;
-use super::timestamp;
+use super::timestamp::Stamp;
 use crate::error::{Error, Place, Result};
 use crate::io::bag::TopicChoice;
 use crate::io::input::{self, Input};
@@ -235,7 +235,7 @@ impl Layout<'_> {
             for ((column, values), decimals) in self.columns.iter().zip(&mut table.values).zip(&mut table.decimals) {
                 let text = &record[column.index];
                 let (value, places) = match number(text, self.decimal) {
-                    Some(n) if !column.timestamp && column.missing.is_empty() => n,
+                    Some(n) if column.stamp.is_none() && column.missing.is_empty() => n,
                     _ => self.cell(line, column, text)?,
                 };
                 values.push(self.in_range(line, column, value)?);
@@ -277,12 +277,22 @@ impl Layout<'_> {
         if column.missing.iter().any(|m| self.is_missing(m, text)) {
             return empty(&format!("a missing value (`{}`)", String::from_utf8_lossy(text)));
         }
-        if column.timestamp {
-            let microseconds = std::str::from_utf8(text).ok().and_then(timestamp::microseconds);
-            let found = format!("`{}`", String::from_utf8_lossy(text));
-            return microseconds
-                .map(|us| (us, 0))
-                .ok_or_else(|| self.bad(line, column, found, "a date and time, e.g. 2025-11-12T10:03:29.555Z"));
+        if column.stamp.is_some() || column.meaning == Meaning::Time {
+            let plain = std::str::from_utf8(text).unwrap_or("");
+            if let Some(us) = column.stamp.and_then(|s| s.microseconds(plain)) {
+                return Ok((us, 0));
+            }
+            let other = Stamp::reading(std::iter::once(plain)).next().map_or(String::new(), |s| {
+                format!(
+                    "; a column map with `unit: {}` for this column reads this cell (`lostmotion columns` drafts it)",
+                    s.unit()
+                )
+            });
+            let expected = column.stamp.map(Stamp::expected).or((!other.is_empty()).then_some("a number of seconds"));
+            if let Some(expected) = expected {
+                let found = format!("`{}`", String::from_utf8_lossy(text));
+                return Err(self.bad(line, column, found, &format!("{expected}{other}")));
+            }
         }
         let expected = if self.decimal == b',' {
             "a finite number with a decimal comma"

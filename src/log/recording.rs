@@ -52,9 +52,8 @@ impl Recording {
             .iter()
             .zip(table.values.into_iter().zip(table.decimals))
             .map(|(column, (mut values, decimals))| {
-                if column.timestamp {
-                    let first = values.first().copied().unwrap_or(0.0);
-                    values.iter_mut().for_each(|v| *v -= first);
+                if let Some(stamp) = column.stamp {
+                    stamp.since_first(&mut values);
                 }
                 values.iter_mut().for_each(|v| *v *= column.factor);
                 let decimals = (f64::from(decimals) - column.edge.log10()).floor().clamp(0.0, 15.0) as u8;

@@ -40,6 +40,7 @@ pub struct TextColumn {
 impl LogText {
     /// The text of a file; `wanted` of a recording with several topics.
     pub fn of(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: TopicChoice) -> Result<Self> {
+        bag::refuse_sqlite(&input)?;
         let from_bag = bag::is_one(&input.bytes);
         let map = map.cloned().or_else(|| from_bag.then(|| ColumnMap::of_recording(robot)));
         let (input, from_sheet) = match from_bag {

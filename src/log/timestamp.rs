@@ -1,22 +1,108 @@
-//! ISO 8601 date and time to microseconds since 1970-01-01T00:00Z.
+//! Dates and times of day to microseconds.
 //!
-//! Method: `YYYY-MM-DD`, `T` or a blank, `hh:mm:ss` with up to any number of decimals after a point or comma, then `Z`, an
-//! offset `+hh:mm`, `+hhmm` or `+hh`, or nothing (a clock without a zone). Days from the civil date by Hinnant's algorithm.
-//! Microseconds are whole numbers far below 2^53, so differences are exact; what is finer is cut off.
+//! Method: a date (`YYYY-MM-DD`, `DD.MM.YYYY`, `MM/DD/YYYY`), `T` or blanks, `hh:mm:ss` with up to any number of decimals after a point or
+//! comma, `AM` or `PM`, then `Z`, an offset `+hh:mm`, `+hhmm` or `+hh`, or nothing (a clock without a zone). Days from the civil
+//! date by Hinnant's algorithm. Microseconds are whole numbers far below 2^53, so differences are exact; what is finer is cut off.
+//!
+//! A time of day that falls by more than half a day from one row to the next has passed midnight ([`Stamp::since_first`]).
 //!
 //! How it fails: `None` for anything else, a month 13 or a minute 60 included. A leap second (`:60`) is the next second.
 
-/// Microseconds since 1970 in UTC.
-pub(super) fn microseconds(text: &str) -> Option<f64> {
-    let (date, clock) = text.split_once(['T', 't', ' '])?;
-    let mut parts = date.splitn(3, '-');
-    let (year, month, day) = (digits(parts.next()?, 4)?, digits(parts.next()?, 2)?, digits(parts.next()?, 2)?);
-    if !(1..=12).contains(&month) || day < 1 || day > days_in(year, month) {
-        return None;
+/// How a column writes its times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stamp {
+    /// Date with the year first, and time.
+    YearFirst,
+    /// Time of day alone.
+    TimeOfDay,
+    /// Date with the day first, and time.
+    DayFirst,
+    /// Date with the month first, and time.
+    MonthFirst,
+}
+
+const DAY_US: f64 = 86_400e6;
+
+impl Stamp {
+    /// Every way, with its unit in a column map.
+    pub const ALL: [(Self, &'static str); 4] = [
+        (Self::YearFirst, "iso8601"),
+        (Self::TimeOfDay, "hms"),
+        (Self::DayFirst, "dmy_hms"),
+        (Self::MonthFirst, "mdy_hms"),
+    ];
+
+    /// By the unit in a column map.
+    pub fn named(unit: &str) -> Option<Self> {
+        Self::ALL.iter().find(|s| s.1 == unit).map(|s| s.0)
     }
-    let (clock, zone_min) = zone(clock)?;
+
+    /// The unit in a column map.
+    pub fn unit(self) -> &'static str {
+        Self::ALL.iter().find(|s| s.0 == self).map_or("", |s| s.1)
+    }
+
+    /// What a cell looks like, for messages.
+    pub fn expected(self) -> &'static str {
+        match self {
+            Self::YearFirst => "a date and time, e.g. 2025-11-12T10:03:29.555Z",
+            Self::TimeOfDay => "a time of day, e.g. 10:03:29.555",
+            Self::DayFirst => "a date and time, e.g. 12.11.2025 10:03:29.555",
+            Self::MonthFirst => "a date and time, e.g. 11/12/2025 10:03:29.555",
+        }
+    }
+
+    /// Microseconds since 1970 in UTC, or since midnight.
+    pub fn microseconds(self, text: &str) -> Option<f64> {
+        if self == Self::TimeOfDay {
+            return clock_us(text.trim(), true).map(|us| us as f64);
+        }
+        let (date, clock) = text.trim().split_once(['T', 't', ' '])?;
+        let mut parts = date.split(['-', '.', '/']);
+        let (a, b, c) = (parts.next()?, parts.next()?, parts.next()?);
+        let (year, month, day) = match self {
+            Self::DayFirst => (digits(c, 4)?, few_digits(b)?, few_digits(a)?),
+            Self::MonthFirst => (digits(c, 4)?, few_digits(a)?, few_digits(b)?),
+            _ => (digits(a, 4)?, digits(b, 2)?, digits(c, 2)?),
+        };
+        if parts.next().is_some() || !(1..=12).contains(&month) || day < 1 || day > days_in(year, month) {
+            return None;
+        }
+        let (clock, zone_min) = zone(clock.trim_start())?;
+        let of_day = clock_us(clock, self != Self::YearFirst)?;
+        Some(((days(year, month, day) * 86_400 - zone_min * 60) * 1_000_000 + of_day) as f64)
+    }
+
+    /// Turns the microseconds of a column's rows into those since its first.
+    pub fn since_first(self, values: &mut [f64]) {
+        let first = values.first().copied().unwrap_or(0.0);
+        let (mut before, mut midnights) = (first, 0.0);
+        for v in values {
+            if self == Self::TimeOfDay && before - *v > 0.5 * DAY_US {
+                midnights += DAY_US;
+            }
+            before = *v;
+            *v += midnights - first;
+        }
+    }
+
+    /// The ways that read every one of these cells.
+    pub fn reading<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().map(|s| s.0).filter(move |s| {
+            let mut read = cells.clone().map(|cell| s.microseconds(cell)).peekable();
+            read.peek().is_some() && read.all(|us| us.is_some())
+        })
+    }
+}
+
+/// Microseconds since midnight of `hh:mm:ss.fff`; `AM` and `PM`, and an hour of one digit, where `freely`.
+fn clock_us(clock: &str, freely: bool) -> Option<i64> {
+    let lower = clock.to_ascii_lowercase();
+    let half = ["am", "pm"].into_iter().find_map(|half| Some((lower.strip_suffix(half)?.trim_end(), half)));
+    let (clock, half) = half.filter(|_| freely).map_or((clock, None), |(clock, half)| (clock, Some(half)));
     let mut parts = clock.splitn(3, ':');
-    let (hour, minute) = (digits(parts.next()?, 2)?, digits(parts.next()?, 2)?);
+    let (hour, minute) = (parts.next()?, digits(parts.next()?, 2)?);
+    let hour = if freely { few_digits(hour)? } else { digits(hour, 2)? };
     let (second, micro) = match parts.next()?.split_once(['.', ',']) {
         None => (digits(clock.rsplit(':').next()?, 2)?, 0),
         Some((whole, part)) if !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()) => {
@@ -25,11 +111,17 @@ pub(super) fn microseconds(text: &str) -> Option<f64> {
         }
         Some(_) => return None,
     };
-    if hour > 23 || minute > 59 || second > 60 {
-        return None;
-    }
-    let seconds = days(year, month, day) * 86_400 + hour * 3600 + (minute - zone_min) * 60 + second;
-    Some((seconds * 1_000_000 + micro) as f64)
+    let hour = match half {
+        None if hour <= 23 => hour,
+        Some(half) if (1..=12).contains(&hour) => hour % 12 + if half == "pm" { 12 } else { 0 },
+        _ => return None,
+    };
+    (minute <= 59 && second <= 60).then_some(((hour * 60 + minute) * 60 + second) * 1_000_000 + micro)
+}
+
+/// One or two digits.
+fn few_digits(text: &str) -> Option<i64> {
+    digits(text, if text.len() == 1 { 1 } else { 2 })
 }
 
 /// Clock without its zone, and the zone in minutes east.
@@ -73,7 +165,41 @@ fn days(year: i64, month: i64, day: i64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::microseconds;
+    use super::Stamp;
+
+    fn microseconds(text: &str) -> Option<f64> {
+        Stamp::YearFirst.microseconds(text)
+    }
+
+    #[test]
+    fn a_time_of_day_is_counted_over_midnight() {
+        let stamp = Stamp::TimeOfDay;
+        let cells = ["23:59:59,500", "23:59:59.750000", "00:00:00,25", "0:00:01"];
+        let mut us: Vec<f64> = cells.iter().map(|c| stamp.microseconds(c).unwrap()).collect();
+        stamp.since_first(&mut us);
+        assert_eq!(us, [0.0, 250_000.0, 750_000.0, 1_500_000.0]);
+        assert_eq!(stamp.microseconds("12:00:00 AM"), Some(0.0));
+        assert_eq!(stamp.microseconds("1:02:03 pm"), Some(46_923e6));
+        for text in ["24:00:00", "13:00:00 PM", "10:00", "10:00:00+01:00", "2025-01-01 10:00:00", "1.5"] {
+            assert_eq!(stamp.microseconds(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn dates_of_other_countries_are_read_by_their_order() {
+        let want = Some(1_762_941_809_555_000.0);
+        for same in ["12.11.2025 10:03:29,555", "12/11/2025 10:03:29.555", "12-11-2025  10:03:29.555"] {
+            assert_eq!(Stamp::DayFirst.microseconds(same), want, "{same}");
+        }
+        assert_eq!(Stamp::MonthFirst.microseconds("11/12/2025 10:03:29.555 AM"), want);
+        assert_eq!(Stamp::MonthFirst.microseconds("13/12/2025 10:03:29"), None);
+        assert_eq!(Stamp::DayFirst.microseconds("12.11.25 10:03:29"), None);
+        let ways = |cells: &'static [&str]| Stamp::reading(cells.iter().copied()).collect::<Vec<_>>();
+        assert_eq!(ways(&["11/12/2025 10:00:00", "11/13/2025 10:00:00"]), [Stamp::MonthFirst]);
+        assert_eq!(ways(&["10:00:00,000"]), [Stamp::TimeOfDay]);
+        assert_eq!(ways(&["1.5"]), []);
+        assert_eq!(ways(&[]), []);
+    }
 
     #[test]
     fn a_date_is_counted_from_1970_whatever_its_zone() {

@@ -150,7 +150,7 @@ impl Missing {
         }
     }
 
-    /// A frames file to fill in: every name with the number of moves that wait for it.
+    /// A frames file to fill in: every name with the number of moves that need it.
     pub fn template(&self) -> String {
         let mut out = format!(
             "# Frames and tools that the programs name and that are not known. Enter the values of the controller: a frame in the\n\
@@ -164,18 +164,18 @@ impl Missing {
             }
             let _ = writeln!(out, "{what}:");
             for (name, moves) in names {
-                let word = if *moves == 1 { "move waits" } else { "moves wait" };
+                let word = if *moves == 1 { "move" } else { "moves" };
                 // JSON strings are YAML strings
                 let quoted = serde_json::Value::from(name.as_str());
                 let _ =
-                    writeln!(out, "  {quoted}: {{xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}}   # {moves} {word} for it");
+                    writeln!(out, "  {quoted}: {{xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}}   # needed by {moves} {word}");
             }
         }
         if self.posture > 0 {
             let _ = writeln!(
                 out,
                 "# Joints near which the arm works, one number per axis, such as [0, -90, 90, -90, -90, 0]: they choose between arm\n\
-                 # configurations where a program starts at a Cartesian target and names none. Moves that wait for them: {}.\n\
+                 # configurations where a program starts at a Cartesian target and names none. Moves that need them: {}.\n\
                  posture_deg: null",
                 self.posture
             );
@@ -209,12 +209,12 @@ mod tests {
             posture: 5,
         };
         let text = missing.template();
-        assert!(text.contains("12 moves wait for it") && text.contains("1 move waits for it"), "{text}");
+        assert!(text.contains("needed by 12 moves") && text.contains("needed by 1 move\n"), "{text}");
         let frames = Frames::parse("t.yaml", &text).unwrap();
         assert!(
             frames.frame("2").is_some() && frames.frame("A \"B\": #").is_some() && frames.tool("tgripper").is_some()
         );
-        assert!(text.contains("wait for them: 5.") && frames.posture_deg.is_none());
+        assert!(text.contains("need them: 5.") && frames.posture_deg.is_none());
         assert!(Frames::parse("t.yaml", &Missing::default().template()).is_ok());
         let given = text.replace("posture_deg: null", "posture_deg: [0, -90, 90.5]");
         assert_eq!(Frames::parse("t.yaml", &given).unwrap().posture_deg, Some(vec![0.0, -90.0, 90.5]));

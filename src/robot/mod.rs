@@ -26,6 +26,7 @@ pub mod fingerprint;
 pub mod frames;
 pub mod gap_of;
 pub mod inverse;
+mod lines;
 pub mod plausible;
 pub mod table;
 pub mod urdf;

@@ -37,10 +37,16 @@ use crate::{compensator, gaps, join, learn, log::columns, model, robot};
 use indexmap::IndexMap;
 use serde_json::Value;
 use shape::{Shape, list, number, object, one_of, open, text, union};
+use std::path::Path;
 
-/// First line of a robot file that is written for a user: editors complete and check by it, once `lostmotion schema robot --output
-/// robot.schema.json` has put the schema beside the file.
-pub const EDITOR_LINE: &str = "# yaml-language-server: $schema=robot.schema.json\n";
+/// First line of a YAML file that is written for a user: editors complete and check by it. Only where `lostmotion schema` has put the
+/// schema beside the file: without a public address there is no other place to name, and editors complain of a schema that they do not
+/// find.
+pub fn editor_line(output: &Path, document: &str) -> String {
+    let schema = format!("{document}.schema.json");
+    let there = !crate::error::is_stdio(output) && output.with_file_name(&schema).is_file();
+    if there { format!("# yaml-language-server: $schema={schema}\n") } else { String::new() }
+}
 
 /// Documents that have a schema, and what each is.
 pub const NAMES: [(&str, &str); 18] = [

@@ -44,3 +44,31 @@ for file in $kuka $model $program $static "$work/gaps.yaml" "$work/comp.yaml"; d
     *) run show "$file" --robot $kuka --output "$out/show-$name.html" ;;
   esac
 done
+
+# programs in the languages of makers, before and after: their joints reverse together at the points
+fanuc=configs/fanuc-m10ia.yaml
+{
+  printf 'schema: lostmotion/model/1\nrobot: %s\neffects:\n' "$PWD/$fanuc"
+  for joint in J1 J2 J3 J4 J5 J6; do printf '  - {effect: backlash, joint: %s, half_gap_deg: 0.004}\n' $joint; done
+} >"$work/fanuc.yaml"
+run rewrite --model "$work/fanuc.yaml" samples/programs/fanuc/reversal.ls --speed-mm-s 20 --output "$work/reversal.ls" --report "$out/rewrite-fanuc.html"
+run show "$work/reversal.ls" --robot $fanuc --output "$out/show-fanuc.html"
+run rewrite --model $model samples/programs/krl/folds.src --speed-mm-s 20 --output "$work/folds.src" --report "$out/rewrite-krl.html"
+run show "$work/folds.src" --robot $kuka --output "$out/show-krl.html"
+
+# a double ballbar about the middle of the circle, and a dial gauge along y, from what a tracker would have seen
+column() { grep -v "^#" "$1" | head -1 | tr "," "\n" | grep -nx "$2" | cut -d: -f1; }
+run simulate --model $model --input $program --speed-mm-s 20 --rate-hz 20 --noise-um 1 --seed 7 --output "$work/seen.log.csv"
+grep -v "^#" "$work/seen.log.csv" >"$work/seen.csv"
+awk -F, -v x="$(column "$work/seen.csv" x_mm)" 'NR > 1 { for (k = 0; k < 3; k++) s[k] += $(x + k); n++ } END { print s[0] / n, s[1] / n, s[2] / n }' \
+  "$work/seen.csv" >"$work/middle.txt"
+awk -F, -v OFS=, -v x="$(column "$work/seen.csv" x_mm)" -v middle="$(cat "$work/middle.txt")" 'BEGIN { split(middle, m, " ") }
+  { line = $1; for (k = 2; k < x; k++) line = line OFS $k }
+  NR == 1 { print line, "r_mm"; next }
+  { print line, sprintf("%.6f", sqrt(($x - m[1]) ^ 2 + ($(x + 1) - m[2]) ^ 2 + ($(x + 2) - m[3]) ^ 2)) }' "$work/seen.csv" >"$work/ballbar.csv"
+run identify path --robot $kuka --log "$work/ballbar.csv" --output "$work/ballbar.yaml" --report "$out/identify-ballbar.html"
+gzip -dc $static | grep -v '^#' >"$work/static.csv"
+awk -F, -v OFS=, -v x="$(column "$work/static.csv" x_mm)" '{ line = $1; for (k = 2; k < x; k++) line = line OFS $k }
+  NR == 1 { print line, "dial_um"; next } $(x + 1) == "" { print line, ""; next } { print line, sprintf("%.3f", 1000 * $(x + 1)) }' \
+  "$work/static.csv" >"$work/dial.csv"
+run identify static --robot $kuka --log "$work/dial.csv" --direction 0,1,0 --output "$work/dial.yaml" --report "$out/identify-dial.html"

@@ -2,7 +2,7 @@
 
     python tests/browser/pages.py FOLDER_OR_PAGE ... [--shots FOLDER]
 
-For each page: a figure in the first section; no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
+For each page: a verdict in one sentence on the first screen, above the first figure; a figure in the first section; no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
 the reader's system is dark; links to nothing outside; every drawing in space rotates when dragged and by the arrow keys, and its slider
 changes the exaggeration, its buttons enlarge it; a click on a heading sorts its table; a chart shows the value under the pointer; a
 drag across it enlarges that stretch and a double click shows all again; names of reversals in drawings in space cover no other text. Screenshots (wide, narrow, dark) and the printed page go to --shots.
@@ -29,6 +29,16 @@ return [...document.querySelectorAll("[href], [src]")].map(e => e.getAttribute("
 BRIGHTNESS = """
 const m = getComputedStyle(document.body)[arguments[0]].match(/[0-9.]+/g).map(Number);
 return (m[0] + m[1] + m[2]) / 3;
+"""
+VERDICT = """
+const said = document.querySelector(".verdict p"), first = document.querySelector("figure svg");
+if (!said) return "no verdict";
+const text = said.textContent.trim();
+if (text.length < 12 || !/[.!?]$/.test(text)) return "a verdict that is no sentence: " + text.slice(0, 60);
+if (!/[a-z]/i.test(text) || /NaN|undefined|infinity/i.test(text)) return "a verdict with no value: " + text.slice(0, 60);
+if (first && said.getBoundingClientRect().top > first.getBoundingClientRect().top) return "the verdict stands below the first figure";
+const box = said.getBoundingClientRect();
+return box.width > 0 && box.top + window.scrollY < window.innerHeight ? null : "the verdict is not on the first screen";
 """
 SORTED = """
 const out = [];
@@ -229,6 +239,9 @@ def faults_of(driver, page, shots):
         faults.append(f"links outside: {', '.join(outside)}")
     if not driver.execute_script("return document.querySelector('main section').querySelector('figure svg') !== null"):
         faults.append("does not open with a figure")
+    said = driver.execute_script(VERDICT)
+    if said:
+        faults.append(said)
     for box in driver.find_elements(By.CSS_SELECTOR, ".space"):
         faults += drawing_answers(driver, box)
     faults += zoom_answers(driver)

@@ -89,3 +89,14 @@ fn every_page_is_in_the_table_of_contents_once() {
     there.sort();
     assert_eq!(listed, there);
 }
+
+#[test]
+fn no_page_of_the_site_links_out_of_its_folder() {
+    // the book contains `docs` alone: a link to a file outside works in a checkout only
+    for page in pages().into_iter().filter(|p| p.parent().is_some_and(|f| f.ends_with("docs"))) {
+        for link in links(&std::fs::read_to_string(&page).unwrap()) {
+            let elsewhere = link.starts_with("https://") || link.starts_with("mailto:");
+            assert!(elsewhere || !link.contains("..") && !link.starts_with('/'), "{}: {link}", page.display());
+        }
+    }
+}

@@ -126,3 +126,25 @@ fn a_table_is_not_written_under_the_name_of_a_vendor_s_program() {
     assert!(out.code == Some(2) && !file.exists(), "{}", out.stderr);
     assert!(out.stderr.contains("a table (.csv)"));
 }
+
+#[test]
+fn show_names_the_command_that_reads_a_recording() {
+    let work = WorkFolder::new();
+    std::fs::write(work.join("bag.db3"), b"SQLite format 3\0\x10\x00\x01\x01").unwrap();
+    std::fs::write(work.join("export.csv"), "Time;X;Y;Z\n10:00:00,0;1,5;2;3\n").unwrap();
+    let said = |file: &str, words: &str| {
+        let line = format!("show {file} --robot {KUKA} --output {{}}/page.html");
+        let out = run_from_root(work.path(), &line);
+        assert!(out.code == Some(2) && out.stderr.contains(words), "{file}: {}", out.stderr);
+        assert!(!out.stderr.contains('\0') && !work.join("page.html").exists());
+    };
+    said("samples/join/tracker_2.csv.gz", "`lostmotion join` makes one of it");
+    said("{}/export.csv", "`lostmotion join` makes one of it");
+    said("samples/bidirectional/irb1600_y.csv", "`lostmotion assess bidirectional --readings FILE");
+    said("{}/bag.db3", "`ros2 bag convert` writes it");
+    let out = run_from_root(
+        work.path(),
+        &format!("join --robot {KUKA} --controller {{}}/bag.db3 --tracker samples/join/tracker_2.csv.gz"),
+    );
+    assert!(out.code == Some(2) && out.stderr.contains("a recording in SQLite (.db3)"), "{}", out.stderr);
+}

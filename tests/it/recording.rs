@@ -388,3 +388,21 @@ fn a_test_is_recorded_where_the_programs_work() {
         assert!(refused.stderr.contains(expected), "{line:?}: {}", refused.stderr);
     }
 }
+
+#[test]
+fn a_motion_of_all_joints_is_narrowed_until_the_tracker_sees_all_of_it() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    for kind in [Kind::Path, Kind::Excitation] {
+        let options = Options { tracker_m: Some(Vector3::new(3.2, -0.4, 0.9)), duration_s: 120.0, ..options() };
+        let recording = plan(&robot, kind, &options).unwrap();
+        assert!(!recording.notes.iter().any(|n| n.contains("interrupted")), "{:?}", recording.notes);
+    }
+}
+
+#[test]
+fn a_path_with_a_ballbar_says_which_range_its_sensor_needs() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    let instrument = Instrument::Distance { centre_m: Vector3::new(1.5, 0.0, 0.8) };
+    let recording = plan(&robot, Kind::Path, &Options { instrument, duration_s: 120.0, ..options() }).unwrap();
+    assert!(recording.notes.iter().any(|n| n.contains("is for a draw wire")), "{:?}", recording.notes);
+}

@@ -275,6 +275,17 @@ fn the_step_of_a_fast_program_keeps_to_the_joint_s_own_acceleration() {
     assert!(out.t_s.windows(2).all(|w| w[1] > w[0]));
 }
 
+#[test]
+fn a_joint_that_turns_again_before_its_step_is_done_exceeds_its_acceleration() {
+    let robot = kuka();
+    // to and fro every 8 ms: no step of 0.02 deg fits within half of 300 deg/s2
+    let mut points = one_axis(&(0..60).map(|i| 0.05 * f64::from(i / 2 % 2)).collect::<Vec<_>>());
+    points.t_s = (0..60).map(|i| f64::from(i) * 0.004).collect();
+    let (_, stats) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &points, 512);
+    assert!(stats.reversals[0] > 8);
+    assert!(stats.violations.iter().any(|v| v.what == LimitKind::Acceleration), "{:?}", stats.violations);
+}
+
 /// A1 turns once, in the middle; A6 goes on by 4 degrees a point, the TCP by some millimetres.
 fn turn_beside_a_fast_wrist(n: u32) -> Points {
     let mut p = Points { axes: 6, ..Points::default() };

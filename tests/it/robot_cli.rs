@@ -126,6 +126,12 @@ fn a_robot_file_is_replaced_only_when_forced_and_holds_no_rounding() {
     assert!(init(&urdf, &[]).succeeded());
     let first = std::fs::read_to_string(&made).unwrap();
     assert!(!first.contains("99999") && !first.contains("00000") && !first.contains("$schema"), "{first}");
+    // as the files of the library: where it is from, and a line for each joint
+    assert!(first.starts_with("# made by: lostmotion robot init --urdf arm.urdf\nschema: "), "{first}");
+    assert_eq!(first.lines().filter(|l| l.starts_with("  - {name: ") && l.contains(", kind: ")).count(), 3, "{first}");
+    let digits = |l: &str| l.split(['.']).skip(1).map(|d| d.bytes().take_while(u8::is_ascii_digit).count()).max();
+    let limits = first.lines().filter_map(|l| l.split_once("limits_")).map(|l| l.1);
+    assert!(limits.filter_map(digits).all(|n| n <= 4), "{first}");
     let edited = first + "# by hand\n";
     std::fs::write(&made, &edited).unwrap();
     let out = init(&urdf, &[]);

@@ -345,3 +345,29 @@ fn show_reads_documents_from_standard_input() {
         assert!(String::from_utf8_lossy(&piped).contains("<svg"), "{}", file.display());
     }
 }
+
+#[test]
+fn every_schema_is_written_at_once_and_files_beside_them_name_theirs() {
+    let work = WorkFolder::new();
+    let run = |line: &str| {
+        let out = support::run_from_root(work.path(), line);
+        assert!(out.succeeded(), "{line}: {}", out.stderr);
+    };
+    run("schema --output-dir {}");
+    for (name, _) in schemas::NAMES {
+        let text = std::fs::read_to_string(work.join(format!("{name}.schema.json"))).unwrap();
+        assert_eq!(serde_json::from_str::<Value>(&text).ok(), schemas::of(name), "{name}");
+    }
+    let robot = "configs/kuka-kr120-r2500-pro.yaml";
+    run(&format!("identify static --robot {robot} --log samples/static/single_axis_A1.csv.gz --output {{}}/gaps.yaml"));
+    run(&format!("fit --robot {robot} --gaps {{}}/gaps.yaml --output {{}}/compensator.yaml"));
+    run(&format!("columns samples/join/tracker_2.csv.gz --robot {robot} --output {{}}/columns.yaml"));
+    for name in ["gaps", "compensator", "columns"] {
+        let text = std::fs::read_to_string(work.join(format!("{name}.yaml"))).unwrap();
+        assert!(text.starts_with(&format!("# yaml-language-server: $schema={name}.schema.json\n")), "{name}: {text}");
+    }
+    // an editor complains of a schema that it does not find
+    std::fs::remove_file(work.join("gaps.schema.json")).unwrap();
+    run(&format!("identify static --robot {robot} --log samples/static/single_axis_A1.csv.gz --output {{}}/gaps.yaml"));
+    assert!(!std::fs::read_to_string(work.join("gaps.yaml")).unwrap().contains("$schema"));
+}

@@ -51,12 +51,12 @@ fn a_check_of_a_folder_parts_what_differs() {
 fn a_recording_with_semicolons_is_sent_to_columns() {
     let work = WorkFolder::new();
     std::fs::write(work.join("g.csv"), "Zeit;X;Y;Z\n0,0;1,5;2,5;3\n1;2;3;4\n").unwrap();
-    for line in [
-        format!("show {{}}/g.csv --robot {KUKA} --output {{}}/g.html"),
-        format!("rewrite --model {FIGURE5} {{}}/g.csv --output {{}}/h.csv"),
+    for (line, what) in [
+        (format!("show {{}}/g.csv --robot {KUKA} --output {{}}/g.html"), "a recording of a tracker, without joints"),
+        (format!("rewrite --model {FIGURE5} {{}}/g.csv --output {{}}/h.csv"), "semicolons"),
     ] {
         let text = run_from_root(work.path(), &line).ends_with(2).stderr;
-        assert!(text.contains("semicolons") && text.contains("`lostmotion columns` drafts a column map"), "{text}");
+        assert!(text.contains(what) && text.contains("`lostmotion columns` drafts a column map"), "{text}");
     }
 }
 

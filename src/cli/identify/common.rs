@@ -9,6 +9,7 @@ use crate::identify::scalar::Setup;
 use crate::io::output::{self, Output, write_whole};
 use crate::log::Log;
 use crate::report::Page;
+use crate::schemas;
 use anyhow::Result;
 use nalgebra::{Unit, Vector3};
 use serde_json::Value;
@@ -163,7 +164,8 @@ impl ResultArgs {
         if let (Some(path), Some(out)) = (&self.output, &mut output) {
             let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
             let text = if json { to_json(shown.document)? } else { to_yaml(shown.document)? };
-            out.put(text.as_bytes())?;
+            let line = if json { String::new() } else { schemas::editor_line(path, "gaps") };
+            out.put((line + &text).as_bytes())?;
         }
         page::write(&mut report, page)?;
         output::commit([output, report])?;

@@ -4,6 +4,7 @@ use super::common::{LogArgs, ResultArgs, SetupsArgs, Shown};
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::gaps::Gaps;
+use crate::gaps::estimate::Trust;
 use crate::gaps::file;
 use crate::identify::machine;
 use crate::robot::Robot;
@@ -43,6 +44,11 @@ fn left_text(m: f64) -> String {
     if m < 0.05e-6 { "below 0.1".into() } else { format!("{:.1}", m * 1e6) }
 }
 
+/// Nothing where no reversal could be judged.
+fn judged(trust: &Trust, text: impl Fn(&Trust) -> String) -> String {
+    if trust.reversals == 0 { "-".into() } else { text(trust) }
+}
+
 /// What a person reads.
 fn table(found: &Gaps, robot: &Robot) -> String {
     let mut t = Table::new();
@@ -62,8 +68,8 @@ fn table(found: &Gaps, robot: &Robot) -> String {
                 edge(e.response.gain()),
                 edge(e.response.windup()),
                 scatter_text(e.scatter),
-                format!("{:.1}", e.trust.before_m * 1e6),
-                left_text(e.trust.after_m),
+                judged(&e.trust, |t| format!("{:.1}", t.before_m * 1e6)),
+                judged(&e.trust, |t| left_text(t.after_m)),
                 if e.trust.compensate { "yes".into() } else { "no".to_string() },
             ]);
         }

@@ -8,8 +8,8 @@ use crate::identify::deadzone;
 use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
 use crate::report::{
-    GapPointView, GapRow, GapsOver, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow,
-    Tile, Tone, TraceMark, TracePanel, TraceRun, TracesView, method,
+    BarRow, BarsView, GapPointView, GapRow, GapsOver, GapsView, JointGapView, JointTraces, Page, Role, Run,
+    ScheduleView, StictionRow, Tile, Tone, TraceMark, TracePanel, TraceRun, TracesView, method,
 };
 use crate::robot::{JointKind, Robot};
 
@@ -32,6 +32,9 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
             GapsView { over: GapsOver::Position, joints },
         );
     }
+    if gaps.points.is_empty() && page.sections.is_empty() {
+        bars(page, robot, gaps);
+    }
     page.section(format!("Half gaps from {from}"), unit, rows);
     if !gaps.notes.is_empty() {
         // a note on a log begins with its file
@@ -40,6 +43,34 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
             None => n.clone(),
         });
         page.section(format!("Notes on {from}"), "", notes.collect::<Vec<_>>());
+    }
+}
+
+/// A bar for each joint's half gap, where nothing else is drawn: readings of a ballbar or a gauge give no positions. Joints of each kind
+/// apart.
+fn bars(page: &mut Page, robot: &Robot, gaps: &Gaps) {
+    let wide = page.joints.iter().any(|j| j.wide_gaps);
+    for kind in [JointKind::Revolute, JointKind::Prismatic] {
+        let of_kind = gaps.joints.iter().filter(|j| robot.axis(j.axis).kind == kind);
+        let (unit, factor) = match kind {
+            JointKind::Revolute if wide => ("deg", 1e-3),
+            JointKind::Revolute => ("mdeg", 1.0),
+            JointKind::Prismatic => ("µm", 1.0),
+        };
+        let row = |j: &JointGap| BarRow {
+            label: robot.axis(j.axis).name.clone(),
+            values: vec![Some(factor * milli(robot, j.axis, j.half_gap))],
+        };
+        let rows: Vec<BarRow> = of_kind.map(row).collect();
+        if !rows.is_empty() {
+            let view = BarsView {
+                quantity: "half gap".into(),
+                unit: unit.into(),
+                runs: vec![Run::new("half gap", Role::Before)],
+                rows,
+            };
+            page.section("Half gap of each joint", "The table below has the 95 % intervals.", view);
+        }
     }
 }
 

@@ -155,7 +155,7 @@ fn decisions(robot: &Robot, estimate: &Estimate) -> TableView {
         vec![
             robot.axis(j.axis).name.clone(),
             if t.compensate { "yes" } else { "no" }.into(),
-            format!("{:.1}", t.before_m * 1e6),
+            if t.reversals == 0 { "–".into() } else { format!("{:.1}", t.before_m * 1e6) },
             if t.compensate { format!("{:.1}", t.after_m * 1e6) } else { "–".into() },
             t.reversals.to_string(),
             format!("{:.0} %", j.scatter * 100.0),

@@ -133,6 +133,14 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
         ));
     }
     notes.extend(apart.iter().filter_map(|axis| rest::note(&problem, *axis)));
+    if rest::only_dwells(&problem) {
+        notes.push(
+            "these logs are tests of dwells alone, which do not separate a half gap from wind-up; the intervals are wide for that reason. \
+             `identify static` gives their sum, gap and wind-up together, with the precision that `plan-experiment static` states; a path or an \
+             excitation in addition separates the two"
+                .into(),
+        );
+    }
     gaps.estimate = Some(whole);
     gaps.notes = notes;
     Ok(gaps)
@@ -141,6 +149,9 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
 fn trust_note(robot: &Robot, joint: &JointEstimate) -> String {
     let (name, t) = (&robot.axis(joint.axis).name, &joint.trust);
     let (before, after) = (t.before_m * 1e6, t.after_m * 1e6);
+    if t.reversals == 0 {
+        return format!("{name}: compensation {}", t.reason);
+    }
     format!(
         "{name}: {before:.1} um at its {} reversals without compensation, {after:.1} um predicted with it; compensation {}",
         t.reversals, t.reason

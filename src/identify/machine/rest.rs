@@ -74,6 +74,11 @@ fn of_dwells(log: &BinnedLog, axis: usize) -> bool {
     dwells >= FEWEST_DWELLS && 2 * dwells >= turns(&rows.x).len()
 }
 
+/// Whether every log is a test of dwells for every axis that moves in it.
+pub fn only_dwells(problem: &Problem) -> bool {
+    problem.logs.iter().all(|log| !log.moving.is_empty() && log.moving.iter().all(|(axis, _)| of_dwells(log, *axis)))
+}
+
 /// Logs of dwells and logs of motion in which an axis moves.
 fn kinds(problem: &Problem, axis: usize) -> [Vec<usize>; 2] {
     let moves = |l: &usize| problem.logs[*l].moving.iter().any(|m| m.0 == axis);

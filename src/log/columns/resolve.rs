@@ -14,8 +14,8 @@ pub(in crate::log) struct Column {
     pub factor: f64,
     /// Unit of the contract per unit as written (1 without a map).
     pub edge: f64,
-    /// Cells are dates and times, not numbers.
-    pub timestamp: bool,
+    /// Cells are dates or times of day, not numbers.
+    pub stamp: Option<Stamp>,
     /// Cells that count as empty.
     pub missing: Vec<Missing>,
 }
@@ -67,7 +67,7 @@ pub(in crate::log) fn resolve(
             meaning,
             factor,
             edge,
-            timestamp: entry.is_some_and(|e| e.unit.as_deref() == Some(TIMESTAMP)),
+            stamp: entry.and_then(|e| Stamp::named(e.unit.as_deref()?)),
             missing: entry.map_or_else(Vec::new, |e| e.missing.clone()),
         });
     }

@@ -19,10 +19,9 @@ impl Columns<'_> {
         let k = self.columns.iter().position(|c| c.meaning == m)?;
         let mut values = std::mem::take(&mut self.table.values[k]);
         let factor = self.columns[k].factor;
-        if self.columns[k].timestamp {
+        if let Some(stamp) = self.columns[k].stamp {
             // whole microseconds: differences are exact, which the seconds of today's dates are not
-            let first = values.first().copied().unwrap_or(0.0);
-            values.iter_mut().for_each(|v| *v -= first);
+            stamp.since_first(&mut values);
         }
         if factor != 1.0 {
             values.iter_mut().for_each(|v| *v *= factor);

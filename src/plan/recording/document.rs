@@ -105,6 +105,12 @@ pub fn words(recording: &Recording, robot: &Robot, options: &Options) -> String 
         options.noise_m * 1e6,
         options.rate_hz
     );
+    // the same log tells more or less to another method: dwells alone do not separate a gap from wind-up for `identify`
+    text.push_str(match recording.kind {
+        super::Kind::Static => "expected of `identify static`:\n",
+        super::Kind::Path => "expected of `identify path`:\n",
+        super::Kind::Excitation => "expected of `identify path` (for `identify`, use it together with a static log):\n",
+    });
     for p in &recording.precision {
         let joint = robot.axis(p.axis);
         let _ = match p.sigma {

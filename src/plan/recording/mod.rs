@@ -23,6 +23,7 @@ pub mod work;
 
 use super::path::{Envelope, EnvelopeOptions};
 use crate::error::{Error, Result};
+use crate::machine::measurement::Instrument;
 use crate::robot::Robot;
 pub use options::{Kind, Options};
 use precision::Precision;
@@ -125,7 +126,7 @@ fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
             (test.rows, precision)
         }
         Kind::Path | Kind::Excitation => {
-            let rows = motions::all_joints(&envelope, kind)?;
+            let rows = visible(&mut envelope, kind, &sight, &mut notes)?;
             let precision = precision::of_motion(robot, &rows, options);
             (rows, precision)
         }
@@ -139,7 +140,56 @@ fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
             ));
         }
     }
+    notes.extend(of_distance(robot, &rows, options));
     let rows = motions::without_straight_rows(rows);
     let duration_s = rows.last().map_or(0.0, |r| r.0);
     Ok(Recording { kind, pose, rows, duration_s, precision, notes })
+}
+
+/// A motion of all joints in windows that are narrowed about the pose until the tracker sees all of it: joints that are each seen alone
+/// may hide the reflector together.
+fn visible(
+    envelope: &mut Envelope,
+    kind: Kind,
+    sight: &posture::Sight,
+    notes: &mut Vec<String>,
+) -> Result<motions::Rows> {
+    const STEP: f64 = 0.9;
+    const MOST: i32 = 16;
+    let (pose, whole) = (envelope.pose.clone(), envelope.window.clone());
+    let mut rows = motions::all_joints(envelope, kind)?;
+    for step in 1..=MOST {
+        if rows.iter().all(|(_, q)| sight.sees(q)) {
+            break;
+        }
+        let share = STEP.powi(step);
+        for (axis, window) in envelope.window.iter_mut().enumerate() {
+            *window = whole[axis].map(|end| pose[axis] + share * (end - pose[axis]));
+        }
+        rows = motions::all_joints(envelope, kind)?;
+        if rows.iter().all(|(_, q)| sight.sees(q)) {
+            let text =
+                "joints travel % of what the tracker would allow each of them alone, so that it sees the whole motion";
+            notes.push(text.replace('%', &format!("{:.0} %", 100.0 * share)));
+        }
+    }
+    Ok(rows)
+}
+
+/// A note where the distance changes by more than a ballbar reads.
+fn of_distance(robot: &Robot, rows: &[(f64, Vec<f64>)], options: &Options) -> Option<String> {
+    /// A double ballbar reads about a millimetre either way of its length.
+    const RANGE_M: f64 = 2e-3;
+    let Instrument::Distance { centre_m } = &options.instrument else { return None };
+    let away = rows.iter().map(|(_, q)| (robot.tcp_m(q) - centre_m).norm());
+    let [nearest, farthest] = away.fold([f64::INFINITY, 0.0], |[lo, hi], v| [v.min(lo), v.max(hi)]);
+    (farthest - nearest > RANGE_M).then(|| {
+        format!(
+            "the distance from the centre changes from {:.0} to {:.0} mm: this program is for a draw wire or another sensor of that \
+             range. A double ballbar reads about 1 mm either way of its length: with it, record circles about its centre, programmed on the \
+             controller, and give the log to `identify`",
+            nearest * 1e3,
+            farthest * 1e3
+        )
+    })
 }

@@ -29,8 +29,10 @@ const NAMED: usize = 24;
 const MOST: f64 = 1e6;
 /// Height of a name and width of its letters, about, px.
 const NAME: [f64; 2] = [14.0, 8.0];
-/// Marks of one name within this distance have it once, px.
+/// Marks within this distance have their names together, px.
 const TOGETHER: f64 = 16.0;
+/// Names that stand together; of further ones the number.
+const TOLD: usize = 3;
 /// Where no name may stand: the axes of the base frame, and the scale bars. Left, top, right, bottom, px.
 const TAKEN: [[f64; 4]; 2] = [[0.0, 365.0, 100.0, SIZE[1]], [280.0, 420.0, SIZE[0], SIZE[1]]];
 
@@ -114,8 +116,8 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
                         g.reversal transform=(format!("translate({} {})", px(p[0]), px(p[1]))) data-at=(json(&m.at_mm, 1)) {
                             title { (turning(&m.joint, m.sense)) }
                             (joints.glyph(&m.joint, 0.0, 0.0, 4.6))
-                            @if let Some(name) = name.filter(|_| named) {
-                                text.mark-name x=(px(name[0] - p[0])) y=(px(name[1] - p[1] + 4.0)) text-anchor="middle" { (turning(&m.joint, m.sense)) }
+                            @if let Some(name) = name.as_ref().filter(|_| named) {
+                                text.mark-name x=(px(name.at[0] - p[0])) y=(px(name.at[1] - p[1] + 4.0)) text-anchor="middle" { (name.text) }
                             }
                         }
                     }
@@ -196,38 +198,68 @@ fn stage(points: &[Point]) -> Option<Stage> {
     Some(Stage { camera: Camera::new(AZIMUTH_DEG, ELEVATION_DEG), middle, px_per_mm })
 }
 
-/// Names stand outside their marks, or inside, where they hide least of what is drawn and no other name, within the drawing. Marks of
-/// one name that nearly coincide, as those of several turns of one path do, have it once.
-fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
-    let mut placed: Vec<Option<[f64; 2]>> = Vec::new();
+/// A name beside a mark.
+struct MarkName {
+    /// Its middle, px.
+    at: [f64; 2],
+    text: String,
+}
+
+impl MarkName {
+    fn width(text: &str) -> f64 {
+        6.0 + NAME[1] * text.chars().count() as f64
+    }
+}
+
+/// The names that stand beside each mark: those of all marks that nearly coincide stand beside the first of them, each once, as joints
+/// reverse together at the points of a program, and several turns of one path pass one place. Only the first ones are written out.
+fn joined_names(marks: &[&PathMark], stage: &Stage) -> Vec<Option<String>> {
+    let mut groups: Vec<([f64; 2], usize, Vec<String>)> = Vec::new();
     for (k, m) in marks.iter().enumerate().take(NAMED) {
-        let p = stage.at(&m.at_mm);
-        let same = |other: &&&PathMark| {
-            let q = stage.at(&other.at_mm);
-            (&other.joint, other.sense) == (&m.joint, m.sense) && (p[0] - q[0]).hypot(p[1] - q[1]) < TOGETHER
-        };
-        if marks[..k].iter().any(|other| same(&other)) {
+        let (p, name) = (stage.at(&m.at_mm), turning(&m.joint, m.sense));
+        match groups.iter_mut().find(|g| (p[0] - g.0[0]).hypot(p[1] - g.0[1]) < TOGETHER) {
+            Some((.., names)) if names.contains(&name) => {}
+            Some((.., names)) => names.push(name),
+            None => groups.push((p, k, vec![name])),
+        }
+    }
+    let mut out = vec![None; marks.len()];
+    for (_, k, names) in groups {
+        let more = names.len().saturating_sub(TOLD);
+        let told = names.into_iter().take(TOLD).collect::<Vec<_>>().join(" ");
+        out[k] = Some(if more > 0 { format!("{told} +{more}") } else { told });
+    }
+    out
+}
+
+/// Names stand outside their marks, or inside, where they hide least of what is drawn, within the drawing. One that would cover another
+/// name is left out: the mark tells it under the pointer.
+fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<Option<MarkName>> {
+    let mut placed: Vec<Option<MarkName>> = Vec::new();
+    for (m, text) in marks.iter().zip(joined_names(marks, stage)) {
+        let Some(text) = text else {
             placed.push(None);
             continue;
-        }
+        };
+        let p = stage.at(&m.at_mm);
         let (dx, dy) = (p[0] - CENTRE[0], p[1] - CENTRE[1]);
         let r = dx.hypot(dy);
         let [ux, uy] = if r > 1.0 { [dx / r, dy / r] } else { [0.0, -1.0] };
-        let width = 6.0 + NAME[1] * (m.joint.chars().count() + 1) as f64;
-        let within = |a: &[f64; 2], b: &[f64; 2], share: f64| {
-            (a[0] - b[0]).abs() < share * width && (a[1] - b[1]).abs() < share * NAME[0]
+        let width = MarkName::width(&text);
+        let covers = |c: &[f64; 2]| {
+            let meets = |q: &MarkName| {
+                (q.at[0] - c[0]).abs() < 0.5 * (width + MarkName::width(&q.text)) && (q.at[1] - c[1]).abs() < NAME[0]
+            };
+            !is_free(c, 0.5 * width) || placed.iter().flatten().any(meets)
         };
-        let hidden = |c: &[f64; 2]| {
-            let names = placed.iter().flatten().filter(|q| within(q, c, 1.0)).count();
-            let outside = usize::from(!is_free(c, 0.5 * width));
-            10_000 * (names + outside) + drawn.iter().filter(|q| within(q, c, 0.6)).count()
-        };
+        let over =
+            |q: &&[f64; 2], c: &[f64; 2]| (q[0] - c[0]).abs() < 0.6 * width && (q[1] - c[1]).abs() < 0.6 * NAME[0];
+        let hidden = |c: &[f64; 2]| drawn.iter().filter(|q| over(q, c)).count();
         let along = [24.0, 36.0, 48.0, -26.0, -38.0].map(|far| [p[0] + far * ux, p[1] + far * uy]);
         let across = [24.0, -24.0].map(|far| [p[0] - far * uy, p[1] + far * ux]);
-        let best = along.into_iter().chain(across).min_by_key(hidden).unwrap_or(p);
-        placed.push(Some(best));
+        let best = along.into_iter().chain(across).filter(|c| !covers(c)).min_by_key(hidden);
+        placed.push(best.map(|at| MarkName { at, text }));
     }
-    placed.resize(marks.len(), None);
     placed
 }
 
@@ -354,10 +386,36 @@ mod tests {
             .collect();
         let names = place_names(&marks.iter().collect::<Vec<_>>(), &stage, &drawn);
         assert_eq!(names.iter().flatten().count(), 8);
-        for (k, a) in names.iter().enumerate().filter_map(|(k, a)| a.map(|a| (k, a))) {
-            assert!(is_free(&a, 0.5 * (6.0 + 3.0 * NAME[1])), "{a:?}");
-            let close = |b: &[f64; 2]| (a[0] - b[0]).abs() < 6.0 + 3.0 * NAME[1] && (a[1] - b[1]).abs() < NAME[0];
-            assert!(!names[..k].iter().flatten().any(close), "{a:?} in {names:?}");
+        apart(&names);
+    }
+
+    fn apart(names: &[Option<MarkName>]) {
+        let names: Vec<&MarkName> = names.iter().flatten().collect();
+        let half = |n: &MarkName| 0.5 * MarkName::width(&n.text);
+        for (k, a) in names.iter().enumerate() {
+            assert!(is_free(&a.at, half(a)), "{}", a.text);
+            for b in &names[..k] {
+                let meet = (a.at[0] - b.at[0]).abs() < half(a) + half(b) && (a.at[1] - b.at[1]).abs() < NAME[0];
+                assert!(!meet, "{} on {}", a.text, b.text);
+            }
         }
+    }
+
+    #[test]
+    fn joints_that_reverse_at_one_point_have_one_name_together() {
+        // points of a program, at each of which several joints reverse, some within a few millimetres of each other
+        let points = [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 80.0, 0.0], [104.0, 82.0, 1.0]];
+        let stage = stage(&points).unwrap();
+        let drawn: Vec<[f64; 2]> = points.iter().map(|p| stage.at(p)).collect();
+        let mark = |k: usize| PathMark {
+            joint: format!("J{}", k % 5 + 1),
+            at_mm: points[k / 5],
+            sense: 1 - 2 * (k % 2) as i8,
+        };
+        let marks: Vec<PathMark> = (0..20).map(mark).collect();
+        let names = place_names(&marks.iter().collect::<Vec<_>>(), &stage, &drawn);
+        apart(&names);
+        let texts: Vec<&str> = names.iter().flatten().map(|n| n.text.as_str()).collect();
+        assert!(texts.len() == 3 && texts[0] == "J1\u{2191} J2\u{2193} J3\u{2191} +2", "{texts:?}");
     }
 }
