@@ -9,6 +9,7 @@
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
 //! - [`ripple`]: periods of the gears.
 //! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
+//! - [`jump`]: a frame of the tracker that jumped while a log was recorded.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted; [`folds`]: which parts those are.
 //! - [`unseen`]: joints of which single readings tell nothing.
@@ -29,7 +30,8 @@ pub(crate) mod estimate;
 pub(crate) mod evidence;
 pub(crate) mod folds;
 pub(crate) mod frame;
-pub(crate) mod law;
+pub(crate) mod jump;
+mod law;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod measured;
 pub(crate) mod noise;
@@ -133,6 +135,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
         ));
     }
     notes.extend(apart.iter().filter_map(|axis| rest::note(&problem, *axis)));
+    notes.extend(jump::notes(&problem));
     gaps.estimate = Some(whole);
     gaps.notes = notes;
     Ok(gaps)
