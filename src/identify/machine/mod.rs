@@ -31,7 +31,7 @@ pub(crate) mod evidence;
 pub(crate) mod folds;
 pub(crate) mod frame;
 pub(crate) mod jump;
-mod law;
+pub(crate) mod law;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod measured;
 pub(crate) mod noise;
