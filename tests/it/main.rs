@@ -28,6 +28,7 @@ mod diagnose_sensors;
 mod docs_commands;
 mod docs_site;
 mod docs_user_files;
+mod external_axes;
 mod faults;
 mod first_steps;
 mod fit;

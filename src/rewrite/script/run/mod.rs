@@ -109,7 +109,7 @@ pub struct Cut {
     pub gaps: Vec<Gap>,
     /// Moves after which it is not yet known where every axis stands.
     pub partial: Vec<usize>,
-    /// Why Cartesian moves stay as they are, by step.
+    /// Why moves stay as they are, by step, as far as that is known before the engine.
     pub left: BTreeMap<usize, Cause>,
     pub notes: Vec<Note>,
 }
@@ -265,6 +265,9 @@ impl Cutter<'_> {
         if !run.entry
             && let Some(first) = run.vertices.first_mut()
         {
+            if first.editable {
+                self.out.left.entry(first.step).or_insert(Cause::SideUnknown);
+            }
             first.editable = false;
         }
         if !run.vertices.is_empty() {
@@ -319,6 +322,9 @@ impl Cutter<'_> {
             Goal::Opaque(_) => {
                 // a relative motion would carry the offset of the goal before it along
                 if let Some(last) = self.run.vertices.last_mut() {
+                    if last.editable {
+                        self.out.left.entry(last.step).or_insert(Cause::BeforeUnknown);
+                    }
                     last.editable = false;
                 }
                 self.forget(m);
