@@ -121,7 +121,16 @@ mod tests {
     }
 
     fn at(q: [f64; 2]) -> Vertex {
-        Vertex { step: 0, role: Role::Goal, q: q[..].into(), share: 1.0, editable: true, t_s: 0.0, certain: true }
+        Vertex {
+            step: 0,
+            role: Role::Goal,
+            q: q[..].into(),
+            share: 1.0,
+            editable: true,
+            t_s: 0.0,
+            certain: true,
+            again: false,
+        }
     }
 
     #[test]

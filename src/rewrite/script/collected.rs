@@ -63,6 +63,7 @@ impl Collected {
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
             all.unplaced.rounded += lost.rounded;
+            all.unplaced.differing.extend(lost.differing);
             for v in &done.violations {
                 let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
                 let step = run.vertices.get(n as usize).and_then(|vertex| script.steps.get(vertex.step));

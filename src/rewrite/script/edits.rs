@@ -2,7 +2,7 @@
 
 use super::arcs;
 use super::run::{Role, Run, Vertex};
-use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
+use crate::program::script::{Document, Edit, EditRef, Edits, Goal, NewPoint, PathKind, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
@@ -19,6 +19,8 @@ pub struct Unplaced {
     pub lines: Vec<u64>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,
+    /// Steps of loops that would be written otherwise on each pass.
+    pub differing: Vec<usize>,
 }
 
 impl Unplaced {
@@ -67,8 +69,17 @@ pub fn collect(
         span.clear();
         span.extend((at..end).map(out));
         let before = at.checked_sub(1).map(|k| emitted.row(k));
-        let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, &mut unplaced);
+        let mut again = Unplaced::default();
+        let lost = if vertex.again { &mut again } else { &mut unplaced };
+        let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, lost);
         at = end + 1;
+        if vertex.again {
+            if !alike(edits.steps.get(vertex.step), edit.as_ref().map(|e| &e.0)) {
+                edits.steps.remove(vertex.step);
+                unplaced.differing.push(vertex.step);
+            }
+            continue;
+        }
         if let Some((edit, points)) = edit {
             added += points;
             edits.steps.insert(vertex.step, edit);
@@ -77,6 +88,22 @@ pub fn collect(
     blends(script, robot, run, edits);
     (unplaced, added)
 }
+
+/// Whether both passes of a loop ask for the same of a move.
+fn alike(first: Option<EditRef>, second: Option<&Edit>) -> bool {
+    let near = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() <= SAME_PASS);
+    let (Some(a), Some(b)) = (first, second) else { return first.is_none() && second.is_none() };
+    let goals = match (a.goal, &b.goal) {
+        (Some(x), Some(y)) => near(x, y),
+        (x, y) => x.is_none() && y.is_none(),
+    };
+    let points = a.before.iter().zip(&b.before).all(|(x, y)| near(&x.q, &y.q));
+    let vias = a.vias.iter().zip(&b.vias).all(|(x, y)| near(x, y));
+    goals && a.before.len() == b.before.len() && points && a.vias.len() == b.vias.len() && vias
+}
+
+/// Joints of two passes that differ by less are the same, rad or m: no digit of any format shows it.
+const SAME_PASS: f64 = 1e-7;
 
 /// The goal vertex at which a point stands.
 fn goal<'a>(run: &'a Run, out: &Out) -> Option<&'a Vertex> {
@@ -101,6 +128,7 @@ fn step(
     let of_pose = m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_));
     let arc = run.line(vertex.step).filter(|_| of_pose).filter(|line| line.arc().is_some());
     let closed = m.closed.is_some() || of_pose && arc.is_none() || run.unfollowed.contains(&vertex.step);
+    let closed = closed || run.entered.contains(&vertex.step);
     if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
         unplaced.lose(script, vertex.step, points);
@@ -108,7 +136,9 @@ fn step(
     if !vertex.editable {
         return None;
     }
-    let as_joint_moves = solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
+    let once = !run.entered.contains(&vertex.step);
+    let as_joint_moves =
+        once && solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
     let changed = |o: &Out, own: &[f64]| o.q.iter().zip(own).any(|(a, b)| (a - b).abs() > NOTHING);
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
@@ -242,7 +272,11 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
         let at_most = near.into_iter().flatten().map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
         let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
         if at_most.is_finite() && m.blend_m != Some(0.0) && m.blend_m.is_none_or(|b| b > at_most) && own.editable {
-            edits.steps.change_or_insert(own.step, |edit| edit.blend_at_most_m = Some(at_most));
+            // on another pass of a loop it may be narrower
+            let narrower = |edit: &mut Edit| {
+                edit.blend_at_most_m = Some(edit.blend_at_most_m.map_or(at_most, |b| b.min(at_most)));
+            };
+            edits.steps.change_or_insert(own.step, narrower);
         }
     }
 }

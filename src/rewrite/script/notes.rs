@@ -60,7 +60,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     if !sides.any() {
         return None;
     }
-    let vertices = || runs.iter().flat_map(|r| &r.vertices);
+    let vertices = || runs.iter().flat_map(|r| &r.vertices).filter(|v| !v.again);
     let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains(v.step)).count();
     let told: HashSet<usize> =
         runs.iter().flat_map(|r| r.vertices.iter().skip(1)).filter(|v| v.editable).map(|v| v.step).collect();

@@ -108,6 +108,7 @@ impl Reading<'_> {
             as_poses: true,
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),
+            rounds: true,
         };
         let mut poses = Poses::new(self.robot, self.frames);
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);

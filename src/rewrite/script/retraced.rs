@@ -171,7 +171,7 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
         }
         last = Some(gears.clone());
         let StepKind::Move(step) = &script.steps[vertex.step].kind else { continue };
-        if vertex.role != Role::Goal {
+        if vertex.role != Role::Goal || vertex.again {
             continue;
         }
         let other = [1.0, -1.0].map(|sign| offsets.less(robot, &gears, &directions, &|_| sign));

@@ -178,6 +178,10 @@ impl<'a> Reader<'a> {
                 self.blocks.push(self.before.take());
                 self.steps.open(at, kind);
             }
+            Flow::Round => {
+                self.blocks.push(self.before.take());
+                self.steps.open_loop(at, true);
+            }
             Flow::Middle => {
                 self.before = None;
                 self.steps.middle(at, Break::Jump);

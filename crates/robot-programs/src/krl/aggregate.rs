@@ -203,6 +203,15 @@ impl Aggregate {
         ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
     }
 
+    /// Why it is no Cartesian target; `what`: whose part.
+    pub fn incomplete(&self, what: &str) -> String {
+        let computed = ["X", "Y", "Z"].iter().find(|n| self.component(n).is_some_and(|c| c.value.is_none()));
+        match computed {
+            Some(name) => format!("{name} of {what} is an expression"),
+            None => format!("a part of {what} is not given"),
+        }
+    }
+
     /// The frame that the numbers are.
     pub fn isometry(&self) -> Option<Isometry3<f64>> {
         let numbers: Vec<f64> = self.coordinates()?.iter().flatten().map(|v| v.si).collect();

@@ -3,7 +3,7 @@
 use super::super::cause::Cause;
 use super::super::configuration::{CLEAR, prefers, stands};
 use super::super::edits::Unplaced;
-use super::super::run::{Role, Run};
+use super::super::run::Run;
 use super::Place;
 use super::borders::{Held, Rounding};
 use super::solve::within;
@@ -147,7 +147,7 @@ pub fn write(
     let mut joints = edits.clone();
     for run in runs {
         let mut before: Option<&[f64]> = None;
-        for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
+        for vertex in run.goals() {
             let start = before.replace(&vertex.q);
             let Some(StepKind::Move(m)) = script.steps.get(vertex.step).map(|s| &s.kind) else { continue };
             let Goal::Pose(goal) = &m.goal else {

@@ -49,10 +49,13 @@ impl Cutter<'_> {
                 editable,
                 t_s,
                 certain,
+                again: self.again,
             });
         }
-        let goal = Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain };
+        let goal =
+            Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain, again: self.again };
         if editable
+            && !self.run.entered.contains(&step)
             && m.closed.is_none()
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
@@ -95,7 +98,10 @@ impl Cutter<'_> {
             ways.sort_by(|a, b| a.share.total_cmp(&b.share));
             ways.dedup_by(|b, a| b.share - a.share < 1e-3);
         }
-        self.run.lines.insert(step, line);
+        // the first move of a loop keeps the way from before it
+        if !(self.again && self.run.entered.contains(&step)) {
+            self.run.lines.insert(step, line);
+        }
         Some(ways)
     }
 }

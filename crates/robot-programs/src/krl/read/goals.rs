@@ -151,7 +151,7 @@ impl Reader<'_> {
         }
         let at = At::of_line(k);
         let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span));
-        Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
+        Ok(pose.map_or_else(|| Goal::Opaque(a.incomplete("its position")), Goal::pose))
     }
 
     /// Position of the point on the way of an arc, m.
@@ -207,7 +207,7 @@ impl Reader<'_> {
                     pose
                 }
             };
-            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::pose));
+            return Ok(pose.map_or_else(|| Goal::Opaque(a.incomplete(&text)), Goal::pose));
         }
         if let (Some(Some(t)), true) = (self.of_name.get(n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(*t as usize));
