@@ -81,6 +81,11 @@ pub struct Directions {
 }
 
 impl Directions {
+    /// Some gear has moved.
+    pub fn any(&self) -> bool {
+        self.signs.iter().any(|s| *s != 0)
+    }
+
     /// Nothing is known any more.
     pub fn forget(&mut self) {
         self.last.clear();

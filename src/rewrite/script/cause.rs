@@ -18,7 +18,8 @@ pub enum Cause {
     /// An axis has not been commanded yet.
     #[error("before the position of every axis is known")]
     NotYetKnown,
-    /// The robot may come to it from either side of a gap: after a label, a loop, a call or a move that is not known.
+    /// The robot may come to it from either side of a gap: after a label, a loop, a call or a move that is not known, or where nothing moves
+    /// before the next of these.
     #[error(
         "the first target after a label, a loop, a call or an unknown move: from which side its joints reach it is not known"
     )]

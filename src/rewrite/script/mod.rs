@@ -143,6 +143,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
             if document.passes_points() { &[] } else { &task.choices.approach_from },
             task.compensator,
         ),
+        sides_given: task.options.initial_direction.iter().any(|d| *d != 0),
         rounds: true,
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);

@@ -108,6 +108,7 @@ impl Reading<'_> {
             as_poses: true,
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),
+            sides_given: true,
             rounds: true,
         };
         let mut poses = Poses::new(self.robot, self.frames);

@@ -147,6 +147,8 @@ pub struct Choice<'a> {
     pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
     /// Sides from which targets are reached.
     pub approach: Sides,
+    /// The user gives the sides from which joints come to the first point of the program.
+    pub sides_given: bool,
     /// Go through loops whose passes are alike.
     pub rounds: bool,
 }
@@ -311,6 +313,7 @@ impl Cutter<'_> {
         if let Some(pass) = self.pass.take() {
             self.failed.push(pass.round.open);
         }
+        let sides_known = self.choice.sides_given || self.directions.any();
         self.known.clear();
         self.directions.forget();
         let mut run = std::mem::replace(&mut self.run, empty_run(entry));
@@ -322,6 +325,11 @@ impl Cutter<'_> {
                 self.out.left.entry(first.step).or_insert(Cause::SideUnknown);
             }
             first.editable = false;
+        }
+        // a start from which nothing moves has no direction at all
+        for still in run.vertices.iter_mut().filter(|v| !sides_known && v.editable) {
+            still.editable = false;
+            self.out.left.entry(still.step).or_insert(Cause::SideUnknown);
         }
         if !run.vertices.is_empty() {
             self.out.runs.push(run);
