@@ -2,7 +2,7 @@
 
 use super::arcs;
 use super::run::{Role, Run, Vertex};
-use crate::program::script::{Document, Edit, EditRef, Edits, Goal, NewPoint, PathKind, Script, StepKind};
+use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
@@ -74,10 +74,7 @@ pub fn collect(
         let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, lost);
         at = end + 1;
         if vertex.again {
-            if !alike(edits.steps.get(vertex.step), edit.as_ref().map(|e| &e.0)) {
-                edits.steps.remove(vertex.step);
-                unplaced.differing.push(vertex.step);
-            }
+            second_pass(script, vertex.step, edit.map(|e| e.0), edits, &mut unplaced);
             continue;
         }
         if let Some((edit, points)) = edit {
@@ -89,17 +86,37 @@ pub fn collect(
     (unplaced, added)
 }
 
-/// Whether both passes of a loop ask for the same of a move.
-fn alike(first: Option<EditRef>, second: Option<&Edit>) -> bool {
+/// What the second pass of a loop asks of a move: where it is another goal, the move stays; where other points are to be on its way, it
+/// has none, and the step is spread over the way.
+fn second_pass(script: &Script, step: usize, second: Option<Edit>, edits: &mut Edits, unplaced: &mut Unplaced) {
     let near = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() <= SAME_PASS);
-    let (Some(a), Some(b)) = (first, second) else { return first.is_none() && second.is_none() };
-    let goals = match (a.goal, &b.goal) {
+    let first = edits.steps.get(step).map(Edit::from).unwrap_or_default();
+    let second = second.unwrap_or_default();
+    let goals = match (&first.goal, &second.goal) {
         (Some(x), Some(y)) => near(x, y),
         (x, y) => x.is_none() && y.is_none(),
     };
-    let points = a.before.iter().zip(&b.before).all(|(x, y)| near(&x.q, &y.q));
-    let vias = a.vias.iter().zip(&b.vias).all(|(x, y)| near(x, y));
-    goals && a.before.len() == b.before.len() && points && a.vias.len() == b.vias.len() && vias
+    if !goals || first.as_joint_moves {
+        if goals && first == second {
+            return;
+        }
+        edits.steps.remove(step);
+        unplaced.differing.push(step);
+        return;
+    }
+    let points = first.before.iter().zip(&second.before).all(|(x, y)| near(&x.q, &y.q));
+    let vias = first.vias.iter().zip(&second.vias).all(|(x, y)| near(x, y));
+    let counts = (first.before.len(), first.vias.len()) == (second.before.len(), second.vias.len());
+    if counts && points && vias {
+        return;
+    }
+    unplaced.lose(script, step, first.before.len().max(second.before.len()) as u64);
+    let mut whole = first;
+    whole.clear_points();
+    edits.steps.remove(step);
+    if whole.goal.is_some() {
+        edits.steps.insert(step, whole);
+    }
 }
 
 /// Joints of two passes that differ by less are the same, rad or m: no digit of any format shows it.

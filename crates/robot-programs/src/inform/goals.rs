@@ -209,7 +209,8 @@ impl Reader<'_> {
             return Err(Places::unclear(robot));
         }
         let (axes, rest) = all.split_at(robot.dof());
-        if places.external.is_empty() {
+        // listed after the arm they follow it in a position, too
+        if places.arm.iter().copied().eq(0..places.arm.len()) {
             return Ok((axes.to_vec(), rest.to_vec()));
         }
         let kind = |n: &Number| list.positions[n.0 as usize].kind;
