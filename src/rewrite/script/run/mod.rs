@@ -178,15 +178,16 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     const TRIES: usize = 4;
     let mut rounds: Vec<Round> = script.rounds.iter().filter(|_| choice.rounds).copied().collect();
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
-    for tried in 0.. {
+    let mut tried = 0;
+    loop {
         let (cut, over, failed) = cut_once(script, choice, poses, &rounds);
-        if failed.is_empty() {
+        if failed.is_empty() || rounds.is_empty() {
             return (cut, over);
         }
         (poses.missing, poses.posture) = (missing.clone(), posture.clone());
         rounds.retain(|r| !failed.contains(&r.open) && tried < TRIES);
+        tried += 1;
     }
-    unreachable!("without loops none fails")
 }
 
 fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round]) -> (Cut, Vec<usize>, Vec<usize>) {
