@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Share of the moves of public programs that `rewrite` edits, by language, with the reasons for the rest, ranked by moves.
+"""Share of the moves of public programs that `rewrite` edits (writes with their offsets), by language, with the reasons for the rest, ranked by moves.
 
     coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--json out.json]
 

@@ -89,12 +89,14 @@ pub struct Axes {
     joints: Vec<Axis>,
     /// Joints with their own command.
     commanded: Vec<usize>,
+    places: Places,
 }
 
 impl Axes {
     /// A table of joints; base and tool are null.
     pub fn new(name: impl Into<String>, joints: Vec<Axis>) -> Self {
-        let commanded = (0..joints.len()).filter(|&i| joints[i].follows.is_none()).collect();
+        let commanded: Vec<usize> = (0..joints.len()).filter(|&i| joints[i].follows.is_none()).collect();
+        let places = Places::of(&commanded.iter().map(|&i| &joints[i]).collect::<Vec<_>>());
         Self {
             name: name.into(),
             base: Isometry3::identity(),
@@ -102,6 +104,7 @@ impl Axes {
             control: crate::control::Control::default(),
             joints,
             commanded,
+            places,
         }
     }
 
@@ -133,8 +136,111 @@ impl Axes {
         self.axis_joints().position(|j| j.name.eq_ignore_ascii_case(name))
     }
 
+    /// Which axes are those of the arm and which external ones, as controllers number both.
+    pub fn places(&self) -> &Places {
+        &self.places
+    }
+
     /// Axis names in order, for messages.
     pub fn axis_names(&self) -> Vec<&str> {
         self.axis_joints().map(|j| j.name.as_str()).collect()
+    }
+}
+
+/// Axes of an arm, and external axes (a track, a positioner), as controllers number both: 1 to 6 each.
+///
+/// An axis is external where its name says so (`E1`, `EX1`, `EXT1`, `EAX_A`, `J7`, `joint_7`), else where it alone is linear beside six
+/// that turn, else where it comes after six that turn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Places {
+    /// Axes of the arm in their order.
+    pub arm: Vec<usize>,
+    /// External axes: number, from 1, and axis; ascending.
+    pub external: Vec<(usize, usize)>,
+    /// Names and kinds tell which axes are external.
+    pub certain: bool,
+}
+
+/// Joints of an arm in a list of a controller.
+const OF_ARM: usize = 6;
+
+impl Places {
+    fn of(axes: &[&Axis]) -> Self {
+        let all = || axes.iter().enumerate();
+        let mut external: Vec<(usize, usize)> =
+            all().filter_map(|(k, j)| Some((external_number(&j.name)?, k))).collect();
+        let mut certain = true;
+        if external.is_empty() && axes.len() > OF_ARM {
+            let linear: Vec<usize> = all().filter(|(_, j)| j.kind == JointKind::Prismatic).map(|(k, _)| k).collect();
+            let turns = |k: usize| !linear.contains(&k);
+            match linear[..] {
+                [one] if axes.len() == OF_ARM + 1 => external.push((1, one)),
+                _ => {
+                    certain = (0..OF_ARM).all(turns);
+                    external.extend((OF_ARM..axes.len()).map(|k| (k - OF_ARM + 1, k)));
+                }
+            }
+        }
+        external.sort_unstable();
+        certain &= external.windows(2).all(|w| w[0].0 != w[1].0) && external.iter().all(|e| e.0 <= OF_ARM);
+        let arm: Vec<usize> = (0..axes.len()).filter(|k| external.iter().all(|e| e.1 != *k)).collect();
+        certain &= arm.len() <= OF_ARM;
+        Self { arm, external, certain }
+    }
+
+    /// The external axis of a number, from 1.
+    pub fn external(&self, number: usize) -> Option<usize> {
+        self.external.iter().find(|e| e.0 == number).map(|e| e.1)
+    }
+
+    /// Why a list of axes cannot be read, where names and kinds do not tell the external ones.
+    pub fn unclear(axes: &Axes) -> String {
+        let names = axes.axis_names().join(", ");
+        format!("which axes of the robot file ({names}) are external is not certain: name them E1, E2, ...")
+    }
+}
+
+/// The number of an external axis by its name: `E1`, `eax_a`, `joint_7`.
+fn external_number(name: &str) -> Option<usize> {
+    let name = name.to_ascii_uppercase();
+    if let Some(letter) = name.strip_prefix("EAX_") {
+        let [letter @ b'A'..=b'F'] = letter.as_bytes() else { return None };
+        return Some(usize::from(letter - b'A') + 1);
+    }
+    let head = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number: usize = name.get(head.len()..)?.parse().ok()?;
+    match head.trim_end_matches('_') {
+        "E" | "EX" | "EXT" => (1..=OF_ARM).contains(&number).then_some(number),
+        "J" | "A" | "JOINT" | "AXIS" => (OF_ARM + 1..=2 * OF_ARM).contains(&number).then(|| number - OF_ARM),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(joints: &[(&str, JointKind)]) -> Places {
+        Axes::new("r", joints.iter().map(|(n, k)| Axis::new(*n, *k)).collect()).places().clone()
+    }
+
+    #[test]
+    fn external_axes_are_told_by_name_and_by_kind() {
+        use JointKind::{Prismatic as P, Revolute as R};
+        let arm = [("J1", R), ("J2", R), ("J3", R), ("J4", R), ("J5", R), ("J6", R)];
+        let with = |before: &[(&'static str, JointKind)], after: &[(&'static str, JointKind)]| {
+            places(&[before, &arm, after].concat())
+        };
+        assert_eq!(with(&[], &[]), Places { arm: (0..6).collect(), external: vec![], certain: true });
+        let rail = Places { arm: (1..7).collect(), external: vec![(1, 0)], certain: true };
+        for name in ["E1", "eax_a", "J7", "joint_7", "rail"] {
+            assert_eq!(with(&[(name, P)], &[]), rail, "{name}");
+        }
+        assert_eq!(with(&[("E2", R)], &[]).external(2), Some(0));
+        let after = Places { arm: (0..6).collect(), external: vec![(1, 6), (2, 7)], certain: true };
+        assert_eq!(with(&[], &[("turn", R), ("tilt", R)]), after);
+        assert!(!with(&[("x", P), ("y", P)], &[]).certain);
+        assert!(!with(&[("E1", P), ("eax_a", R)], &[]).certain);
+        assert!(!with(&[("E1", P), ("turn", R)], &[]).certain);
     }
 }

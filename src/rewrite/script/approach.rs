@@ -99,6 +99,11 @@ pub struct Directions {
 }
 
 impl Directions {
+    /// Some gear has moved.
+    pub fn any(&self) -> bool {
+        self.signs.iter().any(|s| *s != 0)
+    }
+
     /// Nothing is known any more.
     pub fn forget(&mut self) {
         self.last.clear();
@@ -140,7 +145,16 @@ mod tests {
     }
 
     fn at(q: [f64; 2]) -> Vertex {
-        Vertex { step: 0, role: Role::Goal, q: q[..].into(), share: 1.0, editable: true, t_s: 0.0, certain: true }
+        Vertex {
+            step: 0,
+            role: Role::Goal,
+            q: q[..].into(),
+            share: 1.0,
+            editable: true,
+            t_s: 0.0,
+            certain: true,
+            again: false,
+        }
     }
 
     #[test]

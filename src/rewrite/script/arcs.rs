@@ -12,7 +12,7 @@
 use super::cause::Cause;
 use super::circles::{DIGITS_M, LEAVES};
 use super::edits::Unplaced;
-use super::run::{Role, Run, Vertex};
+use super::run::{Run, Vertex};
 use super::way::Line;
 use crate::program::script::{Edit, EditRef, Edits, Goal, LeastArc, Move, NewPoint, PathKind, Script, StepKind};
 use nalgebra::Vector3;
@@ -125,7 +125,7 @@ pub fn settle(
     least: LeastArc,
 ) {
     for run in runs {
-        let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
+        let goals: Vec<&Vertex> = run.goals().collect();
         // what goes may bend the arc before
         while let Some(k) = (1..goals.len()).find(|&k| {
             let arc = Arc::of(script, run, [goals[k - 1], goals[k]]);

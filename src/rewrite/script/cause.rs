@@ -18,12 +18,35 @@ pub enum Cause {
     /// An axis has not been commanded yet.
     #[error("before the position of every axis is known")]
     NotYetKnown,
+    /// The robot may come to it from either side of a gap: after a label, a loop, a call or a move that is not known, or where nothing moves
+    /// before the next of these.
+    #[error(
+        "the first target after a label, a loop, a call or an unknown move: from which side its joints reach it is not known"
+    )]
+    SideUnknown,
+    /// On the first pass of a loop it would need other offsets than on the next ones.
+    #[error("in a loop whose first pass reaches it from other sides than the next ones")]
+    PassesDiffer,
+    /// A move that is not known follows it, and may count from where it ends.
+    #[error("before a target that cannot be determined, which may count from this one")]
+    BeforeUnknown,
     /// Its goal is a pose and poses are left as they are.
     #[error("Cartesian target")]
     Cartesian,
     /// The program does not determine frame or tool; what the reader says of it.
     #[error("a Cartesian target whose frame or tool cannot be determined: {0}")]
     NoPlace(String),
+    /// An external axis of the robot file has no position here.
+    #[error("a Cartesian target at which the position of an external axis is not known")]
+    ExternalUnknown,
+    /// An external axis has an offset and the target no number for it.
+    #[error("a Cartesian target that does not give the external axis whose offset it would need")]
+    ExternalUnnamed,
+    /// The robot has axes beside those of an arm, and the pose does not tell where they stand.
+    #[error(
+        "a Cartesian target of a robot whose axes a pose does not determine (external axes must be named E1, ... and come before six joints)"
+    )]
+    Redundant,
     /// Several frames or tools may be in force.
     #[error("a Cartesian target whose frame or tool is ambiguous")]
     SeveralPlaces,

@@ -1,6 +1,6 @@
 //! What differs between two programs, move by move: joints in degrees or millimetres, the TCP in micrometres.
 
-use super::run::{Role, Run};
+use super::run::Run;
 use crate::error::Result;
 use crate::program::script::{Edits, Format, Goal, Script, StepKind, Text};
 use crate::rewrite::near::{self, first_difference};
@@ -39,7 +39,7 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
     };
     for run in runs {
         let mut last: Option<&[f64]> = None;
-        for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
+        for vertex in run.goals() {
             let line = script.steps[vertex.step].at.line;
             if let Some(edit) = edits.steps.get(vertex.step) {
                 for p in edit.before {

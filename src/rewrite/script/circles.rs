@@ -7,7 +7,7 @@
 
 use super::cause::Cause;
 use super::poses::Tooled;
-use super::run::{Role, Run, Vertex};
+use super::run::{Run, Vertex};
 use super::way::{self, Line};
 use crate::program::script::{Edits, Goal, Script, StepKind};
 use nalgebra::Vector3;
@@ -37,7 +37,7 @@ pub fn threes(points: usize, k: usize) -> impl Iterator<Item = usize> {
 /// Takes back the edits of the points of arcs that would go elsewhere, once it is known which are made.
 pub fn settle(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeMap<usize, Cause>) {
     for run in runs {
-        let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
+        let goals: Vec<&Vertex> = run.goals().collect();
         let mut k = 0;
         while let Some(circle) = goals.get(k).map(|v| circle_of(script, v)) {
             let Some(circle) = circle else {

@@ -66,6 +66,7 @@ impl Collected {
                 all.unplaced.why.entry(why).or_default().extend(lines);
             }
             all.unplaced.rounded += lost.rounded;
+            all.unplaced.differing.extend(lost.differing);
             for v in &done.violations {
                 let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
                 let step = run.vertices.get(n as usize).and_then(|vertex| script.steps.get(vertex.step));

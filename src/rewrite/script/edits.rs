@@ -22,6 +22,8 @@ pub struct Unplaced {
     pub why: BTreeMap<String, Vec<u64>>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,
+    /// Steps of loops that would be written otherwise on each pass.
+    pub differing: Vec<usize>,
 }
 
 impl Unplaced {
@@ -76,8 +78,14 @@ pub fn collect(
         span.clear();
         span.extend((at..end).map(out));
         let before = at.checked_sub(1).map(|k| emitted.row(k));
-        let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, &mut unplaced);
+        let mut again = Unplaced::default();
+        let lost = if vertex.again { &mut again } else { &mut unplaced };
+        let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, lost);
         at = end + 1;
+        if vertex.again {
+            second_pass(script, vertex.step, edit.map(|e| e.0), edits, &mut unplaced);
+            continue;
+        }
         if let Some((edit, points)) = edit {
             added += points;
             edits.steps.insert(vertex.step, edit);
@@ -86,6 +94,42 @@ pub fn collect(
     blends(script, robot, run, edits);
     (unplaced, added)
 }
+
+/// What the second pass of a loop asks of a move: where it is another goal, the move stays; where other points are to be on its way, it
+/// has none, and the step is spread over the way.
+fn second_pass(script: &Script, step: usize, second: Option<Edit>, edits: &mut Edits, unplaced: &mut Unplaced) {
+    let near = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() <= SAME_PASS);
+    let first = edits.steps.get(step).map(Edit::from).unwrap_or_default();
+    let second = second.unwrap_or_default();
+    let goals = match (&first.goal, &second.goal) {
+        (Some(x), Some(y)) => near(x, y),
+        (x, y) => x.is_none() && y.is_none(),
+    };
+    if !goals || first.as_joint_moves {
+        if goals && first == second {
+            return;
+        }
+        edits.steps.remove(step);
+        unplaced.differing.push(step);
+        return;
+    }
+    let points = first.before.iter().zip(&second.before).all(|(x, y)| near(&x.q, &y.q));
+    let vias = first.vias.iter().zip(&second.vias).all(|(x, y)| near(x, y));
+    let counts = (first.before.len(), first.vias.len()) == (second.before.len(), second.vias.len());
+    if counts && points && vias {
+        return;
+    }
+    unplaced.lose(script, step, first.before.len().max(second.before.len()) as u64);
+    let mut whole = first;
+    whole.clear_points();
+    edits.steps.remove(step);
+    if whole.goal.is_some() {
+        edits.steps.insert(step, whole);
+    }
+}
+
+/// Joints of two passes that differ by less are the same, rad or m: no digit of any format shows it.
+const SAME_PASS: f64 = 1e-7;
 
 /// The goal vertex at which a point stands.
 fn goal<'a>(run: &'a Run, out: &Out) -> Option<&'a Vertex> {
@@ -110,6 +154,7 @@ fn step(
     let of_pose = m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_));
     let arc = run.line(vertex.step).filter(|_| of_pose).filter(|line| line.arc().is_some());
     let closed = m.closed.is_some() || of_pose && arc.is_none() || run.unfollowed.contains(&vertex.step);
+    let closed = closed || run.entered.contains(&vertex.step);
     if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
         unplaced.lose(script, vertex.step, points);
@@ -117,7 +162,9 @@ fn step(
     if !vertex.editable {
         return None;
     }
-    let as_joint_moves = solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
+    let once = !run.entered.contains(&vertex.step);
+    let as_joint_moves =
+        once && solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
     let changed = |o: &Out, own: &[f64]| o.q.iter().zip(own).any(|(a, b)| (a - b).abs() > NOTHING);
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
@@ -254,7 +301,11 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
         let at_most = near.into_iter().flatten().map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
         let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
         if at_most.is_finite() && m.blend_m != Some(0.0) && m.blend_m.is_none_or(|b| b > at_most) && own.editable {
-            edits.steps.change_or_insert(own.step, |edit| edit.blend_at_most_m = Some(at_most));
+            // on another pass of a loop it may be narrower
+            let narrower = |edit: &mut Edit| {
+                edit.blend_at_most_m = Some(edit.blend_at_most_m.map_or(at_most, |b| b.min(at_most)));
+            };
+            edits.steps.change_or_insert(own.step, narrower);
         }
     }
 }

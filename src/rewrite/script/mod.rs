@@ -145,6 +145,8 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
             if document.passes_points() { &[] } else { &task.choices.approach_from },
             task.compensator,
         ),
+        sides_given: task.options.initial_direction.iter().any(|d| *d != 0),
+        rounds: true,
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
     known.unknown_arm = notes::unknown_arm(format, task.robot);
@@ -154,12 +156,14 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let solve = choice.solve_within_m.is_some();
     let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
         Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
+    left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
     unplaced.points += collected::spare(script, task.choices, &mut edits);
     let mut held = Held::default();
     let (changes, changes_total) =
         as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
     // an estimate of a part would read as one of the whole
-    let whole = gaps.is_empty() && partial.is_empty();
+    let loops = runs.iter().any(|r| !r.entered.is_empty());
+    let whole = gaps.is_empty() && partial.is_empty() && !loops;
     stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
     let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
     let clockless = by_clock.note(&runs);

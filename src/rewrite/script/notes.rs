@@ -14,7 +14,7 @@ use std::collections::HashSet;
 /// file does not say by what; and a note.
 pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compensator>) {
     let said = |axis: usize| task.robot.gap_of.iter().any(|g| g.axis == axis);
-    let Some((axis, other)) = format.coupled().filter(|&(axis, other)| {
+    let Some((axis, other)) = coupled(format, task.robot).filter(|&(axis, other)| {
         axis.max(other) < task.robot.dof() && !said(axis) && task.compensator.on(axis).is_some()
     }) else {
         return (Vec::new(), None);
@@ -29,10 +29,17 @@ pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compens
     (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
 }
 
+/// [`Format::coupled`] among the axes of a robot that may stand on external ones.
+fn coupled(format: &dyn Format, robot: &Robot) -> Option<(usize, usize)> {
+    let (axis, other) = format.coupled()?;
+    let arm = &robot.axes().places().arm;
+    Some((*arm.get(axis)?, *arm.get(other)?))
+}
+
 /// Why joint values of a program do not tell where the arm stands: most arms of the format's maker show a joint against the horizontal, and neither a
 /// joint that takes the other one out of it nor a gear that is the joint's own says how the robot file counts it.
 pub fn unknown_arm(format: &dyn Format, robot: &Robot) -> Option<Cause> {
-    let (axis, other) = format.coupled().filter(|&(axis, other)| axis.max(other) < robot.dof())?;
+    let (axis, other) = coupled(format, robot).filter(|&(axis, other)| axis.max(other) < robot.dof())?;
     let (own, driver) = (robot.axis_index(axis), robot.axis_index(other));
     let follows = |j: &Joint| j.follows.as_ref().is_some_and(|f| f.joint == driver);
     let shown = robot.joints[..own].iter().any(follows);
@@ -53,7 +60,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     if !sides.any() {
         return None;
     }
-    let vertices = || runs.iter().flat_map(|r| &r.vertices);
+    let vertices = || runs.iter().flat_map(|r| &r.vertices).filter(|v| !v.again);
     let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains(v.step)).count();
     let told: HashSet<usize> =
         runs.iter().flat_map(|r| r.vertices.iter().skip(1)).filter(|v| v.editable).map(|v| v.step).collect();

@@ -110,6 +110,8 @@ impl Reading<'_> {
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),
             crossing_s: &[],
+            sides_given: true,
+            rounds: true,
         };
         let mut poses = Poses::new(self.robot, self.frames);
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);

@@ -171,7 +171,7 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
         }
         last = Some(gears.clone());
         let StepKind::Move(step) = &script.steps[vertex.step].kind else { continue };
-        if vertex.role != Role::Goal {
+        if vertex.role != Role::Goal || vertex.again {
             continue;
         }
         let other = [1.0, -1.0].map(|sign| offsets.less(robot, &gears, &directions, &|_| sign));
@@ -182,12 +182,14 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
             Goal::Pose(goal) => run.places.get(&vertex.step).and_then(|place| {
                 let (form, numbers) = own_numbers(script, goal)?;
                 let target = script.targets.get(goal.target?)?;
-                let digits = target.values.iter().map(|v| v.map_or(0.0, |v| v.digit)).collect();
-                let [less, more] = &other;
-                let other = [
-                    place.shifted(goal, form, &numbers, &vertex.q, less)?,
-                    place.shifted(goal, form, &numbers, &vertex.q, more)?,
-                ];
+                let digits = target.values.iter().take(form.count()).map(|v| v.map_or(0.0, |v| v.digit)).collect();
+                let [less, more] = [&other[0], &other[1]].map(|q| {
+                    let mut all = place.shifted(goal, form, &numbers, &vertex.q, q)?;
+                    all.truncate(form.count());
+                    Some(all)
+                });
+                let other = [less?, more?];
+                let numbers = numbers.get(..form.count())?.to_vec();
                 Some(Pose { place, form, digits, numbers, other })
             }),
             _ => None,

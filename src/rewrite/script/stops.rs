@@ -76,6 +76,7 @@ mod tests {
             editable: true,
             t_s,
             certain: true,
+            again: false,
         };
         let run = Run { vertices: vec![vertex(0, [0.0, 0.0], 0.0), vertex(1, [0.2, 0.1], 1.0)], ..Run::default() };
         let halts = [Halt { step: 1, at: At::default(), stops: 3 }];

@@ -225,8 +225,8 @@ fn compare(
         if stays && lost <= SAME {
             continue;
         }
-        if let Some(form) = target.pose {
-            let slot = usize::from(form.quantity(axis) != Quantity::Length);
+        if let Some(quantity) = target.quantity(axis) {
+            let slot = usize::from(quantity != Quantity::Length);
             written.pose_lost[slot] = written.pose_lost[slot].max(lost);
             continue;
         }

@@ -7,7 +7,7 @@
 use super::poses::Tooled;
 use crate::numerics::reversal::ReversalDetector;
 use crate::program::script::Way;
-use crate::robot::arm::{Form, isometry};
+use crate::robot::arm::{Form, isometry, pose_of};
 use crate::robot::{InverseOptions, Pose, Target};
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
@@ -44,12 +44,20 @@ pub fn follow(
     along(tooled, &track, turned, from)?.pop()
 }
 
+/// The same on a straight way on which external axes move, to `external`: they go as the TCP does, by the same share of their ways.
+pub fn follow_carried(tooled: &Arc<Tooled>, from: &[f64], end: &Isometry3<f64>, external: &[f64]) -> Option<Vec<f64>> {
+    let track = Track::between(isometry(&tooled.robot.forward(from)), *end, None)?;
+    along(tooled, &track.carried(from, external), true, from)?.pop()
+}
+
 /// Where the TCP goes.
 #[derive(Debug, Clone)]
 struct Track {
     start: Isometry3<f64>,
     end: Isometry3<f64>,
     arc: Option<Circle>,
+    /// External axes at the start and at the end; none where no axes carry the arm.
+    external: [Vec<f64>; 2],
 }
 
 /// The part of a circle from a start on.
@@ -126,7 +134,19 @@ impl Track {
             Some(via) => Some(Circle::through(&start.translation.vector, &via, &end.translation.vector)?),
             None => None,
         };
-        Some(Self { start, end, arc })
+        Some(Self { start, end, arc, external: Default::default() })
+    }
+
+    /// The same while the first axes go from where they stand at joints `from` to `external`.
+    fn carried(mut self, from: &[f64], external: &[f64]) -> Self {
+        self.external = [from.iter().take(external.len()).copied().collect(), external.to_vec()];
+        self
+    }
+
+    /// External axes at a share of the way.
+    fn external(&self, share: f64) -> Vec<f64> {
+        let [from, to] = &self.external;
+        from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect()
     }
 
     fn length_m(&self) -> f64 {
@@ -172,7 +192,10 @@ impl Line {
     /// followed.
     pub fn between(tooled: &Arc<Tooled>, from: &[f64], to: &[f64], via: Option<Vector3<f64>>) -> Option<Self> {
         let robot = &tooled.robot;
-        let track = Track::between(isometry(&robot.forward(from)), isometry(&robot.forward(to)), via)?;
+        let mut track = Track::between(isometry(&robot.forward(from)), isometry(&robot.forward(to)), via)?;
+        if let Some(carried) = &tooled.carried {
+            track = track.carried(from, to.get(..carried.count)?);
+        }
         let pose = robot.dof() >= 6;
         let mut samples = along(tooled, &track, pose, from)?;
         // the branch must be the one on which the target stands
@@ -295,6 +318,15 @@ fn advanced(
 /// Joints at a share of the way between two poses, from a guess near them.
 fn solved(tooled: &Tooled, track: &Track, pose: bool, share: f64, guess: &[f64]) -> Option<Vec<f64>> {
     let wanted = track.pose(share);
+    if let Some(carried) = &tooled.carried {
+        let mut q = track.external(share);
+        let base = carried.base(&tooled.robot, &q);
+        let wanted = pose_of(&(base.inverse() * isometry(&wanted)));
+        let guess = carried.of_arm(guess);
+        let arm = carried.arm.nearest(&carried.robot, &wanted, guess)?;
+        q.extend(&arm);
+        return (pose && arm.iter().zip(guess).all(|(a, b)| (a - b).abs() <= LEAP)).then_some(q);
+    }
     let leaps = |q: &[f64]| q.iter().zip(guess).any(|(a, b)| (a - b).abs() > LEAP);
     if let Some(arm) = tooled.arm.as_ref().filter(|a| pose && a.form() != Form::General) {
         return arm.nearest(&tooled.robot, &wanted, guess).filter(|q| !leaps(q));

@@ -84,7 +84,8 @@ fn program(text: &Text) -> Program {
         does.counts |= said.as_ref().is_some_and(|said| said.relative);
         does.moves |= said.is_some() || instruction::leads(text, words).is_some() || statement.nested;
         match flow::read(text, words) {
-            Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Middle | Flow::Close(_) => {}
+            Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Round => {}
+            Flow::Middle | Flow::Close(_) => {}
             Flow::Call(name) => drop(does.calls.insert(name)),
             Flow::Step(StepKind::Dwell(_)) => does.waits = true,
             Flow::Step(_) => does.moves = true,

@@ -7,6 +7,7 @@
 
 use super::statement::{Statement, is_comment, name_of, program_name};
 use super::{instruction, motion};
+use crate::script::blocks::is_entered;
 use crate::script::called::Called;
 use crate::script::cursor::integer;
 use crate::script::held::{self, Effects, Event};
@@ -25,6 +26,8 @@ pub(super) enum Flow {
     Jump(Jump),
     /// A block opens, goes on with its other branch, closes.
     Open(Break),
+    /// A loop with constant bounds opens.
+    Round,
     Middle,
     Close(Break),
     /// It calls a program, perhaps, and goes on; upper case.
@@ -60,6 +63,7 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
         b"CALL" | b"AUFRUF" => call(&whole).unwrap_or_else(other),
         b"END" | b"ABORT" if words.len() == 1 => Flow::Jump(Jump { label: None, always: true }),
         b"IF" | b"WENN" if all.last().is_some_and(|w| w == b"THEN") => Flow::Open(Break::Jump),
+        b"FOR" if words.len() > 1 && is_entered(&whole) => Flow::Round,
         b"FOR" if words.len() > 1 => Flow::Open(Break::Loop),
         b"ENDFOR" if words.len() == 1 => Flow::Close(Break::Loop),
         b"ENDIF" if words.len() == 1 => Flow::Close(Break::Jump),
@@ -149,6 +153,7 @@ fn events(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> (Vec<Event>, V
         let event = match (instruction::leads(text, words).filter(|_| !comment), flow) {
             (Some(event), _) => event,
             (_, Flow::Label(label)) => name(label).map_or(Event::Other, Event::Label),
+            (_, Flow::Round) => Event::Open(true),
             (_, Flow::Open(kind)) => Event::Open(kind == Break::Loop),
             (_, Flow::Middle) => Event::Middle,
             (_, Flow::Close(_)) => Event::Close,
@@ -205,7 +210,7 @@ pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], 
             Flow::On => moves,
             Flow::Label(_) | Flow::Jump(_) | Flow::Step(StepKind::Dwell(_)) => false,
             Flow::Call(name) => still.waits(name).is_none(),
-            Flow::Open(_) | Flow::Middle | Flow::Close(_) | Flow::Step(_) => true,
+            Flow::Open(_) | Flow::Round | Flow::Middle | Flow::Close(_) | Flow::Step(_) => true,
         };
         stretch += u64::from(busy);
         match flow {

@@ -105,6 +105,7 @@ impl Format for Fanuc {
 struct Program {
     script: Script,
     kinds: Vec<JointKind>,
+    robot: Axes,
     /// Where the motion of each move step stands.
     motions: BySteps<Motion>,
     /// Lines with a number, in order.

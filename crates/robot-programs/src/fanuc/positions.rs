@@ -5,10 +5,11 @@
 //! robot's own (further groups, further axes) is compared byte by byte, never changed.
 
 use super::statement::{is_position, shown};
+use crate::axes::{Axes, JointKind, Places};
 use crate::error::Result;
 use crate::script::cursor::{Cursor, integer, strip_word};
 use crate::script::lex::upper_of;
-use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
+use crate::script::pose::{Configuration, Frame, OfAxis, PoseGoal, Solution};
 use crate::script::{Span, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::borrow::Cow;
@@ -68,6 +69,35 @@ impl Position {
         out
     }
 
+    /// The field of each axis of the robot: `J1`, ... of its arm, `E1`, ... (older: `J7`, ...) of its external axes; the name of the
+    /// first that is missing.
+    ///
+    /// # Errors
+    /// One is missing.
+    pub fn fields_of(&self, places: &Places) -> std::result::Result<Vec<&Field>, String> {
+        let of = |name: String| self.fields.iter().find(|f| f.name == name).ok_or(name);
+        let field = |axis: usize| match places.arm.iter().position(|a| *a == axis) {
+            Some(k) => of(format!("J{}", k + 1)),
+            None => {
+                let number = places.external.iter().find(|e| e.1 == axis).map_or(0, |e| e.0);
+                of(format!("E{number}")).or_else(|name| of(format!("J{}", 6 + number)).map_err(|_| name))
+            }
+        };
+        (0..places.arm.len() + places.external.len()).map(field).collect()
+    }
+
+    /// Fields of the robot's external axes beside a Cartesian position, with their axes.
+    pub fn placed(&self, robot: &Axes) -> Vec<(usize, &Field)> {
+        let places = robot.places();
+        let of = |&(number, axis): &(usize, usize)| {
+            let field = self.fields.iter().find(|f| f.name.strip_prefix('E') == Some(&number.to_string()));
+            let mm = robot.axis(axis).kind == JointKind::Prismatic;
+            field.filter(|f| f.mm == mm).map(|f| (axis, f))
+        };
+        let found = places.external.iter().filter_map(of).collect();
+        if places.certain { found } else { Vec::new() }
+    }
+
     /// Fields of a Cartesian position: X, Y, Z, W, P, R; `None`: one is missing, not taught, or in another unit.
     pub fn coordinates(&self) -> Option<[&Field; 6]> {
         let of = |name: &str| {
@@ -79,10 +109,12 @@ impl Position {
     }
 
     /// The Cartesian target, whose numbers are those of target `target`.
-    pub fn pose(&self, target: usize) -> Option<PoseGoal> {
+    pub fn pose(&self, target: usize, robot: &Axes) -> Option<PoseGoal> {
         let values = self.coordinates()?.map(|f| f.value.map_or(0.0, |v| v.0));
         let [w, p, r] = [values[3], values[4], values[5]].map(f64::to_radians);
-        let extended = || self.fields.iter().filter(|f| is_extended(&f.name));
+        let placed = self.placed(robot);
+        let foreign = |f: &&Field| is_extended(&f.name) && placed.iter().all(|p| p.1.name != f.name);
+        let extended = || self.fields.iter().filter(foreign);
         let carried: Option<Vec<(String, f64)>> = extended()
             .map(|f| f.value.map(|v| (f.name.to_string(), v.0)))
             .filter(|v| v.as_ref().is_none_or(|v| v.1 != 0.0))
@@ -92,6 +124,11 @@ impl Position {
             Some(axes) => named(self.frame, "user frame").carried("0", &axes),
         };
         let solution = self.configuration.map_or(Solution::Same, Solution::Configured);
+        let of_axis = |&(axis, field): &(usize, &Field)| {
+            let si = robot.axis(axis).kind.si_per_user_unit();
+            Some(OfAxis { axis, si: field.value?.0 * si })
+        };
+        let external: Box<[OfAxis]> = placed.iter().map(of_axis).collect::<Option<_>>()?;
         Some(PoseGoal {
             target: Some(target),
             position_m: Vector3::new(values[0], values[1], values[2]) * 1e-3,
@@ -100,6 +137,7 @@ impl Position {
             tool: named(self.tool, "tool"),
             solution,
             binding: true,
+            external: Some(external).filter(|all| !all.is_empty()),
             ..PoseGoal::default()
         })
     }

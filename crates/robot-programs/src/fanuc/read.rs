@@ -68,7 +68,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
     script.keep_before_reading("the program reads where it ends (LPOS, JPOS)", &reads);
     script.texts = texts;
-    Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
+    let robot = robot.clone();
+    Ok(Program { script, kinds, robot, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }
 
 /// What makes another frame or tool of one while the program runs.
@@ -76,7 +77,7 @@ const SET: &str = "as the program sets it";
 
 struct Reader<'a> {
     text: &'a Text,
-    dof: usize,
+    robot: &'a Axes,
     taught: Taught,
     uses: Uses,
     /// Extras of the last goal, where they are known.
@@ -105,10 +106,10 @@ struct Reader<'a> {
 type Parsed = Vec<Range<usize>>;
 
 impl<'a> Reader<'a> {
-    fn new(text: &'a Text, robot: &Axes, taught: Taught, uses: Uses) -> Self {
+    fn new(text: &'a Text, robot: &'a Axes, taught: Taught, uses: Uses) -> Self {
         Self {
             text,
-            dof: robot.dof(),
+            robot,
             taught,
             uses,
             before: None,
@@ -177,6 +178,10 @@ impl<'a> Reader<'a> {
                 self.blocks.push(self.before.take());
                 self.steps.open(at, kind);
             }
+            Flow::Round => {
+                self.blocks.push(self.before.take());
+                self.steps.open_loop(at, true);
+            }
             Flow::Middle => {
                 self.before = None;
                 self.steps.middle(at, Break::Jump);
@@ -211,7 +216,7 @@ impl<'a> Reader<'a> {
 
     /// The Cartesian target of a position.
     fn pose(&self, position: usize) -> Option<PoseGoal> {
-        let mut pose = self.taught.pose(position)?;
+        let mut pose = self.taught.pose(position, self.robot)?;
         let own = self.taught.positions.get(position)?;
         if self.uses.sets.has_frame(own.frame) {
             pose.frame = pose.frame.made("0", SET);
@@ -248,11 +253,11 @@ impl<'a> Reader<'a> {
             (Some(a), Some(b)) => self.taught.extras[a] == self.taught.extras[b],
             _ => false,
         };
-        let further = matches!(goal, Goal::Pose(_)) && self.dof > 6;
+        let further = matches!(goal, Goal::Pose(_)) && !self.robot.places().certain;
         let uncounted = self.uncounted && motion.is_some_and(|m| m.number.is_some());
         let reasons = [
             (!still, "another axis or group may move with it"),
-            (further, "a Cartesian position with further axes cannot be written as joints"),
+            (further, "which axes of the robot file are external is not certain"),
             (motion.is_none(), "its statement cannot be copied"),
             (uncounted, "no attribute gives the number of lines, which must grow (LINE_COUNT)"),
         ];

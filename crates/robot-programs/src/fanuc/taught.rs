@@ -1,7 +1,7 @@
 //! The positions of `/POS` as targets of the script, and what they say of axes that are none of the robot's.
 
-use super::positions::{Field, Position, is_extended, is_joint};
-use crate::axes::{Axes, JointKind};
+use super::positions::{Field, Position};
+use crate::axes::{Axes, JointKind, Places};
 use crate::error::Result;
 use crate::script::{At, PoseForm, PoseGoal, Target, Targets, Text, Value, number};
 use std::collections::HashMap;
@@ -59,8 +59,11 @@ impl Taught {
         } else if p.untaught() {
             Err(format!("P[{}] is not taught", p.index))
         } else if p.is_joints() {
-            Ok(self.push(i, target(text, robot, p)?))
-        } else if let Some(target) = coordinates(p) {
+            match robot.places() {
+                places if places.certain => Ok(self.push(i, target(text, robot, p, places)?)),
+                _ => Err(Places::unclear(robot)),
+            }
+        } else if let Some(target) = coordinates(p, robot) {
             pose = Some(self.push(i, target));
             Err("a Cartesian position".into())
         } else {
@@ -78,9 +81,9 @@ impl Taught {
     }
 
     /// The Cartesian target of a position.
-    pub fn pose(&self, position: usize) -> Option<PoseGoal> {
+    pub fn pose(&self, position: usize, robot: &Axes) -> Option<PoseGoal> {
         let target = self.poses.get(position).copied().flatten()?;
-        self.positions.get(position)?.pose(target)
+        self.positions.get(position)?.pose(target, robot)
     }
 
     /// Whether the other groups of all positions stand at one place: what they carry does not move.
@@ -92,8 +95,11 @@ impl Taught {
 /// What a position says of other groups and further axes, for comparison.
 fn extras(text: &Text, robot: &Axes, p: &Position) -> Vec<u8> {
     let mut other = p.others.clone();
-    let own = if p.is_joints() { robot.dof() } else { 0 };
-    for f in p.axes().into_iter().skip(own) {
+    let own: Vec<&Field> = match p.is_joints() {
+        true => p.fields_of(robot.places()).unwrap_or_default(),
+        false => p.placed(robot).into_iter().map(|f| f.1).collect(),
+    };
+    for f in p.axes().into_iter().filter(|f| own.iter().all(|o| o.name != f.name)) {
         other.extend_from_slice(text.slice(f.field).trim_ascii());
         other.push(b' ');
     }
@@ -101,16 +107,18 @@ fn extras(text: &Text, robot: &Axes, p: &Position) -> Vec<u8> {
 }
 
 /// The joints of a position, as many as the robot has axes.
-fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
-    let axes = p.axes();
-    if axes.len() < robot.dof() {
-        let found = format!("{} joint values in P[{}]", axes.len(), p.index);
-        return Err(text.bad(p.head.start, found, format!("{}: one for each axis of the robot", robot.dof())));
-    }
+fn target(text: &Text, robot: &Axes, p: &Position, places: &Places) -> Result<Target> {
+    let axes = match p.fields_of(places) {
+        Ok(axes) => axes,
+        Err(missing) => {
+            let found = format!("{} joint values in P[{}], and no `{missing}`", p.axes().len(), p.index);
+            return Err(text.bad(p.head.start, found, format!("{}: one for each axis of the robot", robot.dof())));
+        }
+    };
     let mut values = Vec::with_capacity(robot.dof());
     for (field, joint) in axes.into_iter().zip(robot.axis_joints()) {
         let mm = joint.kind == JointKind::Prismatic;
-        if field.mm != mm || !(is_joint(&field.name) || is_extended(&field.name)) {
+        if field.mm != mm {
             let found = format!("`{}` in {}", field.name, if field.mm { "mm" } else { "deg" });
             return Err(text.bad(
                 field.number.start(),
@@ -131,7 +139,7 @@ fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
 }
 
 /// The numbers of a Cartesian position.
-fn coordinates(p: &Position) -> Option<Target> {
+fn coordinates(p: &Position, robot: &Axes) -> Option<Target> {
     let form = PoseForm::FixedXyz;
     let value = |(k, field): (usize, &Field)| {
         let (value, style) = field.value?;
@@ -139,7 +147,21 @@ fn coordinates(p: &Position) -> Option<Target> {
         let (start, end) = (field.number.start(), field.number.end());
         Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest: FINEST.min(digit) * unit })
     };
-    let values = p.coordinates()?.into_iter().enumerate().map(value).collect();
+    let mut values: Vec<Option<Value>> = p.coordinates()?.into_iter().enumerate().map(value).collect();
+    for (axis, field) in p.placed(robot) {
+        let unit = robot.axis(axis).kind.si_per_user_unit();
+        let (value, style) = field.value?;
+        let digit = number::last_digit(style.decimals);
+        let (start, end) = (field.number.start(), field.number.end());
+        values.push(Some(Value {
+            si: value * unit,
+            start,
+            end,
+            style,
+            digit: digit * unit,
+            finest: FINEST.min(digit) * unit,
+        }));
+    }
     let at = At { file: 0, line: p.line };
     Some(Target { name: Some(format!("P[{}]", p.index)), at, values, pose: Some(form) })
 }

@@ -1,6 +1,6 @@
 //! Edits as patches: joint fields, cloned positions, new lines with new positions, line numbers.
 
-use super::positions::Position;
+use super::positions::{Field, Position};
 use super::taught::FINEST;
 use super::{Motion, Program};
 use crate::axes::JointKind;
@@ -45,9 +45,12 @@ fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number:
 fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result<Change> {
     let position = position_of(program, target)?;
     let Some(written_there) = program.script.targets.get(target) else { return Ok(Change::new()) };
-    let fields = match (written_there.pose, position.coordinates()) {
-        (Some(_), Some(fields)) => fields.to_vec(),
-        _ => position.axes(),
+    let fields: Vec<&Field> = match (written_there.pose, position.coordinates()) {
+        (Some(_), Some(fields)) => {
+            let placed = position.placed(&program.robot).into_iter().map(|f| f.1);
+            fields.into_iter().chain(placed).collect()
+        }
+        _ => position.fields_of(program.robot.places()).unwrap_or_default(),
     };
     let own = program.script.texts.first();
     let mut out = Vec::new();

@@ -4,6 +4,7 @@
 
 use super::job::{ANGLE_DECIMALS, Kind, LENGTH_DECIMALS, Meaning, Number, Numbers, Position, Reference};
 use super::read::Reader;
+use crate::axes::Places;
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{At, Goal, Move, Note, PoseForm, PoseGoal, Solution, Span, Target, Value, number};
@@ -161,7 +162,11 @@ impl Reader<'_> {
             let expected = format!("{}, one for each axis of {}", robot.dof(), robot.name);
             return Err(text.bad(text.line_span(lead.line()).start, found, expected));
         }
-        let (axes, rest) = all.split_at(robot.dof());
+        let (axes, rest) = match self.of_axes(&key, &all) {
+            Ok(found) => found,
+            Err(why) => return Ok(Goal::Opaque(why)),
+        };
+        let (axes, rest) = (axes.as_slice(), rest.as_slice());
         let span = |n: &Number| list.positions.numbers(n.0 as usize)[n.1 as usize].range();
         let read = |n: &Number| number::read(text.slice(span(n))).map(|v| v.0);
         if !rest.is_empty() {
@@ -190,6 +195,46 @@ impl Reader<'_> {
         self.numbers.push(Numbers::of(axes));
         self.targets.insert(key, t);
         Ok(Goal::Joints(t))
+    }
+
+    /// The numbers of a move's positions by the robot's axes, and those that are none of its: the C line has the joints of the arm, BC
+    /// those of a base that carries it, EC those of stations.
+    ///
+    /// # Errors
+    /// Why it is not certain which number is which axis'.
+    fn of_axes(&self, key: &[usize], all: &[Number]) -> std::result::Result<(Vec<Number>, Vec<Number>), String> {
+        let (robot, list) = (self.robot, self.list);
+        let places = robot.places();
+        if !places.certain {
+            return Err(Places::unclear(robot));
+        }
+        let (axes, rest) = all.split_at(robot.dof());
+        // listed after the arm they follow it in a position, too
+        if places.arm.iter().copied().eq(0..places.arm.len()) {
+            return Ok((axes.to_vec(), rest.to_vec()));
+        }
+        let kind = |n: &Number| list.positions[n.0 as usize].kind;
+        let lead = key.first().map(|&k| list.positions.numbers(k).len()).unwrap_or_default();
+        let base: Vec<Number> = all.iter().filter(|n| matches!(kind(n), Kind::Bc | Kind::Bp)).copied().collect();
+        let arm_from = places.arm.first().copied().unwrap_or_default();
+        let carrying = places.external.iter().filter(|e| e.1 < arm_from).count();
+        // further numbers of the C line are further axes of the group
+        let beyond = lead.saturating_sub(places.arm.len());
+        if carrying != base.len() || carrying + places.arm.len() > all.len() || carrying > 0 && beyond > 0 {
+            return Err("the robot file's external axes before the arm are not the base axes of the position".into());
+        }
+        let mut after = all.iter().skip(places.arm.len()).filter(|n| !matches!(kind(n), Kind::Bc | Kind::Bp)).copied();
+        let mut base = base.into_iter();
+        let mut of_axis = vec![None; robot.dof()];
+        for (n, &axis) in all.iter().zip(&places.arm) {
+            of_axis[axis] = Some(*n);
+        }
+        for &(_, axis) in &places.external {
+            of_axis[axis] = if axis < arm_from { base.next() } else { after.next() };
+        }
+        let axes: Option<Vec<Number>> = of_axis.into_iter().collect();
+        let axes = axes.ok_or("it has too few numbers for the robot's external axes")?;
+        Ok((axes, after.chain(base).collect()))
     }
 
     fn value(&self, axis: usize, n: Number) -> Result<Value> {

@@ -296,6 +296,27 @@ fn a_rail_of_the_robot_file_is_read_from_the_base_axis() {
 }
 
 #[test]
+fn a_rail_under_the_arm_is_the_base_axis_and_no_joint_of_it() {
+    let on_rail = fixtures::ma2010_on_a_rail();
+    let mut joints: Vec<_> = on_rail.axis_joints().cloned().collect();
+    joints.rotate_right(1);
+    joints[0].name = "E1".into();
+    let robot = Axes::new("rail first", joints);
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=1000,2,3,4,5,6\nBC00000=-5000\n///TOOL 0\nEC00000=7";
+    let text = job("1,1,1,0,0,0", list, "MOVJ C00000 BC00000 VJ=5.00\nMOVJ C00000 EC00000 VJ=5.00");
+    let script = script_of(&Inform, &text, &robot);
+    let own = values(&script, 1);
+    assert!((own[0] - 0.05).abs() < 1e-15 && own[1] > 0.0 && own.len() == 7, "{own:?}");
+    // a station is no rail
+    assert!(matches!(&moves(&script)[1].1.goal, Goal::Opaque(why) if why.contains("base axes")));
+    let mut edits = Edits { digit: vec![1e-9; 7], ..Edits::default() };
+    let goal = [&[0.051], &own[1..]].concat();
+    edits.steps.insert(1, Edit { goal: Some(goal), ..Edit::default() });
+    let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
+    assert_eq!(String::from_utf8(out).unwrap(), text.replace("=-5000", "=-5100"));
+}
+
+#[test]
 fn cartesian_relative_and_untyped_positions_are_no_joint_targets() {
     let list = "C00000=1,1,1,1,1,1\n///POSTYPE ROBOT\n///RECTAN\nC00001=1000.000,0.000,500.000,180.0000,0.0000,0.0000\n\
                 ///USER 2\n///POSTYPE USER\n///RECTAN\nC00002=1.000,0.000,0.000,0.0000,0.0000,0.0000";

@@ -2,12 +2,14 @@
 //! target, as a frame.
 
 use super::lex::{Kind, Token};
+use super::target::axis_value;
+use crate::axes::JointKind;
 use crate::decimal::POW10;
 use crate::error::Result;
 use crate::script::lex::text_of;
 use crate::script::number::last_digit;
 use crate::script::pose::{Configuration, Frame};
-use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Span, Text, Value, number};
+use crate::script::{OfAxis, PathKind, PoseForm, PoseGoal, Solution, Span, Text, Value, number};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
@@ -119,7 +121,14 @@ impl Aggregate {
 
     /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
     /// paths the controller does not look at status and turn.
-    pub fn pose(&self, frame: &Frame, tool: &Frame, path: PathKind, target: Option<usize>) -> Option<PoseGoal> {
+    pub fn pose(
+        &self,
+        frame: &Frame,
+        tool: &Frame,
+        path: PathKind,
+        target: Option<usize>,
+        own: &[(String, JointKind)],
+    ) -> Option<PoseGoal> {
         let of = |name: &str| self.component(name).and_then(|c| c.value).map(|v| v.1);
         let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
         // turns about Z, then the new Y, then the new X
@@ -127,8 +136,11 @@ impl Aggregate {
             let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
             Some(UnitQuaternion::from_euler_angles(c, b, a))
         })();
+        let placed = self.placed(own);
         let external = |c: &Component| {
-            axis_name(c.name.as_str()) && c.name.as_str().starts_with('E') && c.value.is_none_or(|v| v.1 != 0.0)
+            let name = c.name.as_str();
+            let foreign = axis_name(name) && name.starts_with('E') && own.iter().all(|o| o.0 != name);
+            foreign && c.value.is_none_or(|v| v.1 != 0.0)
         };
         let carried: Option<Vec<(String, f64)>> =
             self.components().filter(external).map(|c| Some((c.name.as_str().to_string(), c.value?.1))).collect();
@@ -145,7 +157,7 @@ impl Aggregate {
             (None, None) => Solution::Same,
             (status, turn) => Solution::Configured(Configuration::Kuka { status, turn }),
         };
-        let frame = match (carried, unread) {
+        let frame = match (carried.filter(|_| placed.is_some()), unread) {
             (None, _) => {
                 Frame::Unknown("an external axis that is computed, and may carry the robot or the work piece".into())
             }
@@ -153,7 +165,29 @@ impl Aggregate {
             (Some(axes), false) => frame.clone().carried("$NULLFRAME", &axes),
         };
         let tool = tool.clone();
-        Some(PoseGoal { target, position_m, rotation, frame, tool, solution, binding: joint, ..PoseGoal::default() })
+        let placed = placed.unwrap_or_default().into_iter().map(|(axis, v)| OfAxis { axis, si: v.si });
+        let external = Some(placed.collect::<Box<[OfAxis]>>()).filter(|all| !all.is_empty());
+        let binding = joint;
+        Some(PoseGoal { target, position_m, rotation, frame, tool, solution, binding, external, ..PoseGoal::default() })
+    }
+
+    /// External axes of the robot beside a Cartesian position, with their numbers; `None`: one is computed. `own`: the robot's axes.
+    fn placed(&self, own: &[(String, JointKind)]) -> Option<Vec<(usize, Value)>> {
+        let external = own.iter().enumerate().filter(|(_, o)| o.0.starts_with('E'));
+        let given = external.filter_map(|(axis, (name, kind))| Some((axis, *kind, self.component(name)?)));
+        let number = |(axis, kind, c): (usize, JointKind, Component)| {
+            let &(span, value, style) = c.value?;
+            Some((axis, axis_value(kind, value, style, span.range())))
+        };
+        given.map(number).collect()
+    }
+
+    /// All that a Cartesian target can have changed: the numbers of its pose, then those of the robot's external axes; `None`: one is
+    /// missing or computed.
+    pub fn numbers(&self, own: &[(String, JointKind)]) -> Option<Vec<Option<Value>>> {
+        let mut all = self.coordinates()?;
+        all.extend(self.placed(own)?.into_iter().map(|(_, v)| Some(v)));
+        Some(all)
     }
 
     /// The numbers of a Cartesian target; `None`: one is missing or computed.
@@ -167,6 +201,15 @@ impl Aggregate {
             Some(Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest }))
         };
         ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
+    }
+
+    /// Why it is no Cartesian target; `what`: whose part.
+    pub fn incomplete(&self, what: &str) -> String {
+        let computed = ["X", "Y", "Z"].iter().find(|n| self.component(n).is_some_and(|c| c.value.is_none()));
+        match computed {
+            Some(name) => format!("{name} of {what} is an expression"),
+            None => format!("a part of {what} is not given"),
+        }
     }
 
     /// The frame that the numbers are.

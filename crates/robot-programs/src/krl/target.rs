@@ -12,13 +12,20 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// KRL's names of the robot's axes: by the robot file where it uses them, else by order.
+/// KRL's names of the robot's axes: by the robot file where it uses them, else by their places; empty where these are not certain, so
+/// that no value is any axis'.
 pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
     let own: Vec<String> = robot.axis_names().iter().map(|n| n.to_ascii_uppercase()).collect();
     if own.iter().all(|n| axis_name(n)) {
         return own;
     }
-    (0..robot.dof()).map(|i| if i < 6 { format!("A{}", i + 1) } else { format!("E{}", i - 5) }).collect()
+    let places = robot.places();
+    let name = |axis: usize| {
+        let external = places.external.iter().find(|e| e.1 == axis);
+        let of_arm = || places.arm.iter().position(|a| *a == axis).map(|k| format!("A{}", k + 1));
+        external.map(|e| format!("E{}", e.0)).or_else(of_arm).filter(|_| places.certain).unwrap_or_default()
+    };
+    (0..robot.dof()).map(name).collect()
 }
 
 /// Where one of the other axes moves with the robot, a point on the way would bring it to its goal too early.
@@ -50,6 +57,8 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
         }
     }
 }
+
+const UNCLEAR: &str = "which axes of the robot file are external is not certain: name them E1, E2, ...";
 
 /// Values of axes that are none of the robot's; `None`: not known.
 pub(super) type Others = Option<Arc<[(String, Vec<u8>)]>>;
@@ -93,7 +102,9 @@ pub(super) fn target(
         values.push(Some(axis_value(*kind, *value, *style, span.range())));
     }
     if values.iter().all(Option::is_none) {
-        return Ok(Err("it moves none of the robot's axes".into()));
+        let unclear = axes.iter().any(|(name, _)| name.is_empty());
+        let why = if unclear { UNCLEAR } else { "it moves none of the robot's axes" };
+        return Ok(Err(why.into()));
     }
     Ok(Ok(Target { name, at, values, pose: None }))
 }

@@ -3,7 +3,7 @@
 use super::built::{Literal, Owner};
 use super::lex::Kind;
 use super::read::{Item, Span, Storage};
-use super::rules::External;
+use super::rules::{External, own_external};
 use super::steps::Builder;
 use super::value::{self, Node};
 use crate::error::Result;
@@ -175,9 +175,7 @@ impl Builder<'_> {
             Goal::Joints(t) => self.externals.get(*t).cloned().unwrap_or_default(),
             _ => of_pose,
         };
-        // the first of them that the robot file does not have
-        let first = self.robot.dof().saturating_sub(6).min(6);
         let before = self.external.replace(Arc::clone(&axes));
-        before.is_some_and(|before| before.moves_to(&axes, first))
+        before.is_some_and(|before| before.moves_to(&axes, own_external(self.robot)))
     }
 }

@@ -4,11 +4,11 @@ use super::arguments::{Arg, Switch, arguments};
 use super::built::{Literal, Site};
 use super::lex::Kind;
 use super::read::{Item, Span};
-use super::rules::External;
+use super::rules::{External, own_external};
 use super::steps::Builder;
 use super::value::{self, Node};
 use crate::axes::JointKind;
-use crate::script::pose::{Configuration, Frame};
+use crate::script::pose::{Configuration, Frame, OfAxis};
 use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
@@ -56,7 +56,8 @@ impl Builder<'_> {
     ///
     /// `confdata = "[" cf1 "," cf4 "," cf6 "," cfx "]"`
     fn configuration(&self, node: &Node) -> Solution {
-        let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
+        let arm = &self.robot.places().arm;
+        let six = arm.len() == 6 && arm.iter().all(|a| self.robot.axis(*a).kind == JointKind::Revolute);
         let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
         let conf = node.get(2).and_then(|n| n.numbers::<4>()).filter(|c| six && c.iter().all(|v| whole(*v)));
         conf.map_or(Solution::Same, |c| {
@@ -114,6 +115,8 @@ impl Builder<'_> {
         let target = self.pose_target(declared, node, at, external_axes);
         let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
+        let placed = value::placed(Some(external), self.robot).unwrap_or_default();
+        let placed: Box<[OfAxis]> = placed.into_iter().map(|(axis, v)| OfAxis { axis, si: v.si }).collect();
         Goal::pose(PoseGoal {
             target,
             position_m,
@@ -122,6 +125,7 @@ impl Builder<'_> {
             tool,
             solution,
             binding: checked,
+            external: Some(placed).filter(|all| !all.is_empty()),
             ..PoseGoal::default()
         })
     }
@@ -151,7 +155,7 @@ impl Builder<'_> {
     fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, external_axes: &External) -> Frame {
         let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.written(v));
         let frame = self.frame(wobj, item);
-        match external_axes.standing() {
+        match external_axes.standing(own_external(self.robot)) {
             Some(axes) => frame.carried(&own, &axes),
             None => {
                 Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
@@ -167,7 +171,8 @@ impl Builder<'_> {
         at: At,
         external_axes: &Arc<External>,
     ) -> Option<usize> {
-        let values = value::pose(node)?;
+        let mut values = value::pose(node)?;
+        values.extend(value::placed(node.get(3), self.robot)?.into_iter().map(|(_, v)| Some(v)));
         // a list with a call in it cannot be written into the instruction: the call would happen once more
         if self.f.text.slice(node.bytes()).contains(&b'(') {
             return None;

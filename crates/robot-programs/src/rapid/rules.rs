@@ -6,6 +6,7 @@ use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed};
 use super::value::Node;
 use super::words;
+use crate::axes::Axes;
 use crate::script::Text;
 use crate::script::cursor::integer;
 use crate::script::lex::text_of;
@@ -164,31 +165,43 @@ impl External {
         node.numbers::<6>().map_or_else(|| Self::Text(written()), Self::Numbers)
     }
 
-    /// Whether one from `first` on may be used.
-    pub fn used_from(&self, first: usize) -> bool {
+    /// Whether one that is none of the robot's `own` may be used.
+    pub fn used_beside(&self, own: [bool; 6]) -> bool {
         match self {
-            Self::Numbers(axes) => axes.iter().skip(first).any(|v| is_used(*v)),
-            _ => first < 6,
+            Self::Numbers(axes) => axes.iter().zip(own).any(|(v, own)| !own && is_used(*v)),
+            _ => own.contains(&false),
         }
     }
 
-    /// Name and value of those that are used and stand elsewhere than at 0; `None`: not known.
-    pub fn standing(&self) -> Option<Vec<(String, f64)>> {
+    /// Name and value of those that are none of the robot's `own`, are used and stand elsewhere than at 0; `None`: not known.
+    pub fn standing(&self, own: [bool; 6]) -> Option<Vec<(String, f64)>> {
         let Self::Numbers(axes) = self else { return None };
-        let used = axes.iter().enumerate().filter(|(_, v)| is_used(**v) && **v != 0.0);
+        let used = axes.iter().enumerate().filter(|(k, v)| !own[*k] && is_used(**v) && **v != 0.0);
         Some(used.map(|(k, v)| (format!("eax_{}", char::from(b'a' + k as u8)), *v)).collect())
     }
 
-    /// Whether one from `first` on may move on the way to `next`.
-    pub fn moves_to(&self, next: &Self, first: usize) -> bool {
+    /// Whether one that is none of the robot's `own` may move on the way to `next`.
+    pub fn moves_to(&self, next: &Self, own: [bool; 6]) -> bool {
         match (self, next) {
             (Self::Numbers(a), Self::Numbers(b)) => {
-                a.iter().zip(b).skip(first).any(|(a, b)| (is_used(*a) || is_used(*b)) && a != b)
+                a.iter().zip(b).zip(own).any(|((a, b), own)| !own && (is_used(*a) || is_used(*b)) && a != b)
             }
-            (Self::Text(a), Self::Text(b)) => first < 6 && a != b,
-            (_, next) => next.used_from(first),
+            (Self::Text(a), Self::Text(b)) => own.contains(&false) && a != b,
+            (_, next) => next.used_beside(own),
         }
     }
+}
+
+/// Which of the six external axes of a target the robot file has.
+pub fn own_external(robot: &Axes) -> [bool; 6] {
+    let mut own = [false; 6];
+    let places = robot.places();
+    for (number, _) in places.external.iter().filter(|_| places.certain) {
+        if let Some(place) = own.get_mut(number - 1) {
+            *place = true;
+        }
+    }
+    own
 }
 
 /// 9E9 (9E+09, 1E+10 in older programs): the axis is not used.

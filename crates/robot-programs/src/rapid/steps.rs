@@ -18,7 +18,7 @@ use super::words::{self, Motion};
 use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::alike::Passed;
-use crate::script::blocks::Steps;
+use crate::script::blocks::{Steps, is_entered};
 use crate::script::fold;
 use crate::script::{At, Break, Note, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
@@ -184,9 +184,13 @@ impl Builder<'_> {
                     self.steps.entry.get_or_insert(k);
                 }
             }
-            ItemKind::Branch | ItemKind::Loop => {
-                let kind = if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump };
-                self.steps.open(self.at(token), kind);
+            ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
+            ItemKind::Loop => {
+                // its head begins with the word before its condition
+                let head = item.span.start.saturating_sub(1)..item.span.end;
+                let tokens = self.f.p.tokens.get(head).unwrap_or_default();
+                let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
+                self.steps.open_loop(self.at(token), is_entered(self.f.text.slice(bytes)));
             }
             ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
             ItemKind::EndBranch => self.close(token, Break::Jump),

@@ -6,7 +6,7 @@
 
 use super::lex::{Kind, Token};
 use super::read::Span;
-use crate::axes::{Axes, JointKind};
+use crate::axes::{Axes, JointKind, Places};
 use crate::error::Result;
 use crate::script::number::last_digit;
 use crate::script::{PoseForm, Text, Value, number};
@@ -162,9 +162,15 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
         ));
     }
     let mut out = Vec::with_capacity(robot.dof());
+    let places = robot.places();
+    if !places.certain {
+        return Ok(Err(Places::unclear(robot)));
+    }
     for (axis, joint) in robot.axis_joints().enumerate() {
-        let part = if axis < 6 { robax } else { extax };
-        let Some(item) = part.get(axis % 6) else { return Ok(Err("its axes are no list of numbers".into())) };
+        let external = places.external.iter().find(|e| e.1 == axis).map(|e| (extax, e.0 - 1));
+        let of_arm = || (robax, places.arm.iter().position(|a| *a == axis).unwrap_or(usize::MAX));
+        let (part, k) = external.unwrap_or_else(of_arm);
+        let Some(item) = part.get(k) else { return Ok(Err("its axes are no list of numbers".into())) };
         let Node::Number(v, style, b) = item else {
             return Ok(Err(format!("axis {} of it is no plain number", joint.name)));
         };
@@ -184,6 +190,22 @@ pub fn axis_value(kind: JointKind, value: f64, style: number::Style, bytes: Rang
     let digit = last_digit(style.decimals) * si;
     let finest = finest(value, style) * si;
     Value { si: value * si, start: bytes.start, end: bytes.end, style, digit, finest }
+}
+
+/// External axes of the robot that a robtarget places, with their numbers; `None`: one is no plain number.
+///
+/// `extax = "[" six numbers "]" | expression`
+pub fn placed(node: Option<&Node>, robot: &Axes) -> Option<Vec<(usize, Value)>> {
+    let places = robot.places();
+    let mut all = Vec::new();
+    for &(number, axis) in places.external.iter().filter(|_| places.certain) {
+        let Node::Number(v, style, b) = node?.get(number - 1)? else { return None };
+        // 9E9: the axis stays where it is
+        if v.abs() < 8.9e9 {
+            all.push((axis, axis_value(robot.axis(axis).kind, *v, *style, b.clone())));
+        }
+    }
+    Some(all)
 }
 
 /// Numbers of a robtarget `[[x,y,z],[q1,q2,q3,q4],...]`; `None`: one is no plain number.

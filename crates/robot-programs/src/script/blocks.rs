@@ -75,6 +75,33 @@ impl<T> BySteps<T> {
     }
 }
 
+/// A loop that is certainly entered, and whose passes all run through the same steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Round {
+    /// Step of the break with which it begins.
+    pub open: usize,
+    /// Step of the break with which it ends.
+    pub close: usize,
+    /// What stands after it is reached from its end alone.
+    pub goes_on: bool,
+}
+
+/// Whether the head of a loop lets it be entered whatever the program does before: constant bounds, or none.
+///
+/// `head = "FOR" name ("FROM" | "=") integer "TO" integer ["DO"] | "WHILE" ["("] "TRUE" [")"] ["DO" | ":"] | "LOOP"`
+pub fn is_entered(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head).to_ascii_uppercase().replace('=', " = ").replace(['(', ')', ':'], " ");
+    let words: Vec<&str> = text.split_ascii_whitespace().collect();
+    let bound = |w: &str| w.parse::<i32>().ok();
+    match words[..] {
+        ["FOR", _, "FROM" | "=", from, "TO", to] | ["FOR", _, "FROM" | "=", from, "TO", to, "DO"] => {
+            bound(from).zip(bound(to)).is_some_and(|(from, to)| from <= to)
+        }
+        ["WHILE", "TRUE"] | ["WHILE", "TRUE", "DO"] | ["LOOP"] => true,
+        _ => false,
+    }
+}
+
 /// Steps, and the places `S` of their moves.
 pub struct Steps<S> {
     steps: Vec<Step>,
@@ -82,6 +109,7 @@ pub struct Steps<S> {
     gone: Vec<usize>,
     sites: BySteps<S>,
     open: Vec<Block>,
+    rounds: Vec<Round>,
     /// Next comment to look at.
     comment: usize,
     /// The start with which the program starts, where that is known.
@@ -93,6 +121,10 @@ pub struct Steps<S> {
 struct Block {
     breaks: Vec<usize>,
     busy: bool,
+    /// A loop that is certainly entered.
+    round: bool,
+    /// Something in it may lead out of it.
+    left: bool,
 }
 
 impl<S> Default for Steps<S> {
@@ -102,6 +134,7 @@ impl<S> Default for Steps<S> {
             gone: Vec::new(),
             sites: BySteps::default(),
             open: Vec::new(),
+            rounds: Vec::new(),
             comment: 0,
             entry: None,
         }
@@ -203,6 +236,24 @@ impl<S> Steps<S> {
         self.middle(at, kind);
     }
 
+    /// A loop opens; `entered`: see [`is_entered`].
+    pub fn open_loop(&mut self, at: At, entered: bool) {
+        self.open(at, Break::Loop);
+        if let Some(block) = self.open.last_mut() {
+            block.round = entered;
+        }
+    }
+
+    /// Something may lead from inside of the loops that are open to their next pass.
+    pub fn skips(&mut self) {
+        self.open.iter_mut().for_each(|block| block.round = false);
+    }
+
+    /// Something may lead out of the blocks that are open.
+    pub fn leaves(&mut self) {
+        self.open.iter_mut().for_each(|block| block.left = true);
+    }
+
     /// A break that belongs to the innermost block.
     pub fn middle(&mut self, at: At, kind: Break) {
         let k = self.add(at, StepKind::Break(kind));
@@ -218,8 +269,13 @@ impl<S> Steps<S> {
                 self.gone.extend(block.breaks);
                 false
             }
-            _ => {
-                self.push(at, StepKind::Break(kind));
+            block => {
+                let close = self.push(at, StepKind::Break(kind));
+                if let Some(Block { breaks, round: true, left, .. }) = block
+                    && let [open] = breaks[..]
+                {
+                    self.rounds.push(Round { open, close, goes_on: !left });
+                }
                 true
             }
         }
@@ -236,6 +292,8 @@ impl<S> Steps<S> {
         if let Some(k) = self.entry.filter(|k| *k < self.steps.len() && stays(k)) {
             script.entry = Some(moved(k));
         }
+        let rounds = self.rounds.iter().map(|r| Round { open: moved(r.open), close: moved(r.close), ..*r });
+        script.rounds = rounds.collect();
         if !gone.is_empty() {
             let mut k = 0..;
             self.steps.retain(|_| k.next().is_some_and(|k| stays(&k)));
@@ -249,6 +307,46 @@ impl<S> Steps<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn loops_are_entered_by_constant_bounds_and_without_a_condition() {
+        let entered =
+            ["FOR i FROM 1 TO 4 DO", "for i=1 to 4", "FOR R[1]=1 TO 3", "LOOP", "while (True):", "WHILE TRUE DO"];
+        assert!(entered.iter().all(|head| is_entered(head.as_bytes())));
+        let not = [
+            "FOR i FROM 1 TO n DO",
+            "FOR i=4 TO 1",
+            "FOR i=1 TO 9 STEP 2",
+            "WHILE x DO",
+            "while True and x:",
+            "FOR R[1]=4 DOWNTO 1",
+        ];
+        assert!(not.iter().all(|head| !is_entered(head.as_bytes())));
+    }
+
+    #[test]
+    fn rounds_are_loops_without_a_second_branch_and_know_whether_something_leads_out() {
+        let at = At { file: 0, line: 1 };
+        let mut steps = Steps::<()>::default();
+        steps.push(at, StepKind::Break(Break::Start));
+        for (leaves, skips) in [(false, false), (true, false), (false, true)] {
+            steps.open_loop(at, true);
+            steps.push(at, StepKind::Process(true));
+            steps.open(at, Break::Jump);
+            if leaves {
+                steps.leaves();
+            }
+            if skips {
+                steps.skips();
+            }
+            steps.close(at, Break::Jump);
+            steps.close(at, Break::Loop);
+        }
+        let mut script = Script::default();
+        steps.finish(&mut script);
+        let round = |open, close, goes_on| Round { open, close, goes_on };
+        assert_eq!(script.rounds, [round(1, 3, true), round(4, 6, false)]);
+    }
 
     #[test]
     fn a_block_that_moves_nothing_leaves_no_break_and_one_around_a_busy_one_stays() {

@@ -6,6 +6,7 @@
 use super::number;
 use super::pose::Quantity;
 use super::targets::TargetRef;
+use crate::axes::JointKind;
 
 /// What shall be different, by step. A step that is not named stays as it is.
 #[derive(Debug, Clone, Default)]
@@ -22,7 +23,7 @@ pub struct Edits {
 impl Edits {
     /// Weight that the last digit of number `k` of a target should have at most, in SI; NaN: no wish.
     pub fn digit_of(&self, target: &TargetRef, k: usize) -> f64 {
-        match target.pose.map(|form| form.quantity(k)) {
+        match target.quantity(k) {
             None => self.digit.get(k).copied().unwrap_or(f64::NAN),
             Some(Quantity::Length) => self.pose_digit[0],
             // a part of a quaternion turns by twice as much
@@ -307,7 +308,30 @@ const SAME_NUMBER: f64 = 1e-11;
 impl TargetRef<'_> {
     /// SI value of the unit in which number `k` of a pose is written; `None`: it holds joint values.
     pub fn pose_unit(&self, k: usize) -> Option<f64> {
-        self.pose.map(|form| form.unit(k))
+        let form = self.pose?;
+        match self.beside(k) {
+            Some(kind) => Some(kind.si_per_user_unit()),
+            None => Some(form.unit(k)),
+        }
+    }
+
+    /// What number `k` of a pose is; `None`: it holds joint values.
+    pub fn quantity(&self, k: usize) -> Option<Quantity> {
+        let form = self.pose?;
+        Some(match self.beside(k) {
+            Some(JointKind::Prismatic) => Quantity::Length,
+            Some(JointKind::Revolute) => Quantity::Angle,
+            None => form.quantity(k),
+        })
+    }
+
+    /// The kind of the external axis whose number `k` is; `None`: it is one of the pose itself.
+    fn beside(&self, k: usize) -> Option<JointKind> {
+        let own = self.values.get(k).filter(|_| self.pose.is_some_and(|form| k >= form.count()))?;
+        // its last digit tells the unit: 0.001 m, or a 180th of pi
+        let unit = own.digit / number::last_digit(own.style.decimals);
+        let linear = (unit - JointKind::Prismatic.si_per_user_unit()).abs() < 0.1 * unit;
+        Some(if linear { JointKind::Prismatic } else { JointKind::Revolute })
     }
 
     /// New text of number `k` of a pose for a value in SI; `None`: it stays as it is.

@@ -54,9 +54,10 @@ pub mod thin;
 use super::files::{Files, Folders};
 use crate::axes::Axes;
 use crate::error::Result;
+pub use blocks::Round;
 pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use patches::{Patch, PatchRef, Patches};
-pub use pose::{Frame, PoseForm, PoseGoal, Quantity, Shift, Solution};
+pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::path::{Path, PathBuf};
 pub use step::{At, Break, Goal, How, Move, Note, PathKind, Speed, Step, StepKind, Way};
 pub use targets::{CLONE, Target, TargetRef, Targets, Value, Values, is_clone};
@@ -160,6 +161,8 @@ pub struct Script {
     pub missing: Vec<&'static str>,
     /// The [`Break::Start`] with which the program starts, where that is not the first.
     pub entry: Option<usize>,
+    /// Loops whose every pass goes the same way, innermost ones alone.
+    pub rounds: Vec<Round>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
 }

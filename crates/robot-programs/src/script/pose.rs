@@ -174,6 +174,17 @@ pub struct PoseGoal {
     pub shift: Option<Box<Shift>>,
     /// Of an arc through three points: the one on its way, in the frame of the goal, m.
     pub via_m: Option<Vector3<f64>>,
+    /// External axes of the robot that the target places itself; boxed, as few do.
+    pub external: Option<Box<[OfAxis]>>,
+}
+
+/// Where a target puts an external axis. Its number is one of the target's, after those of the pose, in the same order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OfAxis {
+    /// Axis of the robot.
+    pub axis: usize,
+    /// rad or m.
+    pub si: f64,
 }
 
 /// A displacement of a target: the pose that is meant is `before * numbers * after`.
@@ -198,6 +209,11 @@ impl Shift {
 }
 
 impl PoseGoal {
+    /// External axes that the target places.
+    pub fn placed(&self) -> &[OfAxis] {
+        self.external.as_deref().unwrap_or_default()
+    }
+
     /// The pose as it is written, in its frame.
     pub fn pose(&self) -> Option<Isometry3<f64>> {
         Some(Isometry3::from_parts(self.position_m.into(), self.rotation?))

@@ -8,7 +8,7 @@ use super::value;
 use super::words;
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
-use crate::script::blocks::{BySteps, Steps};
+use crate::script::blocks::{BySteps, Steps, is_entered};
 use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
@@ -298,9 +298,11 @@ impl Builder<'_> {
                 self.steps.start();
                 self.push(token, StepKind::Break(Break::Start));
             }
-            ItemKind::Branch | ItemKind::Loop => {
-                let kind = if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump };
-                self.steps.open(self.at(token), kind);
+            ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
+            ItemKind::Loop => {
+                let tokens = self.p.tokens.get(item.span.clone()).unwrap_or_default();
+                let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
+                self.steps.open_loop(self.at(token), is_entered(&[b"while ", self.text.slice(bytes)].concat()));
             }
             ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
             ItemKind::EndBranch => self.close(token, Break::Jump),
@@ -311,6 +313,8 @@ impl Builder<'_> {
                 let seconds = args.first().and_then(|a| self.number(&a.span, item));
                 self.push(token, StepKind::Dwell(seconds.filter(|s| name == "sleep" && *s >= 0.0)));
             }
+            ItemKind::Other if name == "continue" => self.steps.skips(),
+            ItemKind::Other if name == "break" => self.steps.leaves(),
             ItemKind::Other => {}
         }
         Ok(())

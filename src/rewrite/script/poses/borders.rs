@@ -40,7 +40,7 @@ impl Rounding {
         let mut all = Self::default();
         let Some(target) = target else { return all };
         for (k, value) in target.values.iter().enumerate() {
-            if let (Some(value), Some(form)) = (value, target.pose) {
+            if let (Some(value), Some(form)) = (value, target.pose.filter(|form| k < form.count())) {
                 all.add(form, k, value.finest, edits.digit_of(target, k));
             }
         }
@@ -101,6 +101,10 @@ impl Place {
         [q, to]: [&[f64]; 2],
         rounding: Rounding,
     ) -> Result<Vec<f64>, Cause> {
+        if let Some((alone, count)) = self.alone(q) {
+            let kept = alone.held(goal, on_way, [&q[count..], &to[count..]], rounding)?;
+            return Ok(to[..count].iter().copied().chain(kept).collect());
+        }
         let (Solution::Configured(configuration), true, true) =
             (&goal.solution, goal.binding, self.tooled.arm.is_some())
         else {

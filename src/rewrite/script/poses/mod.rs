@@ -10,10 +10,11 @@
 //! configuration names differ, or where the target lies outside of the joint limits. One exception: a joint motion whose configuration is
 //! that of one solution alone goes there, however far that is, as long as few motions of the program do so.
 //!
-//! In this folder: frames, tools and places here; [`solve`] chooses the joints of a target; [`borders`] keeps joints with offsets in the
+//! In this folder: frames, tools and places here; [`carried`]: arms on external axes; [`solve`] chooses the joints of a target; [`borders`] keeps joints with offsets in the
 //! configuration that is written; [`mod@write`] makes numbers of joints.
 
 mod borders;
+mod carried;
 mod solve;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use borders::Held;
+pub use carried::Carried;
 pub use write::{own_numbers, write};
 
 /// A robot with one of its tools, ready for the inverse.
@@ -36,13 +38,16 @@ pub use write::{own_numbers, write};
 pub struct Tooled {
     pub robot: Robot,
     pub arm: Option<Arm>,
+    /// The arm where external axes of the robot carry it.
+    pub carried: Option<Carried>,
 }
 
 impl Tooled {
     pub fn new(robot: &Robot, tool: Isometry3<f64>) -> Self {
         let robot = robot.with_geometry(robot.joints.clone(), tool);
         let arm = Arm::of(&robot);
-        Self { robot, arm }
+        let carried = if arm.is_none() { Carried::of(&robot) } else { None };
+        Self { robot, arm, carried }
     }
 }
 
@@ -105,8 +110,20 @@ impl Poses {
             let named = !(frames.is_empty() && tools.is_empty());
             return Err(if named { Cause::NotGiven { frames, tools } } else { Cause::SeveralPlaces });
         };
+        if self.on_moving_base(&goal.frame) {
+            return Err(Cause::NoPlace("the robot's base moves on an external axis".into()));
+        }
         let (posture, by_order) = (self.posture.clone(), self.by_order);
         Ok(Place { tooled: self.tooled(tool), frame, posture, by_order, lettered: false })
+    }
+
+    /// Whether a frame is the robot's base, and that is carried by an axis.
+    fn on_moving_base(&self, frame: &Frame) -> bool {
+        match frame {
+            Frame::Base => self.robot.dof() > 6 && !self.robot.axes().places().external.is_empty(),
+            Frame::Any(all) => all.iter().any(|f| self.on_moving_base(f)),
+            _ => false,
+        }
     }
 
     fn tooled(&mut self, tool: Isometry3<f64>) -> Arc<Tooled> {
@@ -167,7 +184,7 @@ fn resolved(
 
 impl Place {
     /// The target in the world of the robot.
-    fn world(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Option<Isometry3<f64>> {
+    pub(super) fn world(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Option<Isometry3<f64>> {
         let rotation = match (goal.rotation, from) {
             (Some(rotation), _) => self.frame.rotation * rotation,
             (None, Some(from)) => arm::isometry(&self.tooled.robot.forward(from)).rotation,

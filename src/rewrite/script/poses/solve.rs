@@ -39,6 +39,12 @@ impl Place {
         hint: Option<&[f64]>,
     ) -> Result<Vec<f64>, Cause> {
         let robot = &self.tooled.robot;
+        if let Some(carried) = &self.tooled.carried {
+            return self.joints_carried(carried, goal, from, path, hint);
+        }
+        if self.tooled.is_redundant() {
+            return Err(Cause::Redundant);
+        }
         let end = self.world(goal, from).ok_or(Cause::NoStart)?;
         let via = self.via(goal);
         let Some(arm) = &self.tooled.arm else {
@@ -49,20 +55,26 @@ impl Place {
         let ordered = matches!(goal.solution, Solution::Near(_)) && goal.binding;
         if let (Some(from), true, false) = (from, follows, ordered) {
             let q = way::follow(&self.tooled, from, &end, true, via).ok_or(Cause::NotReached)?;
-            let fits = match &goal.solution {
-                Solution::Configured(c) if goal.binding => {
-                    allows(c, arm, &q, SLACK) || tolerates(c, arm, &q, SLACK) && !self.named(arm, c, &end, from)
-                }
-                _ => true,
-            };
             within(robot, &q)?;
-            return if fits { Ok(q) } else { Err(Cause::OtherArm) };
+            return self.fits(goal, &q, &end, from).map(|()| q);
         }
         self.chosen(arm, goal, from, &end, hint, path).or_else(|why| match &goal.solution {
             // a straight way from an unknown place ends at the only joints at which the check of the configuration lets it
             Solution::Configured(c) if follows && why == Cause::NotConfigured => self.tolerated(arm, c, &end, hint),
             _ => Err(why),
         })
+    }
+
+    /// Joints at the end of a way from `from`, at pose `end`, are those that the target orders.
+    ///
+    /// # Errors
+    /// They are others.
+    pub(super) fn fits(&self, goal: &PoseGoal, q: &[f64], end: &Isometry3<f64>, from: &[f64]) -> Result<(), Cause> {
+        let (Some(arm), Solution::Configured(c), true) = (&self.tooled.arm, &goal.solution, goal.binding) else {
+            return Ok(());
+        };
+        let fits = allows(c, arm, q, SLACK) || tolerates(c, arm, q, SLACK) && !self.named(arm, c, end, from);
+        if fits { Ok(()) } else { Err(Cause::OtherArm) }
     }
 
     /// Whether joints that reach a pose have the configuration.
@@ -93,17 +105,17 @@ impl Place {
 
     /// Whether joints are those that a target's letter for the wrist means on most models.
     pub fn is_preferred(&self, goal: &PoseGoal, q: &[f64]) -> bool {
-        match (&self.tooled.arm, &goal.solution) {
-            (Some(arm), Solution::Configured(c)) => goal.binding && prefers(c, arm, q),
+        match (self.tooled.arm_of(q), &goal.solution) {
+            (Some((arm, _, q)), Solution::Configured(c)) => goal.binding && prefers(c, arm, q),
             _ => false,
         }
     }
 
     /// Whether a joint motion from joints to others leads into another configuration of the arm, or turns a joint by more than half a turn.
     pub fn goes_over(&self, from: &[f64], to: &[f64]) -> bool {
-        let robot = &self.tooled.robot;
-        let class = |q: &[f64]| self.tooled.arm.as_ref().and_then(|arm| class_of(robot, arm, q));
-        distance(from, to) > PI || class(from).zip(class(to)).is_some_and(|(a, b)| a != b)
+        let class = |q: &[f64]| self.tooled.arm_of(q).and_then(|(arm, robot, q)| class_of(robot, arm, q));
+        let of_arm = |q| self.tooled.arm_of(q).map_or(q, |found| found.2);
+        distance(of_arm(from), of_arm(to)) > PI || class(from).zip(class(to)).is_some_and(|(a, b)| a != b)
     }
 
     /// Whether a controller that takes the joints next to `near` comes to `q`: by their largest difference and by the sum of squares,
@@ -125,6 +137,9 @@ impl Place {
     /// The configurations in which the arm reaches a target within its limits, as its language writes them, those nearest to the
     /// joints before first; empty where the target names none.
     pub fn configurations(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Vec<Configuration> {
+        if let Some((alone, count)) = self.alone_at(goal, from) {
+            return alone.configurations(goal, from.and_then(|q| q.get(count..)));
+        }
         let (Some(arm), Solution::Configured(like)) = (&self.tooled.arm, &goal.solution) else { return Vec::new() };
         let Some(end) = self.world(goal, from) else { return Vec::new() };
         let robot = &self.tooled.robot;

@@ -3,25 +3,33 @@
 use super::super::cause::Cause;
 use super::super::configuration::{CLEAR, prefers, stands};
 use super::super::edits::Unplaced;
-use super::super::run::{Role, Run};
+use super::super::run::Run;
 use super::Place;
 use super::borders::{Held, Rounding};
 use super::solve::within;
 use crate::program::script::pose::{PoseForm, PoseGoal, Solution};
 use crate::program::script::{Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
+use crate::rewrite::engine::NOTHING;
 use std::collections::BTreeMap;
 
 impl Place {
     /// Numbers of a pose target whose joints move from `q` to `to`; `own`: the numbers that stand there.
     pub fn shifted(&self, goal: &PoseGoal, form: PoseForm, own: &[f64], q: &[f64], to: &[f64]) -> Option<Vec<f64>> {
-        let (from, to) = (self.arm_at(q), self.arm_at(to));
-        let meant = goal.meant(&form.pose(own)?) * (from.inverse() * to);
-        Some(form.coordinates(&goal.numbers(&meant), own))
+        let joints = [q, to];
+        let [from, to] = joints.map(|q| self.arm_at(q));
+        let (pose, beside) = own.split_at_checked(form.count())?;
+        let meant = goal.meant(&form.pose(pose)?) * (from.inverse() * to);
+        let mut numbers = form.coordinates(&goal.numbers(&meant), pose);
+        // external axes have their own numbers
+        numbers.extend(beside.iter().zip(goal.placed()).map(|(own, p)| own + joints[1][p.axis] - joints[0][p.axis]));
+        Some(numbers)
     }
 
     /// Numbers of a pose at joints; `near`: numbers of a pose nearby.
     pub fn written(&self, goal: &PoseGoal, form: PoseForm, q: &[f64], near: &[f64]) -> Vec<f64> {
-        form.coordinates(&goal.numbers(&(self.frame.inverse() * self.arm_at(q))), near)
+        let mut numbers = form.coordinates(&goal.numbers(&(self.frame.inverse() * self.arm_at(q))), near);
+        numbers.extend(goal.placed().iter().map(|p| q[p.axis]));
+        numbers
     }
 
     /// The TCP in the frame of the target, m.
@@ -36,6 +44,9 @@ impl Place {
     pub fn may_be(&self, goal: &PoseGoal, q: &[f64], rounding: Rounding) -> Result<(), Cause> {
         let robot = &self.tooled.robot;
         within(robot, q)?;
+        if let Some((alone, count)) = self.alone(q) {
+            return alone.may_be(goal, &q[count..], rounding);
+        }
         if let (Some(arm), Solution::Configured(c), true) = (&self.tooled.arm, &goal.solution, goal.binding)
             && !stands(c, arm, q, -CLEAR)
         {
@@ -64,15 +75,32 @@ impl Written<'_> {
     /// # Errors
     /// Why not.
     fn holds(&self, q: &[f64], to: &[f64]) -> Result<Vec<f64>, Cause> {
+        self.holds_external(q, to)?;
         let kept = self.place.held(self.goal, self.on_way, [q, to], self.rounding)?;
         self.place.may_be(self.goal, &kept, self.rounding)?;
         Ok(kept)
     }
 
+    /// An external axis with an offset has its number here: an axis that the target does not name stays where it was put before.
+    ///
+    /// # Errors
+    /// One has none.
+    fn holds_external(&self, q: &[f64], to: &[f64]) -> Result<(), Cause> {
+        let count = self.place.tooled.carried.as_ref().map_or(0, |c| c.count);
+        let named = |axis: &usize| self.goal.placed().iter().any(|p| p.axis == *axis);
+        let moved = |axis: &usize| (to[*axis] - q[*axis]).abs() > NOTHING;
+        if (0..count).filter(|axis| !named(axis)).any(|axis| moved(&axis)) {
+            return Err(Cause::ExternalUnnamed);
+        }
+        Ok(())
+    }
+
     /// Whether joints on the way have what the letters of the target say of the wrist as its own joints do: a new point has its letters.
     fn has_letters(&self, own: &[f64], q: &[f64]) -> bool {
-        match (&self.place.tooled.arm, &self.goal.solution) {
-            (Some(arm), Solution::Configured(c)) => prefers(c, arm, own) == prefers(c, arm, q),
+        match (self.place.tooled.arm_of(own), self.place.tooled.arm_of(q), &self.goal.solution) {
+            (Some((arm, _, own)), Some((_, _, q)), Solution::Configured(c)) => {
+                prefers(c, arm, own) == prefers(c, arm, q)
+            }
             _ => true,
         }
     }
@@ -103,7 +131,7 @@ pub fn own_numbers(script: &Script, goal: &PoseGoal) -> Option<(PoseForm, Vec<f6
     let target = script.targets.get(goal.target?)?;
     let form = target.pose?;
     let values: Option<Vec<f64>> = target.values.iter().map(|v| v.map(|v| v.si)).collect();
-    values.filter(|v| v.len() == form.count()).map(|v| (form, v))
+    values.filter(|v| v.len() == form.count() + goal.placed().len()).map(|v| (form, v))
 }
 
 /// Makes poses of the edits of Cartesian targets, which are joints until here and stay joints in the copy that is returned. An edit that
@@ -119,7 +147,7 @@ pub fn write(
     let mut joints = edits.clone();
     for run in runs {
         let mut before: Option<&[f64]> = None;
-        for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
+        for vertex in run.goals() {
             let start = before.replace(&vertex.q);
             let Some(StepKind::Move(m)) = script.steps.get(vertex.step).map(|s| &s.kind) else { continue };
             let Goal::Pose(goal) = &m.goal else {

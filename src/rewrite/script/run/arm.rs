@@ -68,8 +68,11 @@ fn class(arm: &Arm, q: &[f64]) -> [bool; 3] {
 
 /// That the posture which the user gives is of another configuration than a joint target of the program.
 pub(super) fn contradiction(script: &Script, plain: &Tooled, posture: Option<&[f64]>) -> Option<Note> {
-    let (arm, posture) = (plain.arm.as_ref()?, posture?);
-    let other = |t: &TargetRef| joints_of(*t, plain.robot.dof()).is_some_and(|q| class(arm, &q) != class(arm, posture));
+    let (arm, _, posture) = plain.arm_of(posture?)?;
+    let other = |t: &TargetRef| {
+        let q = joints_of(*t, plain.robot.dof());
+        q.is_some_and(|q| plain.arm_of(&q).is_some_and(|(_, _, q)| class(arm, q) != class(arm, posture)))
+    };
     let target = script.targets.iter().find(other)?;
     let text = "the joints of this target are of another arm configuration than `posture_deg`, which is not used";
     Some(Note { place: target.at, text: text.into() })
@@ -106,9 +109,11 @@ const CLEAR_SINE: f64 = 0.02;
 
 /// Whether all joint targets of a script, and all configurations that it orders, are of one arm configuration.
 pub(super) fn one_configuration(script: &Script, plain: &Tooled) -> bool {
-    let Some(arm) = &plain.arm else { return true };
+    if plain.arm_of(&[]).is_none() {
+        return true;
+    }
     let joints = script.targets.iter().filter_map(|t| joints_of(t, plain.robot.dof()));
-    let mut classes = joints.map(|q| class(arm, &q));
+    let mut classes = joints.filter_map(|q| plain.arm_of(&q).map(|(arm, _, q)| class(arm, q)));
     let first = classes.next();
     let ordered = |m: &Move| match &m.goal {
         Goal::Pose(goal) => match &**goal {

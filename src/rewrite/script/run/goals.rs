@@ -168,7 +168,7 @@ impl Cutter<'_> {
         };
         let why = match solved {
             Ok(found) => {
-                if m.path == PathKind::Joint && arm::is_ordered(goal) {
+                if m.path == PathKind::Joint && arm::is_ordered(goal) && !self.again {
                     self.over.extend(from.as_ref().filter(|q| found.1.goes_over(q, &found.0)).map(|_| step));
                 }
                 return Some(found);
@@ -222,6 +222,8 @@ impl Cutter<'_> {
         self.known.clear();
         let asked = self.choice.solve_within_m.is_some();
         let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
+        // joint moves from two starts keep no line
+        let solved = solved && !self.run.entered.contains(&step);
         // where a spline turns its joints is not known, nor an arc without a known start
         if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
             self.out.left.insert(step, Cause::EndOfCurve);

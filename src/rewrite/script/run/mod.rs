@@ -7,22 +7,25 @@
 //! Files, in the order of the work:
 //! - `arm`: what the script says of the arm's configuration as a whole
 //! - `joints`: joint values of one point
+//! - `rounds`: loops whose passes are alike
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
 //! - `ways`: duration and turning points of a move between two known places
 
 mod arm;
 mod goals;
 mod joints;
+mod rounds;
 mod ways;
 
 use super::approach::{Directions, Sides};
 use super::cause::Cause;
 use super::poses::{Place, Poses, Tooled};
 use super::way;
-use crate::program::script::{At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Speed, StepKind};
+use crate::program::script::{At, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind};
 use crate::robot::Robot;
 pub use joints::Joints;
 use nalgebra::Vector3;
+use rounds::Pass;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -55,6 +58,8 @@ pub struct Vertex {
     pub t_s: f64,
     /// The duration of the move to here is the program's own, no estimate.
     pub certain: bool,
+    /// On the second pass of a loop: what comes out here has to be what came out on the first.
+    pub again: bool,
 }
 
 /// A stretch with known directions.
@@ -71,6 +76,8 @@ pub struct Run {
     pub lines: BTreeMap<usize, way::Line>,
     /// Straight moves and arcs whose way the robot's kinematics cannot follow: where a point on it would stand is not known.
     pub unfollowed: BTreeSet<usize>,
+    /// First moves of loops, which come from before the loop and from its end: no point can be on both ways.
+    pub entered: BTreeSet<usize>,
     /// Frame and tool of Cartesian targets, by step.
     pub places: BTreeMap<usize, Place>,
     /// The program starts with it: nothing that moves stands before.
@@ -89,6 +96,11 @@ impl Run {
             (Some(line), _) => line.at(share),
             (None, start) => Some(start?.iter().zip(goal.q.iter()).map(|(a, b)| a + share * (b - a)).collect()),
         }
+    }
+
+    /// Goals of moves, each once.
+    pub fn goals(&self) -> impl Iterator<Item = &Vertex> {
+        self.vertices.iter().filter(|v| v.role == Role::Goal && !v.again)
     }
 
     /// The sampled way of a step.
@@ -111,7 +123,7 @@ pub struct Cut {
     pub gaps: Vec<Gap>,
     /// Moves after which it is not yet known where every axis stands.
     pub partial: Vec<usize>,
-    /// Why Cartesian moves stay as they are, by step.
+    /// Why moves stay as they are, by step, as far as that is known before the engine.
     pub left: BTreeMap<usize, Cause>,
     pub notes: Vec<Note>,
 }
@@ -139,6 +151,10 @@ pub struct Choice<'a> {
     pub approach: Sides,
     /// Time in which each axis crosses its gap, s; 0, or no entry: it has none.
     pub crossing_s: &'a [f64],
+    /// The user gives the sides from which joints come to the first point of the program.
+    pub sides_given: bool,
+    /// Go through loops whose passes are alike.
+    pub rounds: bool,
 }
 
 /// The runs of a script, and where directions are lost.
@@ -148,19 +164,37 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         poses.posture = arm::by_project(script, choice.robot).map(Arc::from);
     }
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
-    let (mut cut, over) = cut_once(script, choice, poses);
+    let (mut cut, over) = cut_rounds(script, choice, poses);
     if arm::mostly_goes_over(script, &over) {
         // no arm changes its configuration all the time: frames, tool or robot are others, and orders tell nothing
         (poses.missing, poses.posture, poses.by_order) = (missing, posture, false);
-        cut = cut_once(script, choice, poses).0;
+        cut = cut_rounds(script, choice, poses).0;
         poses.by_order = true;
     }
     poses.posture = poses.posture.take().filter(|_| given);
     cut
 }
 
-/// The same, and the motions that go over into another configuration of the arm because they order it.
-fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<usize>) {
+/// The same through those loops of which every pass leads to the same joints, and the motions that go over into another configuration of
+/// the arm because they order it.
+fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<usize>) {
+    /// Loops may depend on loops before them; few do.
+    const TRIES: usize = 4;
+    let mut rounds: Vec<Round> = script.rounds.iter().filter(|_| choice.rounds).copied().collect();
+    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let mut tried = 0;
+    loop {
+        let (cut, over, failed) = cut_once(script, choice, poses, &rounds);
+        if failed.is_empty() || rounds.is_empty() {
+            return (cut, over);
+        }
+        (poses.missing, poses.posture) = (missing.clone(), posture.clone());
+        rounds.retain(|r| !failed.contains(&r.open) && tried < TRIES);
+        tried += 1;
+    }
+}
+
+fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round]) -> (Cut, Vec<usize>, Vec<usize>) {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
@@ -193,6 +227,9 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<us
         by_joints: false,
         stands: false,
         directions: Directions::default(),
+        pass: None,
+        again: false,
+        failed: Vec::new(),
     };
     for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
@@ -203,15 +240,25 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<us
                 let still = cutter.run.vertices.is_empty() && cutter.run.entry && cutter.known.is_empty();
                 cutter.end(still);
             }
+            StepKind::Break(Break::Loop) => {
+                let goes_on = match rounds.iter().find(|r| r.open == k || r.close == k) {
+                    Some(round) if round.open == k => cutter.enter(*round),
+                    Some(round) => cutter.second_pass(script, *round) && round.goes_on,
+                    None => false,
+                };
+                if !goes_on {
+                    cutter.end(false);
+                }
+            }
             StepKind::Break(_) => cutter.end(entry == Some(k)),
             StepKind::Process(_) | StepKind::Pragma(_) => {}
         }
     }
     cutter.end(false);
-    let Cutter { mut out, over, .. } = cutter;
+    let Cutter { mut out, over, failed, .. } = cutter;
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
     out.notes.extend(arm::goes_over(script, &over));
-    (out, over)
+    (out, over, failed)
 }
 
 fn empty_run(entry: bool) -> Run {
@@ -260,11 +307,21 @@ struct Cutter<'a> {
     /// The robot stands still at the last vertex.
     stands: bool,
     directions: Directions,
+    /// The loop that the run goes through.
+    pass: Option<Pass>,
+    /// On its second pass.
+    again: bool,
+    /// Loops whose passes are not known to be alike, by the step with which they open.
+    failed: Vec<usize>,
 }
 
 impl Cutter<'_> {
     /// Ends the run; `entry`: the next one is the program's first.
     fn end(&mut self, entry: bool) {
+        if let Some(pass) = self.pass.take() {
+            self.failed.push(pass.round.open);
+        }
+        let sides_known = self.choice.sides_given || self.directions.any();
         self.known.clear();
         self.directions.forget();
         let mut run = std::mem::replace(&mut self.run, empty_run(entry));
@@ -272,7 +329,15 @@ impl Cutter<'_> {
         if !run.entry
             && let Some(first) = run.vertices.first_mut()
         {
+            if first.editable {
+                self.out.left.entry(first.step).or_insert(Cause::SideUnknown);
+            }
             first.editable = false;
+        }
+        // a start from which nothing moves has no direction at all
+        for still in run.vertices.iter_mut().filter(|v| !sides_known && v.editable) {
+            still.editable = false;
+            self.out.left.entry(still.step).or_insert(Cause::SideUnknown);
         }
         if !run.vertices.is_empty() {
             self.out.runs.push(run);
@@ -292,8 +357,10 @@ impl Cutter<'_> {
     }
 
     fn dwell(&mut self, seconds: Option<f64>) {
+        let again = self.again;
         let Some(last) = self.run.vertices.last() else { return };
         let hold = Vertex {
+            again,
             role: Role::Hold,
             share: 1.0,
             editable: false,
@@ -307,7 +374,16 @@ impl Cutter<'_> {
     /// The first point of a run.
     fn start(&mut self, step: usize, q: Joints, editable: bool) {
         self.directions.go(self.choice.robot, &q, self.choice.deadband);
-        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0, certain: true });
+        self.run.vertices.push(Vertex {
+            step,
+            role: Role::Goal,
+            q,
+            share: 1.0,
+            editable,
+            t_s: 0.0,
+            certain: true,
+            again: false,
+        });
     }
 
     /// Joints of a Cartesian target, with its frame and tool.
@@ -319,6 +395,10 @@ impl Cutter<'_> {
     }
 
     fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
+        if let Some(pass) = self.pass.as_mut().filter(|p| p.first.is_none()) {
+            pass.first = Some(step);
+            self.run.entered.insert(step);
+        }
         let from = self.run.vertices.last().map(|v| v.q.clone());
         let reached = match &m.goal {
             Goal::Joints(target) => self.joint_goal(script, script.targets.get(*target), step, at, m, from),
@@ -326,6 +406,9 @@ impl Cutter<'_> {
             Goal::Opaque(_) => {
                 // a relative motion would carry the offset of the goal before it along
                 if let Some(last) = self.run.vertices.last_mut() {
+                    if last.editable {
+                        self.out.left.entry(last.step).or_insert(Cause::BeforeUnknown);
+                    }
                     last.editable = false;
                 }
                 self.forget(m);

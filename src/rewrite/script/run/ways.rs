@@ -53,6 +53,7 @@ impl Cutter<'_> {
                 editable,
                 t_s: t0,
                 certain,
+                again: self.again,
             });
         }
         for w in ways {
@@ -66,10 +67,13 @@ impl Cutter<'_> {
                 editable,
                 t_s,
                 certain,
+                again: self.again,
             });
         }
-        let goal = Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain };
+        let goal =
+            Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain, again: self.again };
         if editable
+            && !self.run.entered.contains(&step)
             && m.closed.is_none()
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
@@ -135,7 +139,10 @@ impl Cutter<'_> {
             ways.sort_by(|a, b| a.share.total_cmp(&b.share));
             ways.dedup_by(|b, a| b.share - a.share < 1e-3);
         }
-        self.run.lines.insert(step, line);
+        // the first move of a loop keeps the way from before it
+        if !(self.again && self.run.entered.contains(&step)) {
+            self.run.lines.insert(step, line);
+        }
         Some(ways)
     }
 }

@@ -76,7 +76,11 @@ impl Own {
                 values.len() == there.len() && values.iter().zip(there.iter()).all(same)
             }
             (OwnGoal::Pose, Goal::Pose(t)) => self.pose.as_ref().and_then(|own| own.goal.as_ref()).is_some_and(|s| {
-                s.position_m == t.position_m && s.rotation == t.rotation && s.frame == t.frame && s.tool == t.tool
+                s.position_m == t.position_m
+                    && s.rotation == t.rotation
+                    && s.frame == t.frame
+                    && s.tool == t.tool
+                    && s.external == t.external
             }),
             (OwnGoal::Opaque, Goal::Opaque(_)) => true,
             _ => false,

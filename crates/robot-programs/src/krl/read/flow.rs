@@ -5,6 +5,7 @@ use crate::krl::calls::calls;
 use crate::krl::lex::Token;
 use crate::krl::lists::one_of;
 use crate::krl::settings::Settings;
+use crate::script::blocks::is_entered;
 use crate::script::{At, Break, StepKind};
 
 /// A block that is open: the settings before it and with which it began.
@@ -81,7 +82,13 @@ impl Reader<'_> {
     fn open(&mut self, k: usize, line: &[Token], kind: Break) {
         self.stands = None;
         let before = self.set.clone();
-        self.steps.open(At::of_line(k), kind);
+        match kind {
+            Break::Loop => {
+                let bytes = line.first().map_or(0, |t| t.start)..line.last().map_or(0, |t| t.end);
+                self.steps.open_loop(At::of_line(k), is_entered(self.text.slice(bytes)));
+            }
+            _ => self.steps.open(At::of_line(k), kind),
+        }
         self.set = self.later_settings(kind);
         if kind == Break::Loop {
             self.set.lists.merge_all(&self.ahead.lists, false);
@@ -128,6 +135,7 @@ impl Reader<'_> {
     /// A jump away: what follows is reached by a label, or the end of its block.
     fn leave(&mut self, k: usize) {
         self.stands = None;
+        self.steps.leaves();
         if self.blocks.is_empty() { self.stop(k, Break::Jump) } else { self.steps.middle(At::of_line(k), Break::Jump) }
     }
 

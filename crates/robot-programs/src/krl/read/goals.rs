@@ -107,7 +107,7 @@ impl Reader<'_> {
         };
         // status and turn are those of the right operand, and a FRAME has none
         let (frame, tool) = self.frames();
-        let last = factors.last().and_then(|f| f.value.pose(&frame, &tool, word.path, None));
+        let last = factors.last().and_then(|f| f.value.pose(&frame, &tool, word.path, None, self.axes));
         pose.solution = last.map(|p| p.solution).unwrap_or_default();
         self.point = Some(line[factor.tokens.start].start..line[factor.tokens.end - 1].end);
         found(Goal::pose(pose.shifted(Shift { before, after })))
@@ -129,12 +129,12 @@ impl Reader<'_> {
     /// A Cartesian goal, with a target for its numbers.
     fn pose(&mut self, a: &Aggregate, word: Word, name: Option<String>, at: At, source: Source) -> Option<PoseGoal> {
         let (frame, tool) = self.frames();
-        let target = a.coordinates().map(|values| {
+        let target = a.numbers(self.axes).map(|values| {
             self.targets.push(Target { pose: Some(PoseForm::EulerZyx), name, at, values });
             self.sources.push(source);
             self.targets.len() - 1
         });
-        a.pose(&frame, &tool, word.path, target)
+        a.pose(&frame, &tool, word.path, target, self.axes)
     }
 
     /// The goal that a motion gives in line.
@@ -151,7 +151,7 @@ impl Reader<'_> {
         }
         let at = At::of_line(k);
         let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span));
-        Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
+        Ok(pose.map_or_else(|| Goal::Opaque(a.incomplete("its position")), Goal::pose))
     }
 
     /// Position of the point on the way of an arc, m.
@@ -197,7 +197,7 @@ impl Reader<'_> {
             let (a, text) = (a.clone(), name.text.clone());
             let (frame, tool) = self.frames();
             let pose = match self.of_name.get(n).copied().flatten().map(|t| t as usize) {
-                Some(t) => a.pose(&frame, &tool, word.path, Some(t)),
+                Some(t) => a.pose(&frame, &tool, word.path, Some(t), self.axes),
                 None => {
                     let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n as u32));
                     if let Some(t) = pose.as_ref().and_then(|p| p.target) {
@@ -207,7 +207,7 @@ impl Reader<'_> {
                     pose
                 }
             };
-            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::pose));
+            return Ok(pose.map_or_else(|| Goal::Opaque(a.incomplete(&text)), Goal::pose));
         }
         if let (Some(Some(t)), true) = (self.of_name.get(n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(*t as usize));
