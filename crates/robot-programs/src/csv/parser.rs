@@ -11,7 +11,7 @@ use super::number;
 use super::piece::LONGEST_ROW;
 use super::record::{Record, Seen, content};
 use crate::axes::Axes;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, in_few_digits};
 
 /// Parses the rows of a program.
 #[derive(Debug, Clone)]
@@ -208,7 +208,8 @@ impl Parser {
             // the line counter already stands after this row
             let line = self.lines.line(self.point).unwrap_or(self.line);
             let place = Place::field(&self.name, line, self.header.column_of(slot));
-            return Err(Error::bad(place, format!("time {t} s after {before} s"), "times that strictly increase"));
+            let found = format!("time {} s after {} s", in_few_digits(t), in_few_digits(before));
+            return Err(Error::bad(place, found, "times that strictly increase"));
         }
         self.last_t_s = Some(t);
         Ok(())
