@@ -107,7 +107,7 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
                     times = times.and_then(|t| path.dwell(*seconds, t, q, step.at));
                 }
             }
-            StepKind::Break(Break::Frame) | StepKind::Process(_) | StepKind::Pragma(_) => {}
+            StepKind::Break(Break::Frame | Break::Axes(_)) | StepKind::Process(_) | StepKind::Pragma(_) => {}
         }
     }
     if last.is_none() {

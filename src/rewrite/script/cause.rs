@@ -18,6 +18,9 @@ pub enum Cause {
     /// An axis has not been commanded yet.
     #[error("before the position of every axis is known")]
     NotYetKnown,
+    /// Where an axis stands whose offset depends on it is not known.
+    #[error("its work frame or tool length is not the first one, and an offset depends on the position")]
+    Displaced,
     /// Its goal is a pose and poses are left as they are.
     #[error("Cartesian target")]
     Cartesian,

@@ -119,12 +119,13 @@ fn step(
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
     };
     let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
-    let steps_inside =
-        span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o) || approach(o)));
+    let steps = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o)));
+    let steps_inside = steps || span.iter().any(|o| on_way(run, o, vertex.step) && approach(o));
     if !closed && (steps_inside || as_joint_moves) {
         let mut last = before;
         // from the point of approach on the goal carries the step: that way is no longer than the gap needs
-        let whole = |o: &&Out| o.fraction.is_none() || !approach(o);
+        // a turn at which no offset changes needs no point
+        let whole = |o: &&Out| if o.fraction.is_none() { steps || as_joint_moves || approach(o) } else { !approach(o) };
         let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).filter(whole).collect();
         let span = spaced(&span);
         edit.before.reserve_exact(span.len());

@@ -19,7 +19,7 @@ use crate::error::{Error, Result, counted};
 use crate::io::input::{self, Input};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
-use crate::program::script::{At, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
+use crate::program::script::{At, AxisSet, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
 use crate::program::{Moves, Program, ScriptPath, exact_stops};
 use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
@@ -105,6 +105,7 @@ impl Reading<'_> {
             excluded: &|_| false,
             solve_within_m: None,
             commanded: &commanded,
+            by_place: AxisSet::default(),
             as_poses: true,
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),

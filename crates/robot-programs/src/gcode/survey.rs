@@ -40,6 +40,9 @@ pub(super) struct Survey {
     pub(super) changes_tools: bool,
     /// It may be a program of a lathe, on which G90 and G94 may be turning cycles: no Y, and a word of lathes.
     pub(super) lathe: bool,
+    /// Cutter compensation may be on where control comes from elsewhere. A program starts with G40, as after a reset: where in the order of
+    /// the text it is off at every label, jump, loop and call, it is off there in every order.
+    pub(super) leaves_compensation: bool,
 }
 
 impl Survey {
@@ -118,6 +121,10 @@ struct Look {
     subs: BTreeSet<String>,
     called: BTreeSet<String>,
     outside: bool,
+    /// Cutter compensation is on here; was on at a place that steers the order of blocks; was on at a line number.
+    compensates: bool,
+    compensates_at_flow: bool,
+    compensates_at_number: bool,
 }
 
 impl Look {
@@ -136,6 +143,7 @@ impl Look {
         }
         self.survey.hidden |= block.words.iter().any(|w| w.letter == b'G' && w.value.is_none());
         self.order(text, k, block);
+        self.compensation(block);
         self.extrudes |= names(block, b"E");
         for w in &block.words {
             self.survey.form(w);
@@ -163,6 +171,22 @@ impl Look {
             Some(Err(())) => self.outside = true,
             None => {}
         }
+    }
+
+    /// Cutter compensation before and after a block: neither may be on where control goes elsewhere or comes from there.
+    fn compensation(&mut self, block: &Block) {
+        let code_of = |letter: u8| move |w: &lex::Word| w.value.filter(|_| w.letter == letter).map(|v| code(v.0));
+        let codes = |letter: u8| block.words.iter().filter_map(code_of(letter));
+        let last = codes(b'G').filter(|c| matches!(c, 400 | 410 | 411 | 420 | 421)).last();
+        let before = self.compensates;
+        self.compensates = last.map_or(before, |c| c != 400);
+        // an operator may switch off what switches it
+        let either = before || self.compensates || block.optional && last.is_some();
+        let calls = codes(b'M').any(|m| matches!(m, 20 | 300 | 970 | 980 | 990 | 1980))
+            || codes(b'G').any(|g| matches!(g, 650 | 660 | 661 | 670));
+        let flows = calls || block.flow.is_some() || block.keyword.is_some() || block.percent;
+        self.compensates_at_flow |= either && flows || block.optional && last.is_some();
+        self.compensates_at_number |= either && names(block, b"N");
     }
 
     fn m_word(&mut self, block: &Block, m: f64) {
@@ -194,6 +218,9 @@ impl Look {
         let inside = !self.outside && self.called.is_subset(&self.subs);
         survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
         survey.printer |= self.extrudes && self.counts;
+        let at_flow = self.compensates_at_flow || survey.jumps && self.compensates_at_number;
+        let compensates = [410, 411, 420, 421].iter().any(|c| survey.codes.contains(c));
+        survey.leaves_compensation = compensates && (at_flow || survey.hidden);
         survey.lathe = self.lathe_words && !self.lathe_across && !survey.printer;
         // a lathe's tailstock; not read by printers
         survey.mirrors &= !survey.lathe && !survey.printer;

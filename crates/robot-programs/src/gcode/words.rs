@@ -1,12 +1,11 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
 use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text};
-use super::goal::opaque;
 use super::lex::{self, Block, Word};
 use super::read::Reader;
 use super::survey::{Survey, has_axes, homes, work_frame};
 use crate::error::Result;
-use crate::script::{Break, StepKind};
+use crate::script::{AxisSet, Break, StepKind};
 
 /// M words that save modes and bring them back.
 const SAVES: std::ops::RangeInclusive<u32> = 70..=73;
@@ -114,6 +113,9 @@ impl Reader<'_> {
                 None => self.strange = Some("a computed G word".into()),
             }
         }
+        if codes.contains(&Some(431)) && has_axes(&block) {
+            unclear.get_or_insert_with(|| "G43.1: its words may be those of the tool".into());
+        }
         let changes_tool = changes_tool(&block, &self.survey);
         if changes_tool {
             unclear.get_or_insert_with(|| "a change of tool or offset in the block".into());
@@ -133,10 +135,10 @@ impl Reader<'_> {
                 format!("words that may be those of {m}")
             });
         }
-        if !own.taken && (block.words.iter().any(moves) || arc) {
-            if own.machine_frame {
-                unclear.get_or_insert_with(|| "G53: a place of the machine".into());
-            }
+        if !own.taken && own.machine_frame && unclear.is_none() && block.words.iter().any(moves) {
+            let axes = self.axes_of_machine(&block);
+            self.goes_elsewhere(k, axes, "G53: a place of the machine".into());
+        } else if !own.taken && (block.words.iter().any(moves) || arc) {
             self.movement(k, block, &codes, unclear, own.exact)?;
         }
         if changes_tool {
@@ -144,6 +146,20 @@ impl Reader<'_> {
         }
         self.finish(k, ending);
         Ok(())
+    }
+
+    /// The axes that a G53 moves, where they are the named ones alone: a tool length may be given up for it.
+    fn axes_of_machine(&self, block: &Block) -> Option<AxisSet> {
+        let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
+        self.with_length(self.axes_named(block).filter(|_| straight)?)
+    }
+
+    /// These axes, and that of a tool length that is on.
+    fn with_length(&self, axes: AxisSet) -> Option<AxisSet> {
+        match self.length.as_str() {
+            "G49" => Some(axes),
+            _ => Some(axes.axes().chain(self.length_axis()?.axes()).collect()),
+        }
     }
 
     /// The M words of a block: what starts before its move is done here, what follows the move is returned.
@@ -285,9 +301,9 @@ impl Reader<'_> {
             280 | 300 | 1610 | 1620 if c < 1000 || homes(block) => {
                 // G91 in this block is about the way there alone
                 let absolute = self.absolute.replace(true);
-                self.lose("a reference point");
+                let axes = self.axes_named(block).and_then(|axes| self.with_length(axes)).filter(|_| has_axes(block));
+                self.goes_elsewhere(k, axes, format!("{} goes to a reference point", code_text(c)));
                 self.absolute = absolute;
-                self.step(k, StepKind::Move(opaque(format!("{} goes to a reference point", code_text(c)))), None);
             }
             650 => self.call(k),
             660 | 661 => {
