@@ -177,7 +177,7 @@ impl Look {
     fn compensation(&mut self, block: &Block) {
         let code_of = |letter: u8| move |w: &lex::Word| w.value.filter(|_| w.letter == letter).map(|v| code(v.0));
         let codes = |letter: u8| block.words.iter().filter_map(code_of(letter));
-        let last = codes(b'G').filter(|c| matches!(c, 400 | 410 | 411 | 420 | 421)).last();
+        let last = codes(b'G').rfind(|c| matches!(c, 400 | 410 | 411 | 420 | 421));
         let before = self.compensates;
         self.compensates = last.map_or(before, |c| c != 400);
         // an operator may switch off what switches it

@@ -220,6 +220,7 @@ fn what_cannot_be_told_is_opaque_and_says_why() {
         ("G21 G90\nG41 D1\nG1 X1\n", "cutter compensation"),
         ("G21 G90\nG53 G0 X1\n", "G53"),
         ("G21 G90\nG28 X0\n", "reference point"),
+        ("G21 G90\nG0 X0 Y0 Z0\nG1 Z-1 G4 P0.5\n", "G4 beside positions"),
         ("G21 G90\nG68 R45\nG1 X1\n", "G68"),
         ("G21 G90\nG0 X1 X2\n", "twice"),
         ("G21 G90\nG0 X1 A2\n", "no such axis"),

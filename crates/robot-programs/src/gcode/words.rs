@@ -42,6 +42,8 @@ struct OwnWords {
     taken: bool,
     /// G53.
     machine_frame: bool,
+    /// A dwell stands beside places: some controls go there, others take a number for the time.
+    dwells: bool,
     /// The block ends in its point.
     exact: bool,
 }
@@ -106,7 +108,7 @@ impl Reader<'_> {
         let ending = self.m_words(k, &block, &mut unclear);
         let codes: Vec<Option<u32>> =
             block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
-        let mut own = OwnWords { taken: false, machine_frame: false, exact: self.exact };
+        let mut own = OwnWords { taken: false, machine_frame: false, dwells: false, exact: self.exact };
         for c in &codes {
             match *c {
                 Some(c) => self.g_word(k, &block, c, &codes, &mut own),
@@ -115,6 +117,9 @@ impl Reader<'_> {
         }
         if codes.contains(&Some(431)) && has_axes(&block) {
             unclear.get_or_insert_with(|| "G43.1: its words may be those of the tool".into());
+        }
+        if own.dwells {
+            unclear.get_or_insert_with(|| "G4 beside positions".into());
         }
         let changes_tool = changes_tool(&block, &self.survey);
         if changes_tool {
@@ -213,6 +218,12 @@ impl Reader<'_> {
         if self.mode(k, block, c) {
             return;
         }
+        if c == 40 {
+            let time = |w: &Word| b"XU".contains(&w.letter) && Self::number(block, b'P').is_none();
+            own.dwells = block.words.iter().any(|w| AXES.contains(&w.letter) && !time(w));
+            own.taken |= !own.dwells;
+            return self.dwell(k, block);
+        }
         if self.action(k, block, c, codes.len() == 1) {
             own.taken = true;
             return;
@@ -281,7 +292,6 @@ impl Reader<'_> {
             }
             // retraction of filament
             100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() => {}
-            40 => self.dwell(k, block),
             100 => {
                 // it may be set from where the machine stands
                 self.anchor("a G10");
