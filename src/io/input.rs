@@ -91,7 +91,7 @@ pub fn from_bytes(name: String, mut bytes: Vec<u8>) -> Result<Input> {
 
 /// Bytes to which a gzip file of `packed` bytes may unpack.
 fn largest_unpacked(packed: u64) -> u64 {
-    packed.saturating_mul(MOST_RATIO).max(ANY_RATIO).min(LARGEST)
+    packed.saturating_mul(MOST_RATIO).clamp(ANY_RATIO, LARGEST)
 }
 
 /// The content of a gzip file. What is large is counted before it is held, so that a small file that unpacks to too much takes no memory.

@@ -18,6 +18,11 @@ pub enum Cause {
     /// An axis has not been commanded yet.
     #[error("before the position of every axis is known")]
     NotYetKnown,
+    /// An axis comes to it from a place that is not in the program.
+    #[error(
+        "from which side an axis reaches it is not known (a work frame, a tool length or a position of the machine before it)"
+    )]
+    SideUnknown,
     /// Where an axis stands whose offset depends on it is not known.
     #[error("its work frame or tool length is not the first one, and an offset depends on the position")]
     Displaced,

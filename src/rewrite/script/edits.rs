@@ -199,7 +199,8 @@ fn new_point(
     };
     let mut q = o.q.to_vec();
     // the engine goes straight in the joints; on a straight TCP path or an arc the point moves onto it, its offset stays
-    let on_way = || document.on_way(step, share).or_else(|| run.line(step)?.at(share));
+    let known = || Some(run.standing(step, document.on_way(step, share)?, &own.q));
+    let on_way = || known().or_else(|| run.line(step)?.at(share));
     if let (Some(f), Some(to)) = (o.fraction, run.vertices.get(o.vertex + 1))
         && let Some(on_way) = on_way()
     {

@@ -271,7 +271,7 @@ impl<'a> Points<'a> {
         let mut way = match run.line(goal.step) {
             Some(line) => points(line.parts_within(within_m), &|share| line.at(share))?,
             None if m.path == PathKind::Curve && document.on_way(goal.step, 0.5).is_some() => {
-                points(ARC_PARTS, &|share| document.on_way(goal.step, share))?
+                points(ARC_PARTS, &|share| Some(run.standing(goal.step, document.on_way(goal.step, share)?, &goal.q)))?
             }
             None if self.is_straight(m) => Vec::new(),
             None => return None,

@@ -229,6 +229,9 @@ impl Reader<'_> {
         } else if found.frame || found.any {
             self.end(k, Break::Frame, "an assignment that may move a frame");
             self.lost_frame |= self.reference.is_some();
+            if self.reference.is_some() {
+                self.strange = Some(format!("line {} assigns what may move or turn a frame", k + 1));
+            }
         } else if found.signal {
             self.end(k, Break::Call, "a signal that may move the machine");
             self.motion = None;

@@ -137,8 +137,9 @@ impl Look {
         if let Some(found) = assignments_of(text, k, block) {
             self.survey.hidden |= found.hidden;
             if found.frame || found.any {
-                // as a G10 does
+                // as a G10 does that may turn it
                 self.survey.codes.insert(100);
+                self.unfollowed.insert(100);
             }
         }
         self.survey.hidden |= block.words.iter().any(|w| w.letter == b'G' && w.value.is_none());
@@ -200,7 +201,7 @@ impl Look {
     fn g_word(&mut self, k: usize, block: &Block, c: u32) {
         self.survey.codes.insert(c);
         self.survey.macros += usize::from(matches!(c, 660 | 661));
-        if !is_followed(c) || c == 50 && !has_axes(block) {
+        if !is_followed(c) || c == 50 && !has_axes(block) || c == 100 && !moves_offsets(block) {
             self.unfollowed.insert(c);
         }
         // by what they do
@@ -228,7 +229,9 @@ impl Look {
             // a frame that is moved
             survey.codes.insert(920);
         }
-        survey.unfollowed = self.unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
+        // a printer's G10 moves filament
+        let of_printer = |c: u32| survey.printer && (PROBES.contains(&c) || c == 100);
+        survey.unfollowed = self.unfollowed.into_iter().find(|c| !of_printer(*c));
         survey
     }
 }
@@ -353,6 +356,19 @@ fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
     let p = block.words.iter().find(|w| w.letter == b'P').and_then(|w| w.value).map(|v| v.0);
     // `P31000` calls O1000 three times on some controls
     Some(p.filter(|p| p.fract() == 0.0 && (1.0..10_000.0).contains(p)).map(|p| format!("{}", p as u32)).ok_or(()))
+}
+
+/// Whether a G10 changes offsets of tools or work frames and nothing else: with R it may turn a work frame, with other L it sets
+/// parameters of the control.
+///
+/// `offsets = "G10" "L" ("2" | "20") | "G10" "L" ("1" | "10" | "11" | "12" | "13")`
+pub(super) fn moves_offsets(block: &Block) -> bool {
+    let l = block.words.iter().find(|w| w.letter == b'L').and_then(|w| w.value).map(|v| v.0);
+    match l {
+        Some(2.0 | 20.0) => !names(block, b"R"),
+        Some(l) => [1.0, 10.0, 11.0, 12.0, 13.0].contains(&l),
+        None => false,
+    }
 }
 
 /// Whether words name axes.

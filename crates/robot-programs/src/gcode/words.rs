@@ -1,9 +1,9 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
-use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text};
+use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text, is_work_frame};
 use super::lex::{self, Block, Word};
 use super::read::Reader;
-use super::survey::{Survey, has_axes, homes, work_frame};
+use super::survey::{Survey, has_axes, homes, moves_offsets, work_frame};
 use crate::error::Result;
 use crate::script::{AxisSet, Break, StepKind};
 
@@ -278,7 +278,7 @@ impl Reader<'_> {
             400 => self.compensation = None,
             410 | 420 | 411 | 421 => self.compensation = Some(format!("cutter compensation {} is on", code_text(c))),
             430 | 431 | 440 | 490 => self.tool_length(k, block, c),
-            540..=599 => self.select(k, work_frame(block, c, k)),
+            c if is_work_frame(c) => self.select(k, work_frame(block, c, k)),
             _ => return false,
         }
         true
@@ -297,6 +297,9 @@ impl Reader<'_> {
                 self.anchor("a G10");
                 self.end(k, Break::Frame, "a G10");
                 self.lost_frame |= self.reference.is_some();
+                if !moves_offsets(block) {
+                    self.strange = Some("a G10 that may turn the axes is on".into());
+                }
             }
             520 => self.local_frame(k, block),
             920..=923 => self.shift_frame(k, block, c),

@@ -59,6 +59,9 @@ impl Cutter<'_> {
         let q: Joints = (0..dof).map(|k| value(k).or_else(|| rest(k)).unwrap_or_default()).collect();
         // the moves before have not carried its offset: this one does not either
         let editable = Cause::of(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
+        if !self.known.is_empty() && (!named.is_empty() || !m.unplaced.is_empty()) {
+            self.out.left.insert(step, Cause::SideUnknown);
+        }
         // nor is it the first that moves
         self.run.entry &= self.known.is_empty();
         self.known.clear();

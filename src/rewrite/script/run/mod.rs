@@ -71,6 +71,8 @@ pub struct Run {
     pub unfollowed: BTreeSet<usize>,
     /// Frame and tool of Cartesian targets, by step.
     pub places: BTreeMap<usize, Place>,
+    /// Axes that stand elsewhere on a step, nobody knows where: the run says where they stood before.
+    pub elsewhere: BTreeMap<usize, AxisSet>,
     /// The program starts with it: nothing that moves stands before.
     pub entry: bool,
 }
@@ -87,6 +89,16 @@ impl Run {
             (Some(line), _) => line.at(share),
             (None, start) => Some(start?.iter().zip(goal.q.iter()).map(|(a, b)| a + share * (b - a)).collect()),
         }
+    }
+
+    /// A place on the way of a step, as the format tells it: an axis that stands elsewhere stays where the run has it, as `at`.
+    pub fn standing(&self, step: usize, mut place: Vec<f64>, at: &[f64]) -> Vec<f64> {
+        for axis in self.elsewhere.get(&step).into_iter().flat_map(|axes| axes.axes()) {
+            if let (Some(q), Some(at)) = (place.get_mut(axis), at.get(axis)) {
+                *q = *at;
+            }
+        }
+        place
     }
 
     /// Axes that count from an origin that is not in the program, all along.

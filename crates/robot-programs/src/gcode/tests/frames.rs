@@ -76,6 +76,21 @@ fn a_reference_point_and_g53_lose_the_axes_that_they_name_alone() {
 }
 
 #[test]
+fn what_may_turn_the_axes_leaves_all_that_follows() {
+    for line in ["G10 L2 P1 R45", "G10 L50\nN1 R1\nG11", "G10 P1 Z0 R1", "G54.4 P1", "G54.2 P1", "#5230=45"] {
+        let text = format!("{HEAD}{line}\nG1 X5 F9\n");
+        assert!(goals(&text).last().unwrap().is_none(), "{line}");
+    }
+    for line in ["G10 L2 P1 X5", "G10 L20 P1 X0", "G10 L1 P1 Z5 R1", "G59.3"] {
+        let text = format!("{HEAD}{line}\nG1 X5 F9\n");
+        assert!(goals(&text).last().unwrap().is_some(), "{line}");
+    }
+    // also at a label from which it may be reached
+    let text = "G21 G90 G17\nN10 G0 X1 Y1 Z1\nG10 L2 P1 R45\nIF [#1 EQ 1] GOTO 10\n";
+    assert!(goals(text)[0].is_none());
+}
+
+#[test]
 fn an_axis_that_stands_elsewhere_is_not_written_and_the_others_keep_what_was_changed() {
     // X stands at 10.004 before and after, so the arc begins there
     let text = format!("{HEAD}G1 X10.000 F100\nG28 Z0\nG3 X-10.000 Y0.000 I-10.000 J0.000\n");
