@@ -46,6 +46,13 @@ pub struct JointCompensator {
     pub friction: Option<FrictionOffset>,
 }
 
+impl JointCompensator {
+    /// Where the axis stands makes its offset, not only where it comes from.
+    pub fn depends_on_position(&self) -> bool {
+        self.backlash.as_ref().is_some_and(|b| [&b.positive, &b.negative].iter().any(|c| c.constant().is_none()))
+    }
+}
+
 /// `C_b` of equation 16: `+positive` moving up, `-negative` moving down.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BacklashOffset {

@@ -22,6 +22,10 @@ pub struct Input {
 
 /// An input that is read whole has at most so many bytes, packed or not.
 pub const LARGEST: u64 = 2 << 30;
+/// A gzip file unpacks to at most so many times its size: logs and programs reach some 30 times.
+const MOST_RATIO: u64 = 100;
+/// Up to this size, bytes, it unpacks whatever that is of its own.
+const ANY_RATIO: u64 = 256 << 20;
 /// Bytes of memory that a byte of an input takes, at least, once it is read.
 const PER_BYTE: u64 = 2;
 /// Bytes that are read before memory for more is requested.
@@ -70,7 +74,7 @@ pub fn from_bytes(name: String, mut bytes: Vec<u8>) -> Result<Input> {
     let sha256 = hex(&Sha256::digest(&bytes));
     notice::report(Notice::Read { name: &name, bytes: bytes.len(), sha256: &sha256 });
     if bytes.starts_with(&[0x1f, 0x8b]) {
-        bytes = read_within(&name, MultiGzDecoder::new(bytes.as_slice()), LARGEST).map_err(|e| match e {
+        bytes = unpacked(&name, &bytes, largest_unpacked(bytes.len() as u64)).map_err(|e| match e {
             Error::Io { source, .. } => Error::bad(
                 Place::file(&name),
                 format!("a gzip file that is damaged or cut short ({source})"),
@@ -83,6 +87,37 @@ pub fn from_bytes(name: String, mut bytes: Vec<u8>) -> Result<Input> {
         })?;
     }
     Ok(Input { name, bytes, sha256 })
+}
+
+/// Bytes to which a gzip file of `packed` bytes may unpack.
+fn largest_unpacked(packed: u64) -> u64 {
+    packed.saturating_mul(MOST_RATIO).clamp(ANY_RATIO, LARGEST)
+}
+
+/// The content of a gzip file. What is large is counted before it is held, so that a small file that unpacks to too much takes no memory.
+fn unpacked(name: &str, packed: &[u8], most: u64) -> Result<Vec<u8>> {
+    let failed = |e| Error::io_of(name, "unpack", e);
+    let mut stream = MultiGzDecoder::new(packed);
+    let mut bytes = Vec::new();
+    stream.by_ref().take(PIECE).read_to_end(&mut bytes).map_err(failed)?;
+    if (bytes.len() as u64) < PIECE {
+        memory::require_size(name, bytes.len() as u64, most)?;
+        return Ok(bytes);
+    }
+    let rest =
+        std::io::copy(&mut stream.take((most + 1).saturating_sub(PIECE)), &mut std::io::sink()).map_err(failed)?;
+    let whole = PIECE + rest;
+    if whole > most && most < LARGEST {
+        let found = format!("more than {} MB, {MOST_RATIO} times its size", most >> 20);
+        return Err(Error::bad(Place::file(name), found, "no more than that of a packed file (unpack it first)"));
+    }
+    memory::require_size(name, whole, most)?;
+    memory::require(name, whole)?;
+    bytes.reserve_exact(usize::try_from(rest).unwrap_or_default());
+    let mut again = MultiGzDecoder::new(packed);
+    bytes.clear();
+    again.by_ref().take(whole).read_to_end(&mut bytes).map_err(failed)?;
+    Ok(bytes)
 }
 
 /// Reads a whole input as UTF-8 text; a byte order mark is dropped, UTF-16 is named.
@@ -148,6 +183,33 @@ mod tests {
         let refused = read_within("bomb.csv.gz", endless, 100 << 20).unwrap_err().to_string();
         assert!(refused.contains("at most 100 MB"), "{refused}");
         assert_eq!(read_within("p.csv", &b"a\n1\n"[..], 10).unwrap(), b"a\n1\n");
+    }
+
+    #[test]
+    fn a_small_file_that_unpacks_to_too_much_is_refused_while_it_is_counted() {
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        let rows = b"0,0,0,0,0\n".repeat(100_000);
+        for _ in 0..300 {
+            packed.write_all(&rows).unwrap();
+        }
+        let packed = packed.finish().unwrap();
+        let refused = from_bytes("bomb.csv.gz".into(), packed.clone()).unwrap_err().to_string();
+        assert!(refused.contains("unpacks to more than"), "{refused}");
+        assert!(refused.contains("100 times its size"), "{refused}");
+        assert_eq!((largest_unpacked(1 << 20), largest_unpacked(10 << 20)), (256 << 20, 1000 << 20));
+        assert_eq!(largest_unpacked(1 << 30), LARGEST);
+    }
+
+    #[test]
+    fn what_is_counted_before_it_is_held_comes_back_whole() {
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        let rows = b"0,0,0,0,0\n".repeat(100_000);
+        (0..40).for_each(|_| packed.write_all(&rows).unwrap());
+        let packed = packed.finish().unwrap();
+        let whole = unpacked("rows.csv.gz", &packed, LARGEST).unwrap();
+        assert!(whole.len() == 40 * rows.len() && whole.chunks(rows.len()).all(|piece| piece == rows));
+        assert!(unpacked("rows.csv.gz", &packed, (whole.len() - 1) as u64).is_err());
+        assert!(unpacked("rows.csv.gz", &packed[..packed.len() - 3], LARGEST).is_err());
     }
 
     #[test]

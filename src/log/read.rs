@@ -24,6 +24,7 @@ use crate::robot::Robot;
 use build::build;
 pub(crate) use head::Head;
 use rayon::prelude::*;
+use robot_programs::error::in_few_digits;
 use std::ops::Range;
 use std::path::Path;
 
@@ -90,8 +91,9 @@ impl Log {
         }
         let close = |w: &[f64]| w[1] - w[0] < CLOSEST_S;
         let Some(i) = self.t_s.windows(2).position(close) else { return Ok(()) };
-        let (before, t) = (self.t_s[i], self.t_s[i + 1]);
-        let found = match t.total_cmp(&before) {
+        let numbers = (self.t_s[i], self.t_s[i + 1]);
+        let (before, t) = (in_few_digits(numbers.0), in_few_digits(numbers.1));
+        let found = match numbers.1.total_cmp(&numbers.0) {
             std::cmp::Ordering::Equal => format!("time {t} s twice"),
             std::cmp::Ordering::Less => format!("time {t} s after {before} s"),
             std::cmp::Ordering::Greater => format!("times {before} s and {t} s, which are too close to distinguish"),

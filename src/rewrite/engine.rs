@@ -131,7 +131,7 @@ impl<'a> Engine<'a> {
             largest_left: vec![0.0; axes],
             ..RewriteStats::default()
         };
-        let limits = Limits::new(robot, options.tcp_speed_m_s);
+        let limits = Limits::new(robot, options.tcp_speed_m_s, options.unplaced);
         let equation2 = (options.law != Law::SymmetricHalfGap && !idle)
             .then(|| Equation2::new(options.law == Law::Equation2Held, &options.deadband, &options.initial_direction));
         Ok(Self {

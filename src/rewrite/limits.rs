@@ -10,6 +10,7 @@
 
 use super::Origin;
 use super::stats::{LimitKind, RewriteStats, Violation};
+use crate::program::script::AxisSet;
 use crate::robot::{Joint, Robot};
 
 /// Violations that are listed in full.
@@ -50,8 +51,11 @@ pub struct Limits<'a> {
 }
 
 impl<'a> Limits<'a> {
-    pub fn new(robot: &'a Robot, tcp_speed_m_s: Option<f64>) -> Self {
-        let range = robot.axis_joints().map(|j| j.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])).collect();
+    /// `unplaced`: axes of which it is not known where they stand in their range.
+    pub fn new(robot: &'a Robot, tcp_speed_m_s: Option<f64>, unplaced: AxisSet) -> Self {
+        let of = |(axis, j): (usize, &Joint)| j.limits.filter(|_| !unplaced.has(axis));
+        let range =
+            robot.axis_joints().enumerate().map(|at| of(at).unwrap_or([f64::NEG_INFINITY, f64::INFINITY])).collect();
         let any_rate = robot.axis_joints().any(|j| j.max_speed.is_some() || j.max_accel.is_some());
         Self { robot, range, any_rate, tcp_speed_m_s, last: None, first_t_s: None }
     }

@@ -2,6 +2,7 @@
 
 use super::equation2::Law;
 use super::statics::Statics;
+use crate::program::script::AxisSet;
 use std::sync::Arc;
 
 /// How turning points between program points are found and the path near them is refined.
@@ -47,6 +48,8 @@ pub struct Options {
     pub chord_m: f64,
     /// Static joint errors that are undone at every point.
     pub statics: Option<Arc<Statics>>,
+    /// Axes whose positions count from an unknown origin: their range is not checked.
+    pub unplaced: AxisSet,
     /// Largest TCP error that the straight lines between inserted points may add to the wanted offset, m.
     pub shape_m: f64,
 }
@@ -67,6 +70,7 @@ impl Options {
             legs_s: None,
             chord_m: 2e-6,
             statics: None,
+            unplaced: AxisSet::default(),
             shape_m: 1e-6,
         }
     }

@@ -66,8 +66,8 @@ impl Frames {
 
     /// Parses the text of a frames file; `name` stands in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
-        if let Some(frames) = controller::read(text) {
-            return Ok(frames);
+        if let Some(read) = controller::read(name, text) {
+            return read;
         }
         let doc = Document { name, text };
         let file: FramesFile = doc.parse_schema("a file of frames and tools", SCHEMA)?;

@@ -6,6 +6,7 @@
 use super::LETTERS;
 use crate::error::{Error, Place, Result};
 use crate::io::input::{self, Input};
+use robot_programs::error::in_few_digits;
 use std::path::Path as FilePath;
 
 /// Coordinates beyond this (mm) are damage.
@@ -80,7 +81,7 @@ impl Path {
                     let place = Place::field(&name, line, k as u64 + 1);
                     return Err(Error::bad(
                         place,
-                        format!("time {t} s after {before} s"),
+                        format!("time {} s after {} s", in_few_digits(t), in_few_digits(*before)),
                         "times that strictly increase",
                     ));
                 }

@@ -37,6 +37,7 @@ mod formats;
 mod fuzz_readers;
 mod fuzz_rewrite;
 mod gaps_file;
+mod gcode_frames;
 mod gears;
 mod global_options;
 mod golden;

@@ -87,6 +87,64 @@ fn a_log_that_unpacks_beyond_the_memory_is_refused_by_name() {
     assert!(text.contains("log.csv.gz") && text.contains("memory"), "{text}");
 }
 
+/// 1 MB of gzip that unpacks to 300 MB, where 400 MB of addresses may be had: it is counted, not held.
+#[test]
+fn a_log_that_unpacks_to_more_than_its_size_allows_is_refused_in_little_memory() {
+    let desk = desk();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(b"t_s,cmd_A1_deg,x_mm,y_mm,z_mm\n").unwrap();
+    let rows = "0,0,0,0,0\n".repeat(100_000);
+    (0..300).for_each(|_| packed.write_all(rows.as_bytes()).unwrap());
+    std::fs::write(desk.path("log.csv.gz"), packed.finish().unwrap()).unwrap();
+    let little = ["sh", "-c", "ulimit -v 400000; exec \"$0\" \"$@\""];
+    let done = after(&desk, &little, "identify path --robot robot.yaml --log log.csv.gz");
+    let text = said(&done);
+    assert_eq!(done.status.code(), Some(2), "{text}");
+    assert!(text.contains("log.csv.gz") && text.contains("100 times its size"), "{text}");
+}
+
+/// Whatever a document was given for.
+#[test]
+fn a_document_nested_too_deep_is_refused_at_once_by_every_command() {
+    let desk = desk();
+    let deep = |open: &str, close: &str| format!("schema: x\na: {}1{}\n", open.repeat(40_000), close.repeat(40_000));
+    desk.write("nest.yaml", &deep("[", "]"));
+    desk.write("braces.yaml", &deep("{a: ", "}"));
+    let lines = [
+        "robot NEST",
+        "show NEST --output page.html",
+        "fit NEST --robot robot.yaml --output c.yaml",
+        "rewrite --model NEST p.csv --output out.csv",
+        "rewrite --robot NEST --compensator c.yaml p.csv --output out.csv",
+        "rewrite --robot robot.yaml --compensator NEST p.csv --output out.csv",
+        "rewrite --model model.yaml --frames NEST part.src --output out.src",
+        "simulate --model NEST p.csv --output log.csv",
+        "diagnose --model NEST --log p.csv",
+        "identify path --robot NEST --log p.csv",
+        "identify path --robot robot.yaml --map NEST --log p.csv",
+        "assess program --model NEST p.csv",
+        "track --kinematics NEST p.csv --output out.csv",
+    ];
+    for line in lines.iter().flat_map(|l| [l.replace("NEST", "nest.yaml"), l.replace("NEST", "braces.yaml")]) {
+        let start = std::time::Instant::now();
+        let done = after(&desk, &["env"], &line);
+        let text = said(&done);
+        assert!(done.status.code() == Some(2) && text.contains("64 levels"), "{line}: {text}");
+        assert!(start.elapsed().as_secs_f64() < 2.0, "{line}: {:?}", start.elapsed());
+    }
+}
+
+/// Times next to zero, as a broken clock gives them.
+#[test]
+fn diagnose_names_times_too_close_to_distinguish_in_few_digits() {
+    let desk = desk();
+    desk.write("log.csv", "t_s,cmd_A1_deg,x_mm,y_mm,z_mm\n0,0,0,0,0\n1e-305,1,0,0,0\n2e-305,2,0,0,0\n");
+    let done = after(&desk, &["env"], "diagnose --model model.yaml --log log.csv --json");
+    let text = said(&done);
+    assert_eq!(done.status.code(), Some(2), "{text}");
+    assert!(text.contains("log.csv:3:1") && text.contains("times 0 s and 1e-305 s, which are too close"), "{text}");
+}
+
 #[test]
 fn simulate_writes_finite_numbers_for_extreme_times_and_positions() {
     let desk = desk();

@@ -184,3 +184,26 @@ fn without_offsets_the_points_of_approach_are_all_that_is_new() {
     let first: Vec<&str> = new.iter().map(|l| l.split(',').next().unwrap()).collect();
     assert_eq!(first, ["PTP {A1 10.0120", "PTP {A1 5.0130", "PTP {A1 -3.9880"], "{out}");
 }
+
+/// Without offsets a turn on a straight way needs no point, and no stop.
+#[test]
+fn an_approach_without_offsets_adds_no_turning_points_to_straight_moves() {
+    let desk = Desk::new(0.0);
+    let robot = std::fs::read_to_string(bundled("configs/kuka-kr120-r2500-pro.yaml")).unwrap();
+    desk.write("robot.yaml", &robot);
+    let gaps: String =
+        ["A1", "A3"].map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_deg: {HALF_GAP}}}\n")).concat();
+    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{gaps}"));
+    // A3 turns where Y is 0
+    let pose = |y: i32| format!("{{X 1500,Y {y},Z 1500,A 0,B 60,C 0");
+    let program = format!(
+        "DEF ap()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {{A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0}}\nPTP {},S 2,T 35}}\nLIN {}}}\nLIN {}}}\nEND\n",
+        pose(300).replace("{X", "{E6POS: X"),
+        pose(-300),
+        pose(100)
+    );
+    desk.write("ap.src", &program);
+    desk.run("rewrite --model model.yaml ap.src --approach-from A1=-,A3=+ --gain 0 --output out.src").success();
+    let out = String::from_utf8(desk.read("out.src")).unwrap();
+    assert!(out.lines().count() > program.lines().count() && !out.contains("Y 0.0"), "{out}");
+}

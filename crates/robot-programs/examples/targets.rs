@@ -38,7 +38,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Goal::Joints(t) => {
                 let shown = script.targets.get(*t).unwrap().values.iter().zip(axes.axis_joints());
                 let shown = shown.map(|(v, a)| v.map_or("-".into(), |v| format!("{:.4}", a.kind.to_user_unit(v.si))));
-                println!("{place}: {}", shown.collect::<Vec<_>>().join(" "));
+                let elsewhere: Vec<&str> = m.displaced.axes().map(|a| axes.axis(a).name.as_str()).collect();
+                let origin = if elsewhere.is_empty() {
+                    String::new()
+                } else {
+                    format!(" ({} from another origin)", elsewhere.join(","))
+                };
+                println!("{place}: {}{origin}", shown.collect::<Vec<_>>().join(" "));
             }
             Goal::Pose(_) => println!("{place}: a Cartesian target"),
             Goal::Opaque(why) => println!("{place}: {why}"),

@@ -54,6 +54,17 @@ pub struct BadInput {
     pub expected: String,
 }
 
+/// A number for a message: with an exponent where it would be a long row of zeros.
+///
+/// ```
+/// use robot_programs::error::in_few_digits;
+/// assert_eq!((in_few_digits(0.25).as_str(), in_few_digits(1e-305).as_str()), ("0.25", "1e-305"));
+/// ```
+pub fn in_few_digits(value: f64) -> String {
+    let plain = value == 0.0 || (1e-9..1e15).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
 impl fmt::Display for BadInput {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: found {}; expected {}", self.place, one_line(&self.found), one_line(&self.expected))

@@ -30,6 +30,14 @@ pub enum Cause {
     /// A move that is not known follows it, and may count from where it ends.
     #[error("before a target that cannot be determined, which may count from this one")]
     BeforeUnknown,
+    /// An axis comes to it from a place that is not in the program.
+    #[error(
+        "from which side an axis reaches it is not known (a work frame, a tool length or a position of the machine before it)"
+    )]
+    SideLost,
+    /// Where an axis stands whose offset depends on it is not known.
+    #[error("its work frame or tool length is not the first one, and an offset depends on the position")]
+    Displaced,
     /// Its goal is a pose and poses are left as they are.
     #[error("Cartesian target")]
     Cartesian,

@@ -52,6 +52,7 @@ impl Collected {
             let mut options = task.options.clone();
             options.deadband.clear();
             options.deadband.extend_from_slice(deadband);
+            options.unplaced = run.unplaced(script);
             if !run.entry {
                 // only the program starts where the user says
                 options.initial_direction.fill(0);

@@ -177,12 +177,15 @@ fn step(
     let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
     // where the robot stands, the point in place carries the step: none is needed on the way to it
     let crossing = |o: &Out, n: usize| run.vertices.get(o.vertex + n).is_some_and(|v| v.role == Role::Crossing);
-    let steps_inside =
-        span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o) || approach(o)));
+    let steps = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o)));
+    let steps_inside = steps || span.iter().any(|o| on_way(run, o, vertex.step) && approach(o));
     if !closed && (steps_inside || as_joint_moves) {
         let mut last = before;
         // from the point of approach on the goal carries the step: that way is no longer than the gap needs
-        let whole = |o: &&Out| o.fraction.is_none() || !approach(o) && !crossing(o, 1);
+        // a turn at which no offset changes needs no point
+        let whole = |o: &&Out| {
+            if o.fraction.is_none() { steps || as_joint_moves || approach(o) } else { !approach(o) && !crossing(o, 1) }
+        };
         let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).filter(whole).collect();
         let span = spaced(&span);
         edit.before.reserve_exact(span.len());
@@ -257,7 +260,8 @@ fn new_point(
     };
     let mut q = o.q.to_vec();
     // the engine goes straight in the joints; on a straight TCP path or an arc the point moves onto it, its offset stays
-    let on_way = || document.on_way(step, share).or_else(|| run.line(step)?.at(share));
+    let known = || Some(run.standing(step, document.on_way(step, share)?, &own.q));
+    let on_way = || known().or_else(|| run.line(step)?.at(share));
     if let (Some(f), Some(to)) = (o.fraction, run.vertices.get(o.vertex + 1))
         && let Some(on_way) = on_way()
     {

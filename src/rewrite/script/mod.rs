@@ -133,6 +133,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let choice = Choice {
         crossing_s: &crossing_s,
         commanded: &commanded,
+        by_place: task.compensator.joints.iter().filter(|j| j.depends_on_position()).map(|j| j.axis).collect(),
         robot: task.robot,
         deadband: &deadband,
         tcp_speed_m_s: task.options.tcp_speed_m_s,
@@ -167,6 +168,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
     let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
     let clockless = by_clock.note(&runs);
+    notes.extend(notes::unplaced(script, task.robot, &runs));
     let (anew, count) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
     // what is written needs the edits alone
     if !choice.approach.any() {

@@ -6,7 +6,7 @@ use super::run::{Role, Run};
 use super::task::{Choices, Task};
 use crate::compensator::Compensator;
 use crate::error::counted;
-use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind};
+use crate::program::script::{At, AxisSet, Document, Edits, Format, Note, Script, StepKind};
 use crate::robot::{Joint, Robot};
 use std::collections::HashSet;
 
@@ -52,6 +52,21 @@ pub fn unknown_arm(format: &dyn Format, robot: &Robot) -> Option<Cause> {
         )
     };
     (!shown && !alone).then(|| Cause::UnknownArm(text()))
+}
+
+/// Axes whose limits are not checked, as a work offset or a tool length that the program does not contain is in force.
+pub fn unplaced(script: &Script, robot: &Robot, runs: &[Run]) -> Option<Note> {
+    let limited: AxisSet =
+        robot.axis_joints().enumerate().filter(|(_, j)| j.limits.is_some()).map(|(axis, _)| axis).collect();
+    let of = |run: &Run| run.unplaced(script).and(limited);
+    let first = runs.iter().find(|run| !of(run).is_empty())?.vertices.first()?;
+    let axes = runs.iter().map(of).fold(AxisSet::default(), AxisSet::or);
+    let names: Vec<&str> = axes.axes().map(|axis| robot.axis(axis).name.as_str()).collect();
+    let text = format!(
+        "limits of {} are not checked: a work offset or a tool length is active, and its value is not in the program",
+        names.join(", ")
+    );
+    Some(Note { place: script.steps.get(first.step)?.at, text })
 }
 
 /// What was asked with `--approach-from`: how many targets a point was added to, and which of those at which the robot stops are

@@ -19,7 +19,7 @@ use crate::error::{Error, Result, counted};
 use crate::io::input::{self, Input};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
-use crate::program::script::{At, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
+use crate::program::script::{At, AxisSet, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
 use crate::program::{Assumed, Moves, Program, ScriptPath, exact_stops};
 use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
@@ -106,6 +106,7 @@ impl Reading<'_> {
             excluded: &|_| false,
             solve_within_m: None,
             commanded: &commanded,
+            by_place: AxisSet::default(),
             as_poses: true,
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),
@@ -310,7 +311,7 @@ impl<'a> Points<'a> {
         let mut way = match run.line(goal.step) {
             Some(line) => points(line.parts_within(within_m), &|share| line.at(share))?,
             None if m.path == PathKind::Curve && document.on_way(goal.step, 0.5).is_some() => {
-                points(ARC_PARTS, &|share| document.on_way(goal.step, share))?
+                points(ARC_PARTS, &|share| Some(run.standing(goal.step, document.on_way(goal.step, share)?, &goal.q)))?
             }
             None if self.is_straight(m) => Vec::new(),
             None => return None,

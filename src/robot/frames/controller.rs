@@ -6,23 +6,76 @@
 //! - Yaskawa `UFRAME.CND`: `//UFRAME 2`, in it `////BUSER x,y,z,rx,ry,rz` (user frame 2 in the robot's base); `TOOL.CND`: `//TOOL 1`,
 //!   after its name the first line of six numbers (mm, deg).
 //!
-//! What is not complete (a frame that was never taught, or one of another group) is left out.
+//! A KUKA value may name its type (`{FRAME: X 1200.0, ...}`). What is not complete (a frame that was never taught, or one of another group) is left out; a file
+//! in which nothing is left is refused.
 
 use super::Frames;
+use crate::error::{Error, Place, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use std::collections::BTreeMap;
 
 /// Frames of a controller's file; `None`: no controller is known that writes it.
-pub(super) fn read(text: &str) -> Option<Frames> {
-    if text.contains("$MNUFRAME") || text.contains("$MNUTOOL") {
+pub(super) fn read(name: &str, text: &str) -> Option<Result<Frames>> {
+    let found = of_text(text)?;
+    if !found.frames.is_empty() || !found.tools.is_empty() {
+        return Some(Ok(found));
+    }
+    let nothing = "no frame and no tool that can be read".to_string();
+    let (place, found, expected) = match (listed(text), robroot(text)) {
+        (Some((line, variable)), _) if !matches!(variable, "$MNUFRAME" | "$MNUTOOL") => (
+            Place::line(name, line),
+            format!("a listing of `{variable}`"),
+            "a listing of `$MNUFRAME` and `$MNUTOOL` (SYSFRAME.VA)".to_string(),
+        ),
+        (_, Some((line, true))) => (
+            Place::line(name, line),
+            format!("{nothing}; `$ROBROOT` stands where the world does"),
+            "`BASE_DATA` and `TOOL_DATA`, which are in `$config.dat`".into(),
+        ),
+        (_, Some((line, false))) => (
+            Place::line(name, line),
+            format!("{nothing}, but a `$ROBROOT`"),
+            "`BASE_DATA` and `TOOL_DATA`, which are in `$config.dat`; `$ROBROOT` is `base:` of the robot file".into(),
+        ),
+        _ => (
+            Place::file(name),
+            nothing,
+            "`BASE_DATA[n]={X ...}` and `TOOL_DATA[n]={X ...}` (KUKA), `$MNUFRAME` and `$MNUTOOL` with numbers for group 1 (FANUC), \
+             or `//UFRAME` and `//TOOL` (Yaskawa)"
+                .into(),
+        ),
+    };
+    Some(Err(Error::bad(place, found, expected)))
+}
+
+fn of_text(text: &str) -> Option<Frames> {
+    if listed(text).is_some() || text.contains("$MNUFRAME") || text.contains("$MNUTOOL") {
         return Some(fanuc(text));
     }
     let condition = |l: &str| l.trim_start().starts_with("//UFRAME ") || l.trim_start().starts_with("//TOOL ");
     if text.lines().find(|l| !l.trim().is_empty()).is_some_and(condition) {
         return Some(yaskawa(text));
     }
-    let kuka = |l: &str| l.trim_start().to_ascii_uppercase().starts_with("DEFDAT");
+    let kuka = |l: &str| {
+        let l = l.trim_start().to_ascii_uppercase();
+        ["DEFDAT", "BASE_DATA[", "TOOL_DATA["].iter().any(|word| l.starts_with(word))
+    };
     text.lines().any(kuka).then(|| kuka_data(text))
+}
+
+/// The variable of a FANUC listing's first line, and this line: `[*POSREG*]$POSREG  Storage: ...`.
+fn listed(text: &str) -> Option<(u64, &str)> {
+    let (k, line) = text.lines().enumerate().find(|(_, l)| !l.trim().is_empty())?;
+    let variable = line.trim_start().strip_prefix("[*")?.split_once("*]")?.1.split_ascii_whitespace().next()?;
+    Some((k as u64 + 1, variable))
+}
+
+/// The line of `$ROBROOT` in a KUKA data list, and whether all its numbers are 0.
+fn robroot(text: &str) -> Option<(u64, bool)> {
+    let (k, line) = text.lines().enumerate().find(|(_, l)| l.to_ascii_uppercase().contains("$ROBROOT="))?;
+    let inside = line.split_once('{')?.1.split_once('}')?.0;
+    let zero = |part: &str| part.split_whitespace().last().and_then(|v| v.parse::<f64>().ok()) == Some(0.0);
+    Some((k as u64 + 1, inside.split(',').all(zero)))
 }
 
 /// X, Y, Z in mm and turns about fixed X, Y, Z in degrees.
@@ -41,6 +94,8 @@ fn kuka_data(text: &str) -> Frames {
         for (list, name) in [(&mut found.frames, "BASE_DATA["), (&mut found.tools, "TOOL_DATA[")] {
             let Some((number, rest)) = line.strip_prefix(name).and_then(|l| l.split_once(']')) else { continue };
             let Some(inside) = rest.split_once('{').and_then(|(_, r)| r.split_once('}')).map(|r| r.0) else { continue };
+            // an aggregate may name its type
+            let inside = inside.split_once(':').map_or(inside, |(_, values)| values);
             let of = |key: &str| {
                 let part = inside.split(',').find_map(|p| p.trim().strip_prefix(key)?.strip_prefix(' '));
                 part.and_then(|p| p.trim().parse::<f64>().ok()).filter(|v| v.is_finite())
@@ -129,14 +184,14 @@ mod tests {
     fn user_frames_and_tools_of_a_yaskawa_are_read_by_their_numbers() {
         let text = "//UFRAME 1\r\n///NAME TABLE\r\n///TOOL 0\r\n////BUSER 1200.000,-5.500,400.000,0.0000,0.0000,90.0000\r\n\
 //UFRAME 2\r\n///NAME \r\n";
-        let frames = read(text).unwrap();
+        let frames = read("f", text).unwrap().unwrap();
         let at = frames.frame("1").unwrap();
         assert!((at.translation.vector - nalgebra::Vector3::new(1.2, -0.0055, 0.4)).norm() < 1e-12);
         assert!((at * nalgebra::Vector3::x() - nalgebra::Vector3::y()).norm() < 1e-12);
         assert!(frames.frame("2").is_none() && frames.tools.is_empty());
         let text = "//TOOL 0\r\n///NAME TORCH\r\n10.000,0.000,300.000,0.0000,0.0000,0.0000\r\n0.0,0.0,0.0\r\n1.500\r\n\
 0.0,0.0,0.0,0.0,0.0,0.0\r\n//TOOL 1\r\n///NAME \r\n0.000,0.000,120.500,0.0000,45.0000,0.0000\r\n";
-        let tools = read(text).unwrap();
+        let tools = read("f", text).unwrap().unwrap();
         assert_eq!(tools.tool("0").unwrap().translation.vector, nalgebra::Vector3::new(0.01, 0.0, 0.3));
         assert!((tools.tool("1").unwrap().rotation.angle() - 45f64.to_radians()).abs() < 1e-12);
     }
@@ -145,7 +200,7 @@ mod tests {
     fn bases_and_tools_of_a_kuka_are_read_by_their_numbers() {
         let text = "DEFDAT $CONFIG PUBLIC\r\nBASE_DATA[2]={X 1200.0,Y -5.5,Z 400.0,A 90.0,B 0.0,C 0.0} ; table\r\n\
                     TOOL_DATA[1]={X 156.0,Y 0.0,Z 63.0,A 0.0,B 10.0,C 0.0}\r\nBASE_DATA[3]={X 1.0,Y 2.0}\r\nENDDAT\r\n";
-        let found = read(text).unwrap();
+        let found = read("f", text).unwrap().unwrap();
         assert_eq!((found.frames.len(), found.tools.len()), (1, 1));
         let base = found.frame("2").unwrap();
         assert!(
@@ -162,14 +217,52 @@ mod tests {
                     \x20 W:      .000   P:      .000   R:    90.000\n     [2,1] =\n  X: 1.0 Y: 1.0 Z: 1.0\n  W: 0 P: 0 R: 0\n\
                     [*SYSTEM*]$MNUTOOL  Storage: CMOS : ARRAY[2,10] OF POSITION\n     [1,3] =\n  Group: 1\n\
                     \x20 X: .0 Y: .0 Z: 180.0\n  W: .0 P: .0 R: .0\n     [1,4] = Uninitialized\n";
-        let found = read(text).unwrap();
+        let found = read("f", text).unwrap().unwrap();
         assert_eq!((found.frames.len(), found.tools.len()), (1, 1));
         assert!((found.frame("1").unwrap().translation.vector.z + 0.0205).abs() < 1e-12);
         assert!((found.tool("3").unwrap().translation.vector.z - 0.18).abs() < 1e-12);
     }
 
     #[test]
+    fn a_value_of_a_kuka_may_name_its_type_and_stand_in_a_part_of_the_file() {
+        let frame = "BASE_DATA[1]={FRAME: X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0}\n";
+        for text in [frame.to_string(), format!("DEFDAT $CONFIG PUBLIC\nDECL FRAME BASE_DATA[16]\n{frame}ENDDAT\n")] {
+            let found = read("f", &text).unwrap().unwrap();
+            assert!((found.frame("1").unwrap().translation.vector.x - 1e-3).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_controllers_file_without_frames_is_refused_in_its_own_words() {
+        let machine = |x: &str| {
+            format!("DEFDAT $MACHINE PUBLIC\nFRAME $ROBROOT={{X {x},Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}}\nENDDAT\n")
+        };
+        for (text, words) in [
+            (
+                machine("0.0"),
+                "f:2: found no frame and no tool that can be read; `$ROBROOT` stands where the world does",
+            ),
+            (machine("10.0"), "f:2: found no frame and no tool that can be read, but a `$ROBROOT`"),
+            (
+                "DEFDAT $CONFIG PUBLIC\nENDDAT\n".into(),
+                "f: found no frame and no tool that can be read; expected `BASE_DATA[n]",
+            ),
+            (
+                "[*POSREG*]$POSREG  Storage: SHADOW : ARRAY[1,10] OF Position Reg\n     [1,1] =   ''\n".into(),
+                "f:1: found a listing of `$POSREG`; expected a listing of `$MNUFRAME`",
+            ),
+            (
+                "[*SYSTEM*]$MNUFRAME  Storage: CMOS\n     [1,1] = Uninitialized\n".into(),
+                "f: found no frame and no tool",
+            ),
+        ] {
+            let refused = read("f", &text).unwrap().unwrap_err().to_string();
+            assert!(refused.starts_with(words), "{refused}");
+        }
+    }
+
+    #[test]
     fn another_text_is_no_controllers_file() {
-        assert!(read("schema: lostmotion/frames/1\nframes: {}\n").is_none());
+        assert!(read("f", "schema: lostmotion/frames/1\nframes: {}\n").is_none());
     }
 }

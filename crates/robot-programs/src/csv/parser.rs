@@ -11,7 +11,7 @@ use super::number;
 use super::record::{Record, Seen, content};
 use super::shape::MOST_PURE;
 use crate::axes::Axes;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, in_few_digits};
 
 /// A row that is longer is refused.
 pub(super) const LONGEST_ROW: usize = 8 << 20;
@@ -211,7 +211,8 @@ impl Parser {
             // the line counter already stands after this row
             let line = self.lines.line(self.point).unwrap_or(self.line);
             let place = Place::field(&self.name, line, self.header.column_of(slot));
-            return Err(Error::bad(place, format!("time {t} s after {before} s"), "times that strictly increase"));
+            let found = format!("time {} s after {} s", in_few_digits(t), in_few_digits(before));
+            return Err(Error::bad(place, found, "times that strictly increase"));
         }
         self.last_t_s = Some(t);
         Ok(())

@@ -118,7 +118,7 @@ impl Reader<'_> {
         let values: Vec<Option<Value>> = (0..self.letters.len()).map(value).collect();
         self.script.targets.push_numbers(None, None, at, values);
         self.statements.push_like_last(step, k, &start, &self.position);
-        self.last = Some(step);
+        (self.last, self.settled) = (Some(step), false);
         self.step(k, kind, None);
         (alike.line, alike.step) = (k, step);
         Some(())

@@ -6,18 +6,57 @@
 //! a loop): it is fixed.
 
 use super::codes::code_text;
+use super::goal::opaque;
 use super::read::Reader;
-use crate::script::{Break, Goal, StepKind, Value};
+use crate::script::{AxisSet, Break, Goal, StepKind, Value};
 
 impl Reader<'_> {
     /// Nothing is known of the position any more.
     pub(super) fn lose(&mut self, why: &str) {
-        if self.absolute != Some(true) || self.relative {
+        if (self.absolute != Some(true) || self.relative) && !self.settled {
             self.anchor(why);
         }
         self.last = None;
         self.position.fill(None);
         self.relative = false;
+    }
+
+    /// Of some axes it is not known any more where they stand, nor from where their next words count.
+    pub(super) fn slip(&mut self, k: usize, axes: Option<AxisSet>, why: &str) {
+        match axes.filter(|_| self.words_are_plain()) {
+            Some(axes) => {
+                self.lose_axes(axes, why);
+                self.step(k, StepKind::Break(Break::Axes(axes)), None);
+            }
+            None => self.end(k, Break::Frame, why),
+        }
+    }
+
+    /// A move of some axes (`None`: of any) to a place that the program does not contain.
+    pub(super) fn goes_elsewhere(&mut self, k: usize, axes: Option<AxisSet>, why: String) {
+        let axes = axes.filter(|axes| !axes.is_empty() && self.words_are_plain());
+        match axes {
+            Some(axes) => {
+                self.lose_axes(axes, &why);
+                self.settled = true;
+            }
+            None => self.lose(&why),
+        }
+        let mut goes = opaque(why);
+        goes.moves_alone = axes;
+        self.step(k, StepKind::Move(goes), None);
+    }
+
+    /// An axis word moves its own axis and no other.
+    fn words_are_plain(&self) -> bool {
+        self.strange.is_none() && self.modal_macro.is_none() && self.compensation.is_none()
+    }
+
+    fn lose_axes(&mut self, axes: AxisSet, why: &str) {
+        if self.absolute != Some(true) || self.relative {
+            self.anchor(why);
+        }
+        axes.axes().filter_map(|a| self.position.get_mut(a).map(|p| *p = None)).for_each(drop);
     }
 
     /// The last move must end where it always did, on every axis.
@@ -63,7 +102,7 @@ impl Reader<'_> {
         }
         self.feed = None;
         self.lost_frame |= self.survey.frames();
-        if [410, 420, 411, 421].iter().any(|c| self.survey.codes.contains(c)) {
+        if self.survey.leaves_compensation {
             self.compensation = Some("G41 or G42 may be on".into());
         }
         self.may_be_strange();
@@ -115,13 +154,15 @@ impl Reader<'_> {
         self.plane = None;
         self.feed = None;
         self.lost_frame = true;
+        self.frame_to_name = true;
         self.compensation.get_or_insert_with(|| format!("{why} (G40)"));
     }
 
     /// What words mean, to be compared.
     pub(super) fn modes(&self) -> String {
         let words = (self.motion, self.absolute, self.inch, self.plane, self.centre_absolute, self.feed_mode);
-        let frames = (self.frame, self.lost_frame, &self.local, &self.moved, &self.length);
+        let lost = (self.lost_frame, self.frame_to_name);
+        let frames = (self.frame, lost, &self.local, &self.moved, &self.length);
         let doubts = (&self.strange, &self.modal_macro, &self.compensation, self.exact);
         format!("{words:?} {frames:?} {doubts:?}")
     }

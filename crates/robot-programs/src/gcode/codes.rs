@@ -25,7 +25,12 @@ pub(super) fn is_followed(c: u32) -> bool {
         930, 940, 950,
     ];
     let known = [ACTIONS, MODES, HARMLESS, CANNED, SPLINES, TOUCHES].iter().any(|list| list.contains(&c));
-    known || (540..600).contains(&c)
+    known || is_work_frame(c)
+}
+
+/// G54 to G59.3: work frames that are moved against each other. Others of this hundred turn them, or follow a table.
+pub(super) fn is_work_frame(c: u32) -> bool {
+    matches!(c, 540 | 541 | 550 | 560 | 570 | 580 | 590..=593)
 }
 
 /// A G word times ten; what is no such word becomes one that is not known.

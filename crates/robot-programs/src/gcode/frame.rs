@@ -41,16 +41,31 @@ impl Reader<'_> {
         self.end(k, Break::Frame, "a G92");
     }
 
-    /// What is added to an absolute word; `None`: not known.
-    pub(super) fn shift(&self, axis: usize) -> Option<f64> {
+    /// What is added to an absolute word. Where that is not known, the axis counts from an origin of its own ([`Self::is_displaced`]).
+    pub(super) fn shift(&self, axis: usize) -> f64 {
+        self.moved[axis].unwrap_or(0.0) + self.local[axis]
+    }
+
+    /// The numbers of an axis count from another origin than those of the first motion.
+    pub(super) fn is_displaced(&self, axis: usize) -> bool {
         let strange = self.lost_frame || self.reference.is_some_and(|r| Some(r) != self.frame.or(Some(r)));
-        let z = self.letters[axis] == b'Z' && self.length_reference.as_ref().is_some_and(|r| *r != self.length);
-        if strange || z { None } else { self.moved[axis].map(|m| m + self.local[axis]) }
+        let z = self.has_length(axis) && self.length_reference.as_ref().is_some_and(|r| *r != self.length);
+        strange || z || self.moved[axis].is_none()
+    }
+
+    /// The numbers of an axis count from an origin that is not in the program.
+    pub(super) fn is_unplaced(&self, axis: usize) -> bool {
+        self.named_frame || self.is_displaced(axis) || self.has_length(axis) && self.length != "G49"
+    }
+
+    /// A tool length may move the axis.
+    fn has_length(&self, axis: usize) -> bool {
+        self.length_axis().is_none_or(|axes| axes.has(axis)) || self.letters[axis] == b'Z'
     }
 
     pub(super) fn tool_length(&mut self, k: usize, block: &Block, c: u32) {
-        self.step(k, StepKind::Break(Break::Frame), None);
-        self.lose("a tool length");
+        // a dynamic offset may be of any axis
+        self.slip(k, self.length_axis().filter(|_| c != 431), "a tool length");
         let h = block.words.iter().find(|w| w.letter == b'H').map(|w| self.text.slice(w.number()));
         self.length = match h {
             _ if c == 490 => "G49".into(),
@@ -65,6 +80,8 @@ impl Reader<'_> {
             self.lose("a work frame");
         }
         self.frame = Some(c);
+        self.frame_to_name = false;
+        self.named_frame = true;
         if !self.survey.codes.iter().any(|c| [520, 920, 100].contains(c)) {
             self.lost_frame = false;
         }

@@ -50,6 +50,9 @@ impl Reader<'_> {
         if self.inch.is_none() {
             return Some("neither G20 nor G21 is certain here".into());
         }
+        if self.frame_to_name {
+            return Some("its work frame is not certain: name it again (G54)".into());
+        }
         // without the comma, as lathes write it: the way ends beside the place that is written, and goes on from there
         let cuts = |w: &&Word| b"IJKR".contains(&w.letter) && w.value.is_none_or(|v| v.0 != 0.0);
         if let (Some(0 | 10), Some(w)) = (self.motion, block.words.iter().find(cuts)) {
@@ -79,9 +82,6 @@ impl Reader<'_> {
                 return Some("a number without a point where others end in one: it may count increments".into());
             }
             let Some(axis) = axis else { continue };
-            if self.shift(axis).is_none() {
-                return Some("its work frame or tool length is not the first one".into());
-            }
             if !absolute && self.position[axis].is_none() {
                 return Some("a relative word, and the position before it is not known".into());
             }
@@ -112,7 +112,7 @@ impl Reader<'_> {
         let start = self.position.clone();
         let unit = shared(&self.units, dof, |a| self.unit(a, inch));
         self.units = Shared::clone(&unit);
-        let shift = shared(&self.shifts, dof, |a| self.shift(a).unwrap_or(0.0));
+        let shift = shared(&self.shifts, dof, |a| self.shift(a));
         self.shifts = Shared::clone(&shift);
         let goal = self.named_goal(&block, &start, &unit, &shift, absolute)?;
         let arc = match motion {
@@ -187,7 +187,7 @@ impl Reader<'_> {
         self.relative |= !statement.absolute;
         self.note(k);
         let step = self.script.steps.len();
-        self.last = Some(step);
+        (self.last, self.settled) = (Some(step), false);
         self.step(k, StepKind::Move(m), None);
         let mut alike = std::mem::take(&mut self.alike);
         alike.learn(self, &statement, step);
@@ -286,7 +286,17 @@ impl Reader<'_> {
         };
         let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
         let path = if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint };
-        let how = How { path, closed, speed, blend_m: exact.then_some(0.0), turns_known: true, ..How::default() };
+        let axes = || 0..self.letters.len();
+        let how = How {
+            path,
+            closed,
+            speed,
+            blend_m: exact.then_some(0.0),
+            turns_known: true,
+            unplaced: axes().filter(|a| self.is_unplaced(*a)).collect(),
+            displaced: axes().filter(|a| self.is_displaced(*a)).collect(),
+            ..How::default()
+        };
         Move::new(how, Goal::Joints(self.script.targets.len()), way)
     }
 

@@ -17,7 +17,7 @@
 //!
 //! Variables and expressions that have one value whatever runs are folded ([`variables`]); [`assignments`] looks at what a line assigns
 //! and what it may do besides. What cannot be determined stays as it is and says why: units or distance mode that no word has set, other
-//! expressions, canned cycles, cutter compensation, a second work frame, modes after a call. Text that is no G-code is refused with its
+//! expressions, canned cycles, cutter compensation, modes after a call. Text that is no G-code is refused with its
 //! place. `docs/program-gcode.md` has what may be edited.
 
 mod alike;

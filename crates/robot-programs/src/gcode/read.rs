@@ -10,7 +10,7 @@ use super::variables::Variables;
 use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::lex::not_too_long;
-use crate::script::{At, Break, Note, Script, Step, StepKind, Targets, Text, pragma};
+use crate::script::{At, AxisSet, Break, Note, Script, Step, StepKind, Targets, Text, pragma};
 use std::sync::Arc as Shared;
 
 /// Reads a program.
@@ -115,6 +115,10 @@ pub(super) struct Reader<'a> {
     pub(super) frame: Option<u32>,
     pub(super) reference: Option<u32>,
     pub(super) lost_frame: bool,
+    /// Modes are not known until a work frame is named again: something outside of this text ran.
+    pub(super) frame_to_name: bool,
+    /// A work frame was named: its offset is not in the program.
+    pub(super) named_frame: bool,
     /// G52, by axis, mm or deg.
     pub(super) local: Vec<f64>,
     /// By axis: unit of a word and what is added to it, of the last motion.
@@ -133,6 +137,8 @@ pub(super) struct Reader<'a> {
     pub(super) relative: bool,
     /// The last move since the position is known.
     pub(super) last: Option<usize>,
+    /// Some axes went on to a place of the machine after it: relative words behind it do not count from it.
+    pub(super) settled: bool,
     /// What lines may be like.
     pub(super) alike: Alike,
 }
@@ -169,6 +175,8 @@ impl<'a> Reader<'a> {
             frame: None,
             reference: None,
             lost_frame: false,
+            frame_to_name: false,
+            named_frame: false,
             local: vec![0.0; dof],
             units: Shared::default(),
             shifts: Shared::default(),
@@ -179,6 +187,7 @@ impl<'a> Reader<'a> {
             digit: vec![0.0; dof],
             relative: false,
             last: None,
+            settled: false,
             alike: Alike::default(),
         }
     }
@@ -191,6 +200,19 @@ impl Reader<'_> {
         if let Some(statement) = statement {
             self.statements.push(self.script.steps.len() - 1, statement);
         }
+    }
+
+    /// The axes that words of a block name; `None`: a word names none of the robot's.
+    pub(super) fn axes_named(&self, block: &Block) -> Option<AxisSet> {
+        let named = block.words.iter().filter(|w| AXES.contains(&w.letter));
+        named.map(|w| self.letters.iter().position(|l| *l == w.letter)).collect()
+    }
+
+    /// The axis of a tool length: Z, where the plane is X-Y; any on a lathe and in another plane.
+    pub(super) fn length_axis(&self) -> Option<AxisSet> {
+        let z = self.letters.iter().position(|l| *l == b'Z')?;
+        let plain = self.plane == Some([b'X', b'Y', b'Z']) && !self.survey.lathe;
+        plain.then(|| [z].into_iter().collect())
     }
 
     /// What a line assigns, and what it may do besides.
@@ -207,6 +229,9 @@ impl Reader<'_> {
         } else if found.frame || found.any {
             self.end(k, Break::Frame, "an assignment that may move a frame");
             self.lost_frame |= self.reference.is_some();
+            if self.reference.is_some() {
+                self.strange = Some(format!("line {} assigns what may move or turn a frame", k + 1));
+            }
         } else if found.signal {
             self.end(k, Break::Call, "a signal that may move the machine");
             self.motion = None;

@@ -40,6 +40,9 @@ pub(super) struct Survey {
     pub(super) changes_tools: bool,
     /// It may be a program of a lathe, on which G90 and G94 may be turning cycles: no Y, and a word of lathes.
     pub(super) lathe: bool,
+    /// Cutter compensation may be on where control comes from elsewhere. A program starts with G40, as after a reset: where in the order of
+    /// the text it is off at every label, jump, loop and call, it is off there in every order.
+    pub(super) leaves_compensation: bool,
 }
 
 impl Survey {
@@ -118,6 +121,10 @@ struct Look {
     subs: BTreeSet<String>,
     called: BTreeSet<String>,
     outside: bool,
+    /// Cutter compensation is on here; was on at a place that steers the order of blocks; was on at a line number.
+    compensates: bool,
+    compensates_at_flow: bool,
+    compensates_at_number: bool,
 }
 
 impl Look {
@@ -130,12 +137,14 @@ impl Look {
         if let Some(found) = assignments_of(text, k, block) {
             self.survey.hidden |= found.hidden;
             if found.frame || found.any {
-                // as a G10 does
+                // as a G10 does that may turn it
                 self.survey.codes.insert(100);
+                self.unfollowed.insert(100);
             }
         }
         self.survey.hidden |= block.words.iter().any(|w| w.letter == b'G' && w.value.is_none());
         self.order(text, k, block);
+        self.compensation(block);
         self.extrudes |= names(block, b"E");
         for w in &block.words {
             self.survey.form(w);
@@ -165,6 +174,22 @@ impl Look {
         }
     }
 
+    /// Cutter compensation before and after a block: neither may be on where control goes elsewhere or comes from there.
+    fn compensation(&mut self, block: &Block) {
+        let code_of = |letter: u8| move |w: &lex::Word| w.value.filter(|_| w.letter == letter).map(|v| code(v.0));
+        let codes = |letter: u8| block.words.iter().filter_map(code_of(letter));
+        let last = codes(b'G').rfind(|c| matches!(c, 400 | 410 | 411 | 420 | 421));
+        let before = self.compensates;
+        self.compensates = last.map_or(before, |c| c != 400);
+        // an operator may switch off what switches it
+        let either = before || self.compensates || block.optional && last.is_some();
+        let calls = codes(b'M').any(|m| matches!(m, 20 | 300 | 970 | 980 | 990 | 1980))
+            || codes(b'G').any(|g| matches!(g, 650 | 660 | 661 | 670));
+        let flows = calls || block.flow.is_some() || block.keyword.is_some() || block.percent;
+        self.compensates_at_flow |= either && flows || block.optional && last.is_some();
+        self.compensates_at_number |= either && names(block, b"N");
+    }
+
     fn m_word(&mut self, block: &Block, m: f64) {
         self.survey.jumps |= m == 99.0 && names(block, b"P");
         self.survey.changes_tools |= m == 6.0;
@@ -176,7 +201,7 @@ impl Look {
     fn g_word(&mut self, k: usize, block: &Block, c: u32) {
         self.survey.codes.insert(c);
         self.survey.macros += usize::from(matches!(c, 660 | 661));
-        if !is_followed(c) || c == 50 && !has_axes(block) {
+        if !is_followed(c) || c == 50 && !has_axes(block) || c == 100 && !moves_offsets(block) {
             self.unfollowed.insert(c);
         }
         // by what they do
@@ -194,6 +219,9 @@ impl Look {
         let inside = !self.outside && self.called.is_subset(&self.subs);
         survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
         survey.printer |= self.extrudes && self.counts;
+        let at_flow = self.compensates_at_flow || survey.jumps && self.compensates_at_number;
+        let compensates = [410, 411, 420, 421].iter().any(|c| survey.codes.contains(c));
+        survey.leaves_compensation = compensates && (at_flow || survey.hidden);
         survey.lathe = self.lathe_words && !self.lathe_across && !survey.printer;
         // a lathe's tailstock; not read by printers
         survey.mirrors &= !survey.lathe && !survey.printer;
@@ -201,7 +229,9 @@ impl Look {
             // a frame that is moved
             survey.codes.insert(920);
         }
-        survey.unfollowed = self.unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
+        // a printer's G10 moves filament
+        let of_printer = |c: u32| survey.printer && (PROBES.contains(&c) || c == 100);
+        survey.unfollowed = self.unfollowed.into_iter().find(|c| !of_printer(*c));
         survey
     }
 }
@@ -326,6 +356,19 @@ fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
     let p = block.words.iter().find(|w| w.letter == b'P').and_then(|w| w.value).map(|v| v.0);
     // `P31000` calls O1000 three times on some controls
     Some(p.filter(|p| p.fract() == 0.0 && (1.0..10_000.0).contains(p)).map(|p| format!("{}", p as u32)).ok_or(()))
+}
+
+/// Whether a G10 changes offsets of tools or work frames and nothing else: with R it may turn a work frame, with other L it sets
+/// parameters of the control.
+///
+/// `offsets = "G10" "L" ("2" | "20") | "G10" "L" ("1" | "10" | "11" | "12" | "13")`
+pub(super) fn moves_offsets(block: &Block) -> bool {
+    let l = block.words.iter().find(|w| w.letter == b'L').and_then(|w| w.value).map(|v| v.0);
+    match l {
+        Some(2.0 | 20.0) => !names(block, b"R"),
+        Some(l) => [1.0, 10.0, 11.0, 12.0, 13.0].contains(&l),
+        None => false,
+    }
 }
 
 /// Whether words name axes.

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 mod codes;
 mod doubts;
+mod frames;
 mod small_arcs;
 
 use crate::fixtures::gantry as robot;
@@ -179,15 +180,20 @@ fn inches_are_metres_and_new_digits_are_inches() {
 }
 
 #[test]
-fn shifted_frames_are_known_or_opaque() {
+fn shifted_frames_are_known_or_counted_from_elsewhere() {
     // G92: the position is called something else
     let found = goals("G21 G90\nG0 X10 Y0 Z0\nG92 X100\nG1 X101 F9\nG92.1\nG1 X7\nG52 X1\nG1 X7\nG52 X0\nG1 X7\n");
     let x: Vec<f64> = found.iter().map(|g| g.as_ref().unwrap()[0]).collect();
     assert_eq!(x, [10.0, 11.0, 7.0, 8.0, 7.0]);
-    // another work frame has another, unknown offset; the first one is that of the axes
+    // another work frame has another, unknown offset: how far the axes move in it is known
     let text = "G21 G90 G54\nG0 X1 Y1 Z1\nG55\nG0 X1\nG54\nG0 X2\n";
-    assert_eq!(goals(text).iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true]);
-    assert_eq!(goals("G21 G90\nG0 X1\nG10 L2 P1 X5\nG0 X2\n")[1], None);
+    assert_eq!(goals(text).iter().map(Option::is_some).collect::<Vec<_>>(), [true; 3]);
+    let displaced = |text: &str| -> Vec<bool> {
+        let script = script_of(&Gcode, text, &robot());
+        moves(&script).iter().map(|(_, m)| m.displaced.has(0)).collect()
+    };
+    assert_eq!(displaced(text), [false, true, false]);
+    assert_eq!(displaced("G21 G90\nG0 X1\nG10 L2 P1 X5\nG0 X2\n"), [false, true]);
     let breaks = script_of(&Gcode, text, &robot())
         .steps
         .iter()
@@ -195,8 +201,9 @@ fn shifted_frames_are_known_or_opaque() {
         .count();
     assert_eq!(breaks, 3);
     // a second tool length moves Z by what nobody knows, and X not at all
-    let found = goals("G21 G90\nG43 H1\nG0 Z5\nG43 H2\nG0 Z5\nG0 X1\n");
-    assert_eq!(found.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true]);
+    let lengths = script_of(&Gcode, "G21 G90 G17\nG43 H1\nG0 Z5\nG43 H2\nG0 Z5\nG0 X1\n", &robot());
+    let displaced: Vec<bool> = moves(&lengths).iter().map(|(_, m)| m.displaced.has(2)).collect();
+    assert_eq!(displaced, [false, true, true]);
 }
 
 #[test]
@@ -213,6 +220,7 @@ fn what_cannot_be_told_is_opaque_and_says_why() {
         ("G21 G90\nG41 D1\nG1 X1\n", "cutter compensation"),
         ("G21 G90\nG53 G0 X1\n", "G53"),
         ("G21 G90\nG28 X0\n", "reference point"),
+        ("G21 G90\nG0 X0 Y0 Z0\nG1 Z-1 G4 P0.5\n", "G4 beside positions"),
         ("G21 G90\nG68 R45\nG1 X1\n", "G68"),
         ("G21 G90\nG0 X1 X2\n", "twice"),
         ("G21 G90\nG0 X1 A2\n", "no such axis"),

@@ -1,12 +1,11 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
-use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text};
-use super::goal::opaque;
+use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text, is_work_frame};
 use super::lex::{self, Block, Word};
 use super::read::Reader;
-use super::survey::{Survey, has_axes, homes, work_frame};
+use super::survey::{Survey, has_axes, homes, moves_offsets, work_frame};
 use crate::error::Result;
-use crate::script::{Break, StepKind};
+use crate::script::{AxisSet, Break, StepKind};
 
 /// M words that save modes and bring them back.
 const SAVES: std::ops::RangeInclusive<u32> = 70..=73;
@@ -43,6 +42,8 @@ struct OwnWords {
     taken: bool,
     /// G53.
     machine_frame: bool,
+    /// A dwell stands beside places: some controls go there, others take a number for the time.
+    dwells: bool,
     /// The block ends in its point.
     exact: bool,
 }
@@ -107,12 +108,18 @@ impl Reader<'_> {
         let ending = self.m_words(k, &block, &mut unclear);
         let codes: Vec<Option<u32>> =
             block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
-        let mut own = OwnWords { taken: false, machine_frame: false, exact: self.exact };
+        let mut own = OwnWords { taken: false, machine_frame: false, dwells: false, exact: self.exact };
         for c in &codes {
             match *c {
                 Some(c) => self.g_word(k, &block, c, &codes, &mut own),
                 None => self.strange = Some("a computed G word".into()),
             }
+        }
+        if codes.contains(&Some(431)) && has_axes(&block) {
+            unclear.get_or_insert_with(|| "G43.1: its words may be those of the tool".into());
+        }
+        if own.dwells {
+            unclear.get_or_insert_with(|| "G4 beside positions".into());
         }
         let changes_tool = changes_tool(&block, &self.survey);
         if changes_tool {
@@ -133,10 +140,10 @@ impl Reader<'_> {
                 format!("words that may be those of {m}")
             });
         }
-        if !own.taken && (block.words.iter().any(moves) || arc) {
-            if own.machine_frame {
-                unclear.get_or_insert_with(|| "G53: a place of the machine".into());
-            }
+        if !own.taken && own.machine_frame && unclear.is_none() && block.words.iter().any(moves) {
+            let axes = self.axes_of_machine(&block);
+            self.goes_elsewhere(k, axes, "G53: a place of the machine".into());
+        } else if !own.taken && (block.words.iter().any(moves) || arc) {
             self.movement(k, block, &codes, unclear, own.exact)?;
         }
         if changes_tool {
@@ -144,6 +151,20 @@ impl Reader<'_> {
         }
         self.finish(k, ending);
         Ok(())
+    }
+
+    /// The axes that a G53 moves, where they are the named ones alone: a tool length may be given up for it.
+    fn axes_of_machine(&self, block: &Block) -> Option<AxisSet> {
+        let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
+        self.with_length(self.axes_named(block).filter(|_| straight)?)
+    }
+
+    /// These axes, and that of a tool length that is on.
+    fn with_length(&self, axes: AxisSet) -> Option<AxisSet> {
+        match self.length.as_str() {
+            "G49" => Some(axes),
+            _ => Some(axes.axes().chain(self.length_axis()?.axes()).collect()),
+        }
     }
 
     /// The M words of a block: what starts before its move is done here, what follows the move is returned.
@@ -196,6 +217,12 @@ impl Reader<'_> {
     fn g_word(&mut self, k: usize, block: &Block, c: u32, codes: &[Option<u32>], own: &mut OwnWords) {
         if self.mode(k, block, c) {
             return;
+        }
+        if c == 40 {
+            let time = |w: &Word| b"XU".contains(&w.letter) && Self::number(block, b'P').is_none();
+            own.dwells = block.words.iter().any(|w| AXES.contains(&w.letter) && !time(w));
+            own.taken |= !own.dwells;
+            return self.dwell(k, block);
         }
         if self.action(k, block, c, codes.len() == 1) {
             own.taken = true;
@@ -251,7 +278,7 @@ impl Reader<'_> {
             400 => self.compensation = None,
             410 | 420 | 411 | 421 => self.compensation = Some(format!("cutter compensation {} is on", code_text(c))),
             430 | 431 | 440 | 490 => self.tool_length(k, block, c),
-            540..=599 => self.select(k, work_frame(block, c, k)),
+            c if is_work_frame(c) => self.select(k, work_frame(block, c, k)),
             _ => return false,
         }
         true
@@ -265,12 +292,14 @@ impl Reader<'_> {
             }
             // retraction of filament
             100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() => {}
-            40 => self.dwell(k, block),
             100 => {
                 // it may be set from where the machine stands
                 self.anchor("a G10");
                 self.end(k, Break::Frame, "a G10");
                 self.lost_frame |= self.reference.is_some();
+                if !moves_offsets(block) {
+                    self.strange = Some("a G10 that may turn the axes is on".into());
+                }
             }
             520 => self.local_frame(k, block),
             920..=923 => self.shift_frame(k, block, c),
@@ -285,9 +314,9 @@ impl Reader<'_> {
             280 | 300 | 1610 | 1620 if c < 1000 || homes(block) => {
                 // G91 in this block is about the way there alone
                 let absolute = self.absolute.replace(true);
-                self.lose("a reference point");
+                let axes = self.axes_named(block).and_then(|axes| self.with_length(axes)).filter(|_| has_axes(block));
+                self.goes_elsewhere(k, axes, format!("{} goes to a reference point", code_text(c)));
                 self.absolute = absolute;
-                self.step(k, StepKind::Move(opaque(format!("{} goes to a reference point", code_text(c)))), None);
             }
             650 => self.call(k),
             660 | 661 => {

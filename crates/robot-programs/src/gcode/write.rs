@@ -11,7 +11,7 @@ use crate::axes::JointKind;
 use crate::decimal::POW10;
 use crate::error::{Error, Result};
 use crate::script::number::{self, Style};
-use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
+use crate::script::{AxisSet, Break, EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
 
 /// Two places are one, mm or deg.
 pub(super) const SAME: f64 = 1e-9;
@@ -75,7 +75,9 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
             (StepKind::Move(_), None) if edit.is_some_and(|e| e.goal.is_some() || !e.before.is_empty()) => {
                 Err(writer.refused(step, "its target is not known"))
             }
-            (StepKind::Move(_) | StepKind::Break(_), _) => writer.forget(),
+            (StepKind::Move(m), None) => writer.forget(m.moves_alone),
+            (StepKind::Break(Break::Axes(axes)), _) => writer.forget(Some(*axes)),
+            (StepKind::Break(_), _) => writer.forget(None),
             _ if edit.is_some() => Err(writer.refused(step, "no move stands there")),
             _ => Ok(()),
         };
@@ -88,7 +90,7 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
             }
         }
     }
-    writer.forget()?;
+    writer.forget(None)?;
     Ok(writer.patches)
 }
 
@@ -123,15 +125,16 @@ impl Writer<'_> {
         self.decimals.fill(0);
     }
 
-    /// The position is lost: after relative words nothing may be left over.
-    pub(super) fn forget(&mut self) -> Written {
+    /// The position of some axes (`None`: of all) is lost: after relative words nothing may be left over.
+    pub(super) fn forget(&mut self, axes: Option<AxisSet>) -> Written {
         if let Some((step, left)) = self.relative.take()
             && left > SAME
         {
             return Err(self.refused(step, "what changes here would stay in all relative words after it"));
         }
-        self.now.fill(None);
-        self.decimals.fill(0);
+        for a in (0..self.now.len()).filter(|a| axes.is_none_or(|axes| axes.has(*a))) {
+            (self.now[a], self.decimals[a]) = (None, 0);
+        }
         Ok(())
     }
 

@@ -10,7 +10,7 @@ impl Script {
     /// any move that ends before such a place; `jumps`: jumps of the language are no steps, so that it may follow any. `calls`: lines of calls of routines in
     /// which one may come first. Gives the steps that it kept.
     pub fn keep_before_relative(&mut self, why: &str, calls: &BTreeSet<u64>, jumps: bool) -> Vec<usize> {
-        let ends = |s: &Step| matches!(s.kind, StepKind::Break(kind) if kind != Break::Frame);
+        let ends = |s: &Step| matches!(s.kind, StepKind::Break(kind) if !kind.is_frame());
         let counts = |s: &Step| match &s.kind {
             StepKind::Move(m) => m.relative,
             StepKind::Break(Break::Call) => calls.contains(&s.at.line),
@@ -60,7 +60,7 @@ impl Script {
             let after = self.steps.partition_point(|s| s.at.file == 0 && s.at.line <= *line);
             let ends = |k: &usize| match &self.steps[*k].kind {
                 StepKind::Move(_) => true,
-                StepKind::Break(kind) => !matches!(kind, Break::Frame | Break::Call),
+                StepKind::Break(kind) => !kind.is_frame() && *kind != Break::Call,
                 _ => false,
             };
             kept.extend((0..before).rev().find(ends).into_iter().chain(before..after));

@@ -59,7 +59,7 @@ pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::path::{Path, PathBuf};
-pub use step::{At, Break, Goal, How, Move, Note, PathKind, Speed, Step, StepKind, Way};
+pub use step::{At, AxisSet, Break, Goal, How, Move, Note, PathKind, Speed, Step, StepKind, Way};
 pub use targets::{CLONE, Target, TargetRef, Targets, Value, Values, is_clone};
 pub use text::{Span, Text};
 pub use thin::Few;

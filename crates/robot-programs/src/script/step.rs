@@ -82,6 +82,61 @@ pub enum Break {
     Interrupt,
     /// Tool, frame, unit or position was set in a way that moves the meaning of targets.
     Frame,
+    /// The same for these axes alone: where they stand is not known, nor from where their next numbers count.
+    Axes(AxisSet),
+}
+
+impl Break {
+    /// It moves the meaning of targets; control goes on in the order of the text.
+    pub fn is_frame(self) -> bool {
+        matches!(self, Self::Frame | Self::Axes(_))
+    }
+}
+
+/// Some of the axes of a robot.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct AxisSet(u64);
+
+impl AxisSet {
+    /// Whether an axis is among them.
+    pub fn has(self, axis: usize) -> bool {
+        axis < 64 && self.0 & (1 << axis) != 0
+    }
+
+    /// There are none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Those that are in both.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// Those that are in one or the other.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Those that are not in the other.
+    #[must_use]
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// The axes in ascending order.
+    pub fn axes(self) -> impl Iterator<Item = usize> {
+        (0..64).filter(move |a| self.has(*a))
+    }
+}
+
+impl FromIterator<usize> for AxisSet {
+    /// Of axes from 0; a robot with more than 64 is none.
+    fn from_iter<I: IntoIterator<Item = usize>>(axes: I) -> Self {
+        Self(axes.into_iter().filter(|a| *a < 64).fold(0, |all, a| all | 1 << a))
+    }
 }
 
 /// A motion instruction. How it goes there is its [`How`], as which it can be read and changed.
@@ -150,6 +205,13 @@ pub struct How {
     /// passed. To the first the path is straight; between two others it is the arc through three of them that follow each other and hold
     /// both, which of these, if there are two, the language leaves open.
     pub circle: Option<Arc<[usize]>>,
+    /// Axes whose numbers count from an origin that is not in the program (a work frame, a tool length): where the axis stands is not known,
+    /// only how far it moves.
+    pub unplaced: AxisSet,
+    /// Of them those whose origin is not that of the first motion either.
+    pub displaced: AxisSet,
+    /// Of a goal that cannot be determined: the axes that move; `None`: any.
+    pub moves_alone: Option<AxisSet>,
 }
 
 impl Default for How {
@@ -165,6 +227,9 @@ impl Default for How {
             turns_known: false,
             relative: false,
             circle: None,
+            unplaced: AxisSet::default(),
+            displaced: AxisSet::default(),
+            moves_alone: None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::arm::{self, joints_of};
 use super::{Cutter, Joints, Reached, ToolAndMiddle};
-use crate::program::script::{At, Move, Note, PathKind, PoseGoal, Script, TargetRef};
+use crate::program::script::{At, AxisSet, Move, Note, PathKind, PoseGoal, Script, TargetRef};
 use crate::rewrite::script::cause::Cause;
 use crate::rewrite::script::circles;
 use crate::rewrite::script::poses::{Place, Tooled};
@@ -31,22 +31,37 @@ impl Cutter<'_> {
             self.lost(at, Cause::NoTarget);
             return None;
         };
+        if !m.displaced.and(self.choice.by_place).is_empty() {
+            self.out.left.insert(step, Cause::Displaced);
+            self.lost(at, Cause::Displaced);
+            return None;
+        }
         let dof = self.choice.robot.dof();
         let given = |k: usize| target.values.get(k).map(|v| v.si);
+        let named: AxisSet = self.free.axes().filter(|k| given(*k).is_some()).collect();
+        let mut from = from;
+        if let Some(last) = from.take_if(|_| !named.is_empty()) {
+            self.find_again(&last, named);
+        }
         // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
         // the place of one that is not known would be written into new points. Only an axis that no target names
         // does not matter: it is not written.
         let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
         let value = |k: usize| given(k).or_else(|| before(k));
-        let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);
+        let free = self.free;
+        let matters = |k: usize| !free.has(k) && self.choice.commanded.get(k).copied().unwrap_or(true);
         if (0..dof).any(|k| value(k).is_none() && matters(k)) {
             self.known = (0..dof).map(value).collect();
             self.out.partial.push(step);
             return None;
         }
-        let q: Joints = (0..dof).map(|k| value(k).unwrap_or_default()).collect();
+        let rest = |k: usize| self.rest.as_ref().filter(|_| free.has(k)).map(|q| q[k]);
+        let q: Joints = (0..dof).map(|k| value(k).or_else(|| rest(k)).unwrap_or_default()).collect();
         // the moves before have not carried its offset: this one does not either
         let editable = Cause::of(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
+        if !self.known.is_empty() && (!named.is_empty() || !m.unplaced.is_empty()) {
+            self.out.left.insert(step, Cause::SideLost);
+        }
         // nor is it the first that moves
         self.run.entry &= self.known.is_empty();
         self.known.clear();

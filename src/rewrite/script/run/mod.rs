@@ -21,7 +21,9 @@ use super::approach::{Directions, Sides};
 use super::cause::Cause;
 use super::poses::{Place, Poses, Tooled};
 use super::way;
-use crate::program::script::{At, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind};
+use crate::program::script::{
+    At, AxisSet, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind,
+};
 use crate::robot::Robot;
 pub use joints::Joints;
 use nalgebra::Vector3;
@@ -80,6 +82,8 @@ pub struct Run {
     pub entered: BTreeSet<usize>,
     /// Frame and tool of Cartesian targets, by step.
     pub places: BTreeMap<usize, Place>,
+    /// Axes that stand elsewhere on a step, nobody knows where: the run says where they stood before.
+    pub elsewhere: BTreeMap<usize, AxisSet>,
     /// The program starts with it: nothing that moves stands before.
     pub entry: bool,
 }
@@ -101,6 +105,25 @@ impl Run {
     /// Goals of moves, each once.
     pub fn goals(&self) -> impl Iterator<Item = &Vertex> {
         self.vertices.iter().filter(|v| v.role == Role::Goal && !v.again)
+    }
+
+    /// A place on the way of a step, as the format tells it: an axis that stands elsewhere stays where the run has it, as `at`.
+    pub fn standing(&self, step: usize, mut place: Vec<f64>, at: &[f64]) -> Vec<f64> {
+        for axis in self.elsewhere.get(&step).into_iter().flat_map(|axes| axes.axes()) {
+            if let (Some(q), Some(at)) = (place.get_mut(axis), at.get(axis)) {
+                *q = *at;
+            }
+        }
+        place
+    }
+
+    /// Axes that count from an origin that is not in the program, all along.
+    pub fn unplaced(&self, script: &Script) -> AxisSet {
+        let of = |v: &Vertex| match script.steps.get(v.step).map(|s| &s.kind) {
+            Some(StepKind::Move(m)) => m.unplaced,
+            _ => AxisSet::default(),
+        };
+        self.vertices.iter().map(of).reduce(AxisSet::and).unwrap_or_default()
     }
 
     /// The sampled way of a step.
@@ -143,6 +166,8 @@ pub struct Choice<'a> {
     pub solve_within_m: Option<f64>,
     /// Axes that some target of the script names.
     pub commanded: &'a [bool],
+    /// Axes whose offset depends on where they stand.
+    pub by_place: AxisSet,
     /// Cartesian targets are written as Cartesian targets.
     pub as_poses: bool,
     /// Joints on a way that the format alone knows.
@@ -219,6 +244,8 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         out,
         run,
         known: Vec::new(),
+        free: AxisSet::default(),
+        rest: None,
         hint,
         one_arm,
         named: 0,
@@ -250,6 +277,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
                     cutter.end(false);
                 }
             }
+            StepKind::Break(Break::Axes(axes)) => cutter.slip(*axes),
             StepKind::Break(_) => cutter.end(entry == Some(k)),
             StepKind::Process(_) | StepKind::Pragma(_) => {}
         }
@@ -291,6 +319,10 @@ struct Cutter<'a> {
     run: Run,
     /// Where the axes stand that were commanded before a run has begun.
     known: Vec<Option<f64>>,
+    /// Axes of the run that stand elsewhere than it says, nobody knows where: it goes on in the others until one of them is named again.
+    free: AxisSet,
+    /// Where the axes stood when the last run ended because one of them was named again.
+    rest: Option<Joints>,
     /// Joints at the last place of the program where they are known, else those of its first joint target; `None`: the arm may have
     /// gone over into another configuration since.
     hint: Option<Joints>,
@@ -323,6 +355,7 @@ impl Cutter<'_> {
         }
         let sides_known = self.choice.sides_given || self.directions.any();
         self.known.clear();
+        self.free = AxisSet::default();
         self.directions.forget();
         let mut run = std::mem::replace(&mut self.run, empty_run(entry));
         // from which side the robot comes to the first point after a label, a loop or a call is not known: it stays
@@ -347,6 +380,45 @@ impl Cutter<'_> {
     fn lost(&mut self, at: At, why: Cause) {
         self.end(false);
         self.out.gaps.push(Gap { at, why });
+    }
+
+    /// Some axes stand elsewhere from here on, or count from elsewhere: the others go on.
+    fn slip(&mut self, axes: AxisSet) {
+        let still = self.run.vertices.is_empty() && self.run.entry && self.known.is_empty();
+        let dof = self.choice.robot.dof();
+        let commanded = |k: &usize| self.choice.commanded.get(*k).copied().unwrap_or(true);
+        let all: AxisSet = (0..dof).filter(commanded).collect();
+        if still || self.choice.robot.has_sums() || all.without(self.free.or(axes)).is_empty() {
+            self.end(still);
+        } else if self.run.vertices.is_empty() {
+            axes.axes().filter_map(|k| self.known.get_mut(k).map(|v| *v = None)).for_each(drop);
+            if self.known.iter().all(Option::is_none) {
+                self.known.clear();
+            }
+        } else {
+            self.free = self.free.or(axes);
+        }
+    }
+
+    /// One of the axes that stand elsewhere is named again: where it comes from is not known, so a new run begins.
+    fn find_again(&mut self, from: &Joints, named: AxisSet) {
+        let free = self.free;
+        self.end(false);
+        self.known = from.iter().enumerate().map(|(k, q)| (!free.has(k)).then_some(*q)).collect();
+        self.free = free.without(named);
+        self.rest = Some(from.clone());
+    }
+
+    /// A move of some axes that leads nobody knows where.
+    fn goes_elsewhere(&mut self, at: At, axes: AxisSet) {
+        self.run.entry &= !self.run.vertices.is_empty();
+        self.slip(axes);
+        if !self.run.vertices.is_empty() {
+            // the time that it takes is not known
+            self.run.untimed.get_or_insert(at);
+            (self.run.certain, self.run.by_program) = (false, false);
+        }
+        self.out.gaps.push(Gap { at, why: Cause::Undetermined });
     }
 
     /// A move that cannot be determined: only straight ones and arcs keep the arm in its configuration.
@@ -403,6 +475,9 @@ impl Cutter<'_> {
         let reached = match &m.goal {
             Goal::Joints(target) => self.joint_goal(script, script.targets.get(*target), step, at, m, from),
             Goal::Pose(goal) => self.pose_goal(goal, step, at, m, from),
+            Goal::Opaque(_) if m.moves_alone.is_some() => {
+                return self.goes_elsewhere(at, m.moves_alone.unwrap_or_default());
+            }
             Goal::Opaque(_) => {
                 // a relative motion would carry the offset of the goal before it along
                 if let Some(last) = self.run.vertices.last_mut() {

@@ -22,9 +22,12 @@ impl Cutter<'_> {
         let of_pose = matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
         let arc = m.path == PathKind::Curve && (of_pose || via.is_some());
         let shut = m.closed.is_some() && m.path != PathKind::Linear && !arc;
+        if !self.free.is_empty() {
+            self.run.elsewhere.insert(step, self.free);
+        }
         let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, (from, &q), solved, (tooled, via)) };
         let on_way = |share: f64| {
-            let known = (self.choice.on_way)(step, share);
+            let known = (self.choice.on_way)(step, share).map(|q| self.run.standing(step, q, from));
             known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
         };
         let duration = clock::duration_s(robot, from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
@@ -57,6 +60,7 @@ impl Cutter<'_> {
             });
         }
         for w in ways {
+            let w = Way { share: w.share, q: self.run.standing(step, w.q, from) };
             let t_s = t0 + w.share * duration;
             self.directions.go(robot, &w.q, self.choice.deadband);
             self.run.vertices.push(Vertex {
