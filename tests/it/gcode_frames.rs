@@ -37,7 +37,7 @@ fn both_tools_of_a_cam_program_are_edited_and_limits_in_a_work_frame_are_a_note(
 
 #[test]
 fn the_axes_that_g53_does_not_name_go_on_also_on_arcs() {
-    let program = "G21 G90 G17 G40\nG0 X10.0 Y100.0 Z-10.0\nG1 X30.0 F300\nG53 G0 Z0\nX20.0\nX40.0\nG3 X60.0 Y100.0 I10.0 J0.0\nX20.0\nM30\n";
+    let program = "G21 G90 G17 G40\nG0 X10.0 Y100.0 Z-10.0\nG1 X30.0 F300\nG53 G0 Z0\nX20.0\nX40.0\nG3 X60.0 Y100.0 I10.0 J0.0\nG1 X20.0\nM30\n";
     let work = folder(program);
     work.run("rewrite --model model.yaml p.nc --output out.nc").success();
     let out = std::fs::read_to_string(work.join("out.nc")).unwrap();

@@ -111,19 +111,17 @@ fn a_document_nested_too_deep_is_refused_at_once_by_every_command() {
     desk.write("nest.yaml", &deep("[", "]"));
     desk.write("braces.yaml", &deep("{a: ", "}"));
     let lines = [
-        "robot NEST",
-        "show NEST --output page.html",
-        "fit NEST --robot robot.yaml --output c.yaml",
+        "robot check NEST",
+        "fit --gaps NEST --robot robot.yaml --output c.yaml",
         "rewrite --model NEST p.csv --output out.csv",
         "rewrite --robot NEST --compensator c.yaml p.csv --output out.csv",
         "rewrite --robot robot.yaml --compensator NEST p.csv --output out.csv",
         "rewrite --model model.yaml --frames NEST part.src --output out.src",
-        "simulate --model NEST p.csv --output log.csv",
+        "simulate --model NEST --input p.csv --output log.csv",
         "diagnose --model NEST --log p.csv",
         "identify path --robot NEST --log p.csv",
-        "identify path --robot robot.yaml --map NEST --log p.csv",
-        "assess program --model NEST p.csv",
-        "track --kinematics NEST p.csv --output out.csv",
+        "identify path --robot robot.yaml --columns NEST --log p.csv",
+        "assess program --model NEST --before p.csv --after p.csv",
     ];
     for line in lines.iter().flat_map(|l| [l.replace("NEST", "nest.yaml"), l.replace("NEST", "braces.yaml")]) {
         let start = std::time::Instant::now();
