@@ -187,13 +187,13 @@ mod tests {
 
     #[test]
     fn a_small_file_that_unpacks_to_too_much_is_refused_while_it_is_counted() {
-        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
         let rows = b"0,0,0,0,0\n".repeat(100_000);
         for _ in 0..300 {
             packed.write_all(&rows).unwrap();
         }
         let packed = packed.finish().unwrap();
-        let refused = from_bytes("bomb.csv.gz".into(), packed.clone()).unwrap_err().to_string();
+        let refused = from_bytes("bomb.csv.gz".into(), packed).map(|_| ()).unwrap_err().to_string();
         assert!(refused.contains("unpacks to more than"), "{refused}");
         assert!(refused.contains("100 times its size"), "{refused}");
         assert_eq!((largest_unpacked(1 << 20), largest_unpacked(10 << 20)), (256 << 20, 1000 << 20));

@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(us, [0.0, 250_000.0, 750_000.0, 1_500_000.0]);
         assert_eq!(stamp.microseconds("12:00:00 AM"), Some(0.0));
         assert_eq!(stamp.microseconds("1:02:03 pm"), Some(46_923e6));
-        for text in ["24:00:00", "13:00:00 PM", "10:00", "10:00:00+01:00", "2025-01-01 10:00:00", "1.5"] {
+        for text in ["24:00:00", "13:00:00 PM", "10:00", "2025-01-01 10:00:00", "1.5"] {
             assert_eq!(stamp.microseconds(text), None, "{text}");
         }
     }

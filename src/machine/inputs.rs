@@ -5,7 +5,6 @@ use super::trajectory::{CommandTrajectory, NO_MOVEMENT};
 use super::turns;
 use crate::effects::{Inputs, Track};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use std::borrow::Cow;
 
 impl Inputs for CommandTrajectory {
@@ -29,7 +28,8 @@ impl Inputs for CommandTrajectory {
             self.command_into(row, &mut q);
             levers(&self.chain, &self.g_m_s2, &q, axis, joint, &mut frames)
         };
-        known.get_or_init(|| (0..self.rows()).into_par_iter().map(of_row).collect()).as_slice().into()
+        // row by row: a thread of the pool that waits in here would take up work that waits for this very value
+        known.get_or_init(|| (0..self.rows()).map(of_row).collect()).as_slice().into()
     }
 
     fn measured_torque(&self, axis: usize) -> Option<&[f64]> {
@@ -75,7 +75,7 @@ impl Inputs for CommandTrajectory {
             let payload = self.payload_kg.as_deref().and_then(|p| p.get(row)).copied().unwrap_or(0.0);
             self.gravity.moment_about(&self.chain, &q, payload, &origin)
         };
-        let all = self.overturning.get_or_init(|| (0..self.rows()).into_par_iter().map(of_row).collect());
+        let all = self.overturning.get_or_init(|| (0..self.rows()).map(of_row).collect());
         (all.get(row).copied().unwrap_or_default(), origin)
     }
 

@@ -5,7 +5,6 @@
 //! thousands of poses take no sine per wave.
 
 use crate::diagnose::problem::forward::Problem;
-use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -25,7 +24,8 @@ impl Problem {
             let places: Vec<f64> = self.logs.iter().flat_map(|l| l.drive.command(axis).iter().copied()).collect();
             told_by(&places)
         };
-        let all = self.told.get_or_init(|| (0..self.robot.dof()).into_par_iter().map(of).collect());
+        // one after the other: a thread of the pool that waits in here would take up work that waits for this very value
+        let all = self.told.get_or_init(|| (0..self.robot.dof()).map(of).collect());
         all.get(axis).copied().unwrap_or_default()
     }
 }
