@@ -400,7 +400,7 @@ fn a_motion_that_leaves_the_clock_open_is_refused_with_what_to_do() {
     let normal = Normal::new(0.0, 0.05).unwrap();
     for i in 0..2000 {
         let t = 0.05 * f64::from(i);
-        let a1 = 10.0 + 0.01 * t;
+        let a1 = 10.0 + 0.004 * t;
         let _ = writeln!(ours, "{t:.3},{a1:.6},-60,80,10,40,-20");
         let p = robot.tcp_m(&[a1, -60.0, 80.0, 10.0, 40.0, -20.0].map(f64::to_radians)) * 1e3;
         let p = p + Vector3::from_fn(|_, _| normal.sample(&mut rng));

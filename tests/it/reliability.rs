@@ -91,7 +91,7 @@ fn a_log_that_unpacks_beyond_the_memory_is_refused_by_name() {
 #[test]
 fn a_log_that_unpacks_to_more_than_its_size_allows_is_refused_in_little_memory() {
     let desk = desk();
-    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
     packed.write_all(b"t_s,cmd_A1_deg,x_mm,y_mm,z_mm\n").unwrap();
     let rows = "0,0,0,0,0\n".repeat(100_000);
     (0..300).for_each(|_| packed.write_all(rows.as_bytes()).unwrap());
@@ -136,7 +136,7 @@ fn a_document_nested_too_deep_is_refused_at_once_by_every_command() {
 #[test]
 fn diagnose_names_times_too_close_to_distinguish_in_few_digits() {
     let desk = desk();
-    desk.write("log.csv", "t_s,cmd_A1_deg,x_mm,y_mm,z_mm\n0,0,0,0,0\n1e-305,1,0,0,0\n2e-305,2,0,0,0\n");
+    desk.write("log.csv", "t_s,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg,x_mm,y_mm,z_mm\n0,0,0,0,0,0,0,0,0,0\n1e-305,1,0,0,0,0,0,0,0,0\n2e-305,2,0,0,0,0,0,0,0,0\n");
     let done = after(&desk, &["env"], "diagnose --model model.yaml --log log.csv --json");
     let text = said(&done);
     assert_eq!(done.status.code(), Some(2), "{text}");

@@ -221,7 +221,9 @@ fn a_program_that_names_no_joints_waits_for_a_posture_of_the_arm() {
     desk.run("rewrite --model model.yaml p.script --output out.script")
         .success()
         .stderr(contains("no posture of the arm is known: 3 moves wait for it"));
-    desk.run("rewrite --model model.yaml p.script --list-frames").success().stdout(contains("wait for them: 3."));
+    desk.run("rewrite --model model.yaml p.script --list-frames")
+        .success()
+        .stdout(contains("Moves that need them: 3."));
     let frames =
         |posture: &str| desk.write("frames.yaml", &format!("schema: lostmotion/frames/1\nposture_deg: {posture}\n"));
     frames("[0, -90, 90]");

@@ -97,7 +97,8 @@ impl Cutter<'_> {
     /// A time that is written for the whole move cannot be shared with a point in place.
     fn crossing(&self, m: &Move, from: &[f64], to: &[f64]) -> Option<(Joints, f64)> {
         let open = m.closed.is_none() && m.path != PathKind::Curve && !matches!(m.speed, Speed::Seconds(_));
-        if !self.stands || !open || self.choice.crossing_s.is_empty() {
+        // the passes of a loop share one text
+        if !self.stands || !open || self.choice.crossing_s.is_empty() || self.pass.is_some() {
             return None;
         }
         let (mut here, mut next) = (from.to_vec(), to.to_vec());
