@@ -387,32 +387,3 @@ fn a_gap_of_a_sum_of_axes_does_not_move_the_clock() {
     let (offset_ms, half_ms) = planned.joined(&fanuc());
     assert!((offset_ms - 7250.0).abs() < 3.0 * half_ms && half_ms < 1.0, "{offset_ms} +- {half_ms}");
 }
-
-#[test]
-fn a_motion_that_leaves_the_clock_open_is_refused_with_what_to_do() {
-    let robot = robot();
-    // A1 alone, so slowly that its unknown gap may be seconds of time
-    let (mut ours, mut theirs) = (
-        String::from("t_s,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg\n"),
-        String::from("t_s,x_mm,y_mm,z_mm\n"),
-    );
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
-    let normal = Normal::new(0.0, 0.05).unwrap();
-    for i in 0..2000 {
-        let t = 0.05 * f64::from(i);
-        let a1 = 10.0 + 0.004 * t;
-        let _ = writeln!(ours, "{t:.3},{a1:.6},-60,80,10,40,-20");
-        let p = robot.tcp_m(&[a1, -60.0, 80.0, 10.0, 40.0, -20.0].map(f64::to_radians)) * 1e3;
-        let p = p + Vector3::from_fn(|_, _| normal.sample(&mut rng));
-        let _ = writeln!(theirs, "{t:.3},{:.4},{:.4},{:.4}", p.x, p.y, p.z);
-    }
-    let parse = |name: &str, text: String| {
-        let input = Input { name: name.into(), bytes: text.into(), sha256: String::new() };
-        Recording::parse(input, &robot, None, TopicChoice::Any).unwrap()
-    };
-    let options = Options { near_s: Some(0.0), ..Options::default() };
-    let error = join(&robot, &parse("c.csv", ours), &parse("t.csv", theirs), &options).unwrap_err();
-    assert!(error.is_bad_input());
-    let words = error.to_string();
-    assert!(words.contains("clock offset") && words.contains("motion"), "{words}");
-}
