@@ -209,6 +209,8 @@ impl Reader<'_> {
     }
 
     /// The axis of a tool length: Z, where the plane is X-Y; any on a lathe and in another plane.
+    ///
+    /// `length = ("G43" | "G44") ["H" number]`
     pub(super) fn length_axis(&self) -> Option<AxisSet> {
         let z = self.letters.iter().position(|l| *l == b'Z')?;
         let plain = self.plane == Some([b'X', b'Y', b'Z']) && !self.survey.lathe;

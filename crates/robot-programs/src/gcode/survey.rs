@@ -175,6 +175,8 @@ impl Look {
     }
 
     /// Cutter compensation before and after a block: neither may be on where control goes elsewhere or comes from there.
+    ///
+    /// `compensation = "G40" | ("G41" | "G42") ["D" number]`
     fn compensation(&mut self, block: &Block) {
         let code_of = |letter: u8| move |w: &lex::Word| w.value.filter(|_| w.letter == letter).map(|v| code(v.0));
         let codes = |letter: u8| block.words.iter().filter_map(code_of(letter));
