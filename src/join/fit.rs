@@ -7,51 +7,53 @@
 //! ```
 //!
 //! with the frame of the tracker (`R`, `s`), the place `d` of the reflector in the flange frame, a zero offset and a half gap of every
-//! joint. The last two are there because a gap lags on every path and would else be read as time; it does not grow
-//! with speed, as a late clock does. The gap is followed as a play, through the crossing, from where the joint stands in it at first,
-//! which is fitted too: in a test that moves one joint after another, the last one rests for most of the recording. Friction that
-//! fades after a reversal is fitted beside the gap: in a test of dwells it has faded while the joint rests and lags while it moves, which
-//! would be read as time, and no estimate from residuals could tell. Where gears turn by
-//! sums of axes, `robot` and `commands` are those of the gears. Reweighted rounds from the start that `search` found, with weak priors
-//! (see [`super::state`]) where a motion leaves these open. Readings farther out than [`OUTLIER`] robust deviations are left out.
+//! joint that moves. The last two are there because a gap lags on every path and would else be read as time; it does not grow
+//! with speed, as a late clock does. The gap is followed as a play, through the crossing. Reweighted rounds from the start that `search`
+//! found, with weak priors (see the constants) where a motion leaves these open. Readings farther out than [`OUTLIER`] robust deviations
+//! are left out.
 //!
 //! Intervals: the sandwich estimate with a Bartlett kernel (Newey and West 1987) over rows, its length by Andrews (1991), as what
-//! jitter does to neighbouring rows is alike and grows with speed. What only a prior tells of a parameter widens them.
+//! jitter does to neighbouring rows is alike and grows with speed.
 //!
 //! Fails: an error where the recordings overlap too little, or do not move.
 
+use super::play::Play;
 use super::search::Seen;
-use super::state::{Row, State};
 use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::normal::Z95;
 use crate::numerics::qr::Triangle;
-use crate::numerics::robust::{MEDIAN_DISTANCE, median_of};
+use crate::numerics::robust::MEDIAN_DISTANCE;
 use crate::numerics::series::Series;
+use crate::numerics::{rigid, robust::median_of};
 use crate::robot::Robot;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
 /// Rows that are fitted at most; a longer recording is thinned.
 const MOST_ROWS: usize = 40_000;
 /// Rows needed.
 const FEWEST_ROWS: usize = 50;
 const ROUNDS: usize = 40;
-/// Rounds after which steps are taken in part.
-const STEADY: usize = 10;
 /// In this many last rounds a step of the offset below this part of half its interval is taken as none.
 const WAVERING: usize = 15;
 const WAVER: f64 = 0.1;
-/// The path fits at the start; a fit that ends this far from it, s, has lost it.
-const ASTRAY_S: f64 = 1.0;
+/// Standard deviations of the priors: reflector in the flange frame, m; zero offset and half gap, rad or m.
+const TOOL_M: f64 = 1.0;
+const ZERO: f64 = 0.01;
+const GAP: f64 = 0.002;
 /// Readings farther out than this many robust standard deviations are outliers.
 const OUTLIER: f64 = 6.0;
-/// No two clocks of devices drift apart faster than this.
-const MOST_DRIFT: f64 = 1000e-6;
+/// A joint that travels less than this many half gaps does not move after its gap for certain.
+const MOVES: f64 = 20.0;
 /// Step of offset, s, and drift below which the fit stands.
 const STEP_S: f64 = 1e-8;
+/// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
+const NO_GAP: f64 = 1e-6;
 /// Share of what the rows know of a parameter by which a step is held back.
 const RIDGE: f64 = 1e-12;
 /// Readings that are decomposed together.
 const BLOCK: usize = 256;
+/// Offset, drift, rotation, translation, reflector.
+const COMMON: usize = 11;
 
 /// An estimate and half its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,25 +81,95 @@ pub struct Fit {
     pub outliers: usize,
 }
 
-impl Failure {
-    /// What a motion or a recording must be like instead.
-    pub fn expected(self) -> &'static str {
-        match self {
-            Self::FewReadings(_) | Self::NoFrame | Self::NotSettled => {
-                "recordings of one motion that overlap by several seconds"
-            }
-            Self::Open => "an approximate offset, or a motion that moves every joint faster or longer",
-            Self::Drift(_) => {
-                "clocks that agree within 1000 ppm, as those of devices do: check the unit of both times, or give an approximate offset"
-            }
-        }
-    }
-}
-
 impl Fit {
     /// Time of the controller for a time of the tracker, s.
     pub fn controller_s(&self, tracker_s: f64) -> f64 {
         tracker_s + self.offset_s.value + self.drift.value * (tracker_s - self.middle_s)
+    }
+}
+
+/// One linearised row: residual, and derivatives of the prediction.
+struct Row {
+    residual: Vector3<f64>,
+    columns: Vec<Vector3<f64>>,
+}
+
+struct State {
+    offset_s: f64,
+    drift: f64,
+    middle_s: f64,
+    rotation: Rotation3<f64>,
+    shift: Vector3<f64>,
+    tool: Vector3<f64>,
+    zero: Vec<f64>,
+    gap: Vec<f64>,
+    travel: Vec<f64>,
+}
+
+impl State {
+    fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
+        let n = commands.channels();
+        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+        let from_middle = t - self.middle_s;
+        let u = t + self.offset_s + self.drift * from_middle;
+        if !commands.at(u, &mut q, &mut rate) {
+            return None;
+        }
+        let mut sides = vec![0.0; n];
+        for axis in 0..n {
+            let (after, side) = plays[axis].at(commands, axis, u)?;
+            // where a moving joint stands in its gap is unknown before its first contact
+            if side == 0 && self.gap[axis] > NO_GAP && self.travel[axis] > MOVES * self.gap[axis] {
+                return None;
+            }
+            sides[axis] = -f64::from(side);
+            let crossing = (after - q[axis]).abs() < self.gap[axis] - NO_GAP;
+            let lost = if self.gap[axis] > NO_GAP { after - q[axis] } else { sides[axis] * self.gap[axis] };
+            q[axis] += self.zero[axis] + lost;
+            if crossing {
+                rate[axis] = 0.0;
+            }
+        }
+        let (pose, geometric) = robot.chain().jacobian(&q);
+        let turned = *self.rotation.matrix();
+        let reflector = pose.rotation * self.tool;
+        let point = pose.position + reflector;
+        let jacobian: Vec<Vector3<f64>> = (geometric.column_iter())
+            .map(|c| Vector3::new(c[0], c[1], c[2]) + Vector3::new(c[3], c[4], c[5]).cross(&reflector))
+            .collect();
+        let velocity: Vector3<f64> = jacobian.iter().zip(&rate).map(|(c, r)| c * *r).sum();
+        let mut columns = Vec::with_capacity(COMMON + 2 * n);
+        columns.extend([turned * velocity, turned * velocity * from_middle]);
+        let lever = turned * point;
+        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis.cross(&lever)));
+        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()]);
+        let frame: Matrix3<f64> = turned * pose.rotation.matrix();
+        columns.extend((0..3).map(|k| frame.column(k).into_owned()));
+        columns.extend(jacobian.iter().map(|c| turned * c));
+        columns.extend((0..n).map(|a| turned * jacobian[a] * sides[a]));
+        Some(Row { residual: at - lever - self.shift, columns })
+    }
+
+    fn moved(&mut self, step: &[f64]) {
+        let n = self.zero.len();
+        self.offset_s += step[0];
+        self.drift += step[1];
+        self.rotation = Rotation3::new(Vector3::new(step[2], step[3], step[4])) * self.rotation;
+        self.shift += Vector3::new(step[5], step[6], step[7]);
+        self.tool += Vector3::new(step[8], step[9], step[10]);
+        for axis in 0..n {
+            self.zero[axis] += step[COMMON + axis];
+            self.gap[axis] += step[COMMON + n + axis];
+        }
+    }
+
+    /// Deviation of the parameters from their priors, in order, with the inverse variances.
+    fn priors(&self) -> Vec<(f64, f64)> {
+        let open = std::iter::repeat_n((0.0, 0.0), 8);
+        let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
+        let zero = self.zero.iter().map(|v| (*v, ZERO.powi(-2)));
+        let gap = self.gap.iter().map(|v| (*v, GAP.powi(-2)));
+        open.chain(tool).chain(zero).chain(gap).collect()
     }
 }
 
@@ -113,9 +185,6 @@ pub enum Failure {
     /// The motion leaves the clock open.
     #[error("a motion that does not determine the clock offset")]
     Open,
-    /// Clocks of devices do not drift apart like this, ppm.
-    #[error("clocks that drift apart by {0} ppm")]
-    Drift(i64),
     /// The rounds were used up.
     #[error("a fit of the clock that does not converge")]
     NotSettled,
@@ -132,7 +201,7 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         return Err(Failure::FewReadings(hi.saturating_sub(lo)));
     }
     let rows: Vec<usize> = (lo..hi).step_by((hi - lo).div_ceil(MOST_ROWS)).collect();
-    let state = State::begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
+    let state = begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
     let (kept, span_s) = (vec![true; rows.len()], span.end - span.start);
     let mut clock = Clock { robot, commands, seen, stamps, span_s, rows, state, kept, solved: None };
     let reason = rounds(&mut clock, ROUNDS)?;
@@ -141,12 +210,6 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         TerminationReason::NotFinite => return Err(Failure::Open),
         reason => solved.filter(|_| reason.converged()).ok_or(Failure::NotSettled)?,
     };
-    if (state.offset_s - start_s).abs() > ASTRAY_S {
-        return Err(Failure::Open);
-    }
-    if state.drift.abs() > MOST_DRIFT {
-        return Err(Failure::Drift((state.drift * 1e6).round() as i64));
-    }
     let [offset, drift] = solved.half_95(stamps);
     Ok(Fit {
         offset_s: Estimate { value: state.offset_s, half_95: offset },
@@ -155,6 +218,31 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         rms_m: solved.rms_m,
         rows: solved.used,
         outliers: kept.iter().filter(|k| !**k).count(),
+    })
+}
+
+/// The frame by a rigid fit of the paths, the rest at zero.
+fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<State> {
+    let n = commands.channels();
+    let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    let mut pairs = Vec::with_capacity(rows.len());
+    for &k in rows {
+        if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
+            pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
+        }
+    }
+    let found = rigid::fit(pairs.iter().copied(), false)?;
+    let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
+    Some(State {
+        offset_s: start_s,
+        drift: 0.0,
+        middle_s,
+        rotation: Rotation3::from_matrix_unchecked(found.rotation),
+        shift: found.translation,
+        tool: Vector3::zeros(),
+        zero: vec![0.0; n],
+        gap: vec![0.0; n],
+        travel: (0..n).map(|axis| commands.travel(axis)).collect(),
     })
 }
 
@@ -175,8 +263,6 @@ struct Clock<'a> {
 struct Solved {
     /// Influence of every row on offset and drift.
     influence: [Vec<f64>; 2],
-    /// Variances of offset and drift by what only the priors tell.
-    by_priors: [f64; 2],
     residual_m: Vec<Option<f64>>,
     rms_m: f64,
     used: usize,
@@ -188,7 +274,8 @@ impl Reweighted for Clock<'_> {
 
     fn linearise(&mut self) -> Result<Dense, Failure> {
         let Self { robot, commands, seen, state, .. } = self;
-        let plays = state.plays(commands);
+        let plays: Vec<Play> =
+            state.gap.iter().enumerate().map(|(axis, gap)| Play::of(commands, axis, gap.max(NO_GAP))).collect();
         let lines: Vec<Option<Row>> =
             self.rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
         let used: Vec<&Row> =
@@ -198,8 +285,7 @@ impl Reweighted for Clock<'_> {
         }
         let squares: f64 = used.iter().map(|row| row.residual.norm_squared()).sum();
         let variance = squares / (3 * used.len()) as f64;
-        let priors = state.priors();
-        let model = linear_model(&used, &priors, variance).ok_or(Failure::Open)?;
+        let model = linear_model(&used, &state.priors(), variance).ok_or(Failure::Open)?;
         let information = model.information();
         if !information.is_full() {
             return Err(Failure::Open);
@@ -211,28 +297,20 @@ impl Reweighted for Clock<'_> {
             };
             used.iter().map(of).collect()
         });
-        let by_priors = [0, 1].map(|p| {
-            let inverse = information.inverse.row(p);
-            let of = |(v, (_, precision)): (&f64, &(f64, f64))| (v * variance).powi(2) * precision;
-            inverse.iter().zip(&priors).map(of).sum()
-        });
         let residual_m = lines.iter().map(|l| l.as_ref().map(|r| r.residual.norm())).collect();
-        self.solved = Some(Solved { influence, by_priors, residual_m, rms_m: variance.sqrt(), used: used.len() });
+        self.solved = Some(Solved { influence, residual_m, rms_m: variance.sqrt(), used: used.len() });
         Ok(model)
     }
 
     fn take(&mut self, _model: &Dense, step: &[f64], round: usize) -> Flow {
-        // sides of a gap that flip at single rows throw the estimate to and fro: later rounds take less of a step
-        let share = (STEADY as f64 / round.max(STEADY) as f64).powi(2);
-        let step: Vec<f64> = step.iter().map(|v| share * v).collect();
-        self.state.moved(&step);
+        self.state.moved(step);
         let Some(solved) = &self.solved else { return Flow::Abandon };
         if round < 3 {
             return Flow::Continue;
         }
         let still = step[0].abs() < STEP_S && step[1].abs() * self.span_s < STEP_S;
         let dropped = solved.drop_outliers(&mut self.kept);
-        // what they still move the clock by is less than it is known
+        // sides of a gap that flip to and fro at single rows move the clock by less than it is known
         let wavers = || round + WAVERING >= ROUNDS && step[0].abs() < WAVER * solved.half_95(self.stamps)[0];
         if !dropped && (still || wavers()) { Flow::Reached } else { Flow::Continue }
     }
@@ -284,7 +362,7 @@ impl Solved {
     }
 
     fn half_95(&self, stamps: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + self.by_priors[p] + stamps[p]).sqrt())
+        [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + stamps[p]).sqrt())
     }
 }
 
