@@ -310,17 +310,7 @@ pub(crate) fn draft(header: &[String], stamps: &[Option<Stamp>], separator: u8, 
         });
         match ours {
             Some((ours, own)) if !taken.contains(&ours) => {
-                let quoted = serde_json::to_string(name.whole).unwrap_or_default();
-                let _ = match name.unit {
-                    _ if ours == "t_s" && stamp(k).is_some() => {
-                        let unit = stamp(k).map_or("", Stamp::unit);
-                        writeln!(lines, "  {quoted}: {{to: {ours}, unit: {unit}}}")
-                    }
-                    Some(unit) if unit != own => writeln!(lines, "  {quoted}: {{to: {ours}, unit: {unit}}}"),
-                    Some(_) => writeln!(lines, "  {quoted}: {ours}"),
-                    None if name.foreign => writeln!(lines, "  {quoted}: {ours}   # unit not known; taken as {own}"),
-                    None => writeln!(lines, "  {quoted}: {ours}   # no unit in the name: {own}?"),
-                };
+                lines.push_str(&entry(name, &ours, own, stamp(k).filter(|_| ours == "t_s")));
                 taken.push(ours);
             }
             _ => passed.push(commented(name)),
@@ -339,18 +329,7 @@ pub(crate) fn draft(header: &[String], stamps: &[Option<Stamp>], separator: u8, 
         );
         let _ = writeln!(text, "{}, x_mm):\n{}", joint_column("cmd", robot.axis(0)), passed.concat().trim_end());
     }
-    // a controller's file has joints, a tracker's coordinates; one in which neither is seen may be either
-    const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-    let tracker = taken.iter().any(|t| COORDINATES.contains(&t.as_str()));
-    let controller = taken.iter().any(|t| t.starts_with("cmd_") || t.starts_with("enc_"));
-    let mut needed = vec!["t_s".to_string()];
-    if controller || !tracker {
-        needed.extend(robot.axis_joints().map(|j| joint_column("cmd", j)));
-    }
-    if tracker || !controller {
-        needed.extend(COORDINATES.map(String::from));
-    }
-    let missing = needed.into_iter().filter(|n| !taken.contains(n)).collect();
+    let missing = needed(&taken, robot).into_iter().filter(|n| !taken.contains(n)).collect();
     // a map that ships reads numbers of seconds, or dates in its one way
     let reads_times = |map: &&'static str| {
         let map = maps::named(map).and_then(Result::ok);
@@ -360,6 +339,34 @@ pub(crate) fn draft(header: &[String], stamps: &[Option<Stamp>], separator: u8, 
         })
     };
     Draft { text, found: taken, missing, shipped: shipped(header, robot).filter(reads_times) }
+}
+
+/// The line of a column in the map: `ours` is our name, whose unit is `own`.
+fn entry(name: &Name, ours: &str, own: &str, stamp: Option<Stamp>) -> String {
+    let quoted = serde_json::to_string(name.whole).unwrap_or_default();
+    let unit = stamp.map(Stamp::unit).or(name.unit.filter(|unit| *unit != own));
+    match unit {
+        Some(unit) => format!("  {quoted}: {{to: {ours}, unit: {unit}}}\n"),
+        None if name.unit.is_some() => format!("  {quoted}: {ours}\n"),
+        None if name.foreign => format!("  {quoted}: {ours}   # unit not known; taken as {own}\n"),
+        None => format!("  {quoted}: {ours}   # no unit in the name: {own}?\n"),
+    }
+}
+
+/// Our names of the columns that a file needs: a controller's has joints, a tracker's coordinates; one in which neither is found may be
+/// either.
+fn needed(found: &[String], robot: &Robot) -> Vec<String> {
+    const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+    let tracker = found.iter().any(|t| COORDINATES.contains(&t.as_str()));
+    let controller = found.iter().any(|t| t.starts_with("cmd_") || t.starts_with("enc_"));
+    let mut needed = vec!["t_s".to_string()];
+    if controller || !tracker {
+        needed.extend(robot.axis_joints().map(|j| joint_column("cmd", j)));
+    }
+    if tracker || !controller {
+        needed.extend(COORDINATES.map(String::from));
+    }
+    needed
 }
 
 /// The map that ships with the program and finds a time and all commands, or a time and all coordinates, in a header.

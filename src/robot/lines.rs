@@ -1,7 +1,7 @@
 //! A robot file as a person writes it: one line for each joint, limits and speeds to four decimals.
 //!
 //! A URDF gives limits in radians, of which degrees have no end: -2.2 rad is -126.05071492878112 deg. A ten-thousandth of a degree is
-//! far below what a limit means. Geometry keeps every digit, so the arm stands where the source has it.
+//! far below what a limit means, and limits are rounded inwards. Geometry keeps every digit, so the arm stands where the source has it.
 
 use super::Robot;
 use super::file::{JointFile, RobotFile};
@@ -26,10 +26,14 @@ impl Robot {
     }
 }
 
+/// Limits and rates with [`DECIMALS`], never wider than they were; what a conversion of units leaves is not taken for a digit.
 fn round_limits(joint: &mut JointFile) {
-    let round = |v: &mut f64| *v = (*v * 10f64.powi(DECIMALS)).round() / 10f64.powi(DECIMALS) + 0.0;
-    for limits in [&mut joint.limits_deg, &mut joint.limits_mm].into_iter().flatten() {
-        limits.iter_mut().for_each(round);
+    const CONVERSION: f64 = 1e-6;
+    let digits = 10f64.powi(DECIMALS);
+    let down = |v: &mut f64| *v = (*v * digits + CONVERSION).floor() / digits + 0.0;
+    for [lower, upper] in [&mut joint.limits_deg, &mut joint.limits_mm].into_iter().flatten() {
+        *lower = (*lower * digits - CONVERSION).ceil() / digits + 0.0;
+        down(upper);
     }
     let rates = [
         &mut joint.max_speed_deg_s,
@@ -37,7 +41,7 @@ fn round_limits(joint: &mut JointFile) {
         &mut joint.max_accel_deg_s2,
         &mut joint.max_accel_mm_s2,
     ];
-    rates.into_iter().flatten().for_each(round);
+    rates.into_iter().flatten().for_each(down);
 }
 
 /// Each key of the document on a line; lists of joints, links and the like with an item on each line.
@@ -114,7 +118,7 @@ mod tests {
         let lines = robot.to_lines("from arm.urdf").unwrap();
         assert!(lines.starts_with("# from arm.urdf\nschema: lostmotion/robot/1\nname: \"arm: 2\"\n"), "{lines}");
         let joint = lines.lines().find(|l| l.starts_with("  - {name: \"Y\"")).unwrap();
-        assert!(joint.contains("limits_deg: [-126.0507, 343.7747], max_speed_deg_s: 171.8873}"), "{joint}");
+        assert!(joint.contains("limits_deg: [-126.0507, 343.7746], max_speed_deg_s: 171.8873}"), "{joint}");
         assert!(lines.contains("  gripper: {xyz_mm: [0, 0, 100], rpy_deg: [0, 0, 0]}\n"), "{lines}");
         let again = Robot::parse("again.yaml", &lines).unwrap();
         assert_eq!(again.forward(&[0.3]).position, robot.forward(&[0.3]).position);

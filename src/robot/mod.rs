@@ -6,7 +6,7 @@
 //! - [`inverse`]: the damped numerical inverse for any subset of joints; reports why it stopped.
 //! - [`arm`]: all joint vectors of a pose, in closed form for the arms of most makers.
 //! - [`frames`]: frames and tools by the controller's names.
-//! - [`mod@write`]: a robot back to its file.
+//! - [`mod@write`]: a robot back to its file, by `lines` one line for each joint.
 //! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
 //! - [`table`]: a robot from the Denavit-Hartenberg table of a data sheet.
 //! - [`plausible`]: whether the numbers can be those of a machine.

@@ -2,16 +2,18 @@
 //!
 //! A label, a loop, a call, or a target that cannot be determined ends a run: after it the directions are unknown. The first
 //! movement's direction is taken, but only at the start of the program the first point carries its offset: anywhere else the
-//! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
+//! robot may come to it from the other side. A dwell, a process or a comment ends nothing, nor does a loop whose passes are alike.
 //!
 //! Files, in the order of the work:
 //! - `arm`: what the script says of the arm's configuration as a whole
 //! - `joints`: joint values of one point
 //! - `rounds`: loops whose passes are alike
+//! - `elsewhere`: axes that go, or count from, nobody knows where, while the others go on
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
 //! - `ways`: duration and turning points of a move between two known places
 
 mod arm;
+mod elsewhere;
 mod goals;
 mod joints;
 mod rounds;
@@ -380,45 +382,6 @@ impl Cutter<'_> {
     fn lost(&mut self, at: At, why: Cause) {
         self.end(false);
         self.out.gaps.push(Gap { at, why });
-    }
-
-    /// Some axes stand elsewhere from here on, or count from elsewhere: the others go on.
-    fn slip(&mut self, axes: AxisSet) {
-        let still = self.run.vertices.is_empty() && self.run.entry && self.known.is_empty();
-        let dof = self.choice.robot.dof();
-        let commanded = |k: &usize| self.choice.commanded.get(*k).copied().unwrap_or(true);
-        let all: AxisSet = (0..dof).filter(commanded).collect();
-        if still || self.choice.robot.has_sums() || all.without(self.free.or(axes)).is_empty() {
-            self.end(still);
-        } else if self.run.vertices.is_empty() {
-            axes.axes().filter_map(|k| self.known.get_mut(k).map(|v| *v = None)).for_each(drop);
-            if self.known.iter().all(Option::is_none) {
-                self.known.clear();
-            }
-        } else {
-            self.free = self.free.or(axes);
-        }
-    }
-
-    /// One of the axes that stand elsewhere is named again: where it comes from is not known, so a new run begins.
-    fn find_again(&mut self, from: &Joints, named: AxisSet) {
-        let free = self.free;
-        self.end(false);
-        self.known = from.iter().enumerate().map(|(k, q)| (!free.has(k)).then_some(*q)).collect();
-        self.free = free.without(named);
-        self.rest = Some(from.clone());
-    }
-
-    /// A move of some axes that leads nobody knows where.
-    fn goes_elsewhere(&mut self, at: At, axes: AxisSet) {
-        self.run.entry &= !self.run.vertices.is_empty();
-        self.slip(axes);
-        if !self.run.vertices.is_empty() {
-            // the time that it takes is not known
-            self.run.untimed.get_or_insert(at);
-            (self.run.certain, self.run.by_program) = (false, false);
-        }
-        self.out.gaps.push(Gap { at, why: Cause::Undetermined });
     }
 
     /// A move that cannot be determined: only straight ones and arcs keep the arm in its configuration.

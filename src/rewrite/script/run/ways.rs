@@ -11,7 +11,7 @@ const IN_PLACE: f64 = 1e-7;
 impl Cutter<'_> {
     /// A move between two known places: its turning points, its duration and its goal.
     pub(super) fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
-        let robot = self.choice.robot;
+        let (robot, again) = (self.choice.robot, self.again);
         let Reached { q, mut editable, solved, tooled, via, .. } = reached;
         let mut t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
@@ -44,38 +44,28 @@ impl Cutter<'_> {
             self.run.unfollowed.insert(step);
             Vec::new()
         });
+        let vertex = |role: Role, q: Joints, share: f64, t_s: f64| Vertex {
+            step,
+            role,
+            q,
+            share,
+            editable,
+            t_s,
+            certain,
+            again,
+        };
         let first = ways.first().map_or(&*q, |w| w.q.as_slice());
         let crossing = self.crossing(m, from, first).filter(|_| editable && !self.run.unfollowed.contains(&step));
         if let Some((q, seconds)) = crossing {
             t0 += seconds;
-            self.run.vertices.push(Vertex {
-                step,
-                role: Role::Crossing,
-                q,
-                share: IN_PLACE,
-                editable,
-                t_s: t0,
-                certain,
-                again: self.again,
-            });
+            self.run.vertices.push(vertex(Role::Crossing, q, IN_PLACE, t0));
         }
         for w in ways {
-            let w = Way { share: w.share, q: self.run.standing(step, w.q, from) };
-            let t_s = t0 + w.share * duration;
-            self.directions.go(robot, &w.q, self.choice.deadband);
-            self.run.vertices.push(Vertex {
-                step,
-                role: Role::Way,
-                q: w.q.into(),
-                share: w.share,
-                editable,
-                t_s,
-                certain,
-                again: self.again,
-            });
+            let q = self.run.standing(step, w.q, from);
+            self.directions.go(robot, &q, self.choice.deadband);
+            self.run.vertices.push(vertex(Role::Way, q.into(), w.share, t0 + w.share * duration));
         }
-        let goal =
-            Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain, again: self.again };
+        let goal = vertex(Role::Goal, q, 1.0, t0 + duration);
         if editable
             && !self.run.entered.contains(&step)
             && m.closed.is_none()
