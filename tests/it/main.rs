@@ -32,6 +32,7 @@ mod external_axes;
 mod faults;
 mod first_steps;
 mod fit;
+mod folder_verdicts;
 mod formats;
 mod fuzz_readers;
 mod fuzz_rewrite;
