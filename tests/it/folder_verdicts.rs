@@ -33,8 +33,8 @@ fn every_program_of_a_folder_has_the_verdict_that_it_has_alone() {
     for (verdict, of) in lines(&read("first.jsonl")).iter().map(|l| (&l["path_error"], l["input"].as_str().unwrap())) {
         let name = of.rsplit('/').next().unwrap();
         assert_eq!(
-            std::fs::read(folder.join(&format!("plain/{name}"))).unwrap(),
-            std::fs::read(folder.join(&format!("done/{name}"))).unwrap()
+            std::fs::read(folder.join(format!("plain/{name}"))).unwrap(),
+            std::fs::read(folder.join(format!("done/{name}"))).unwrap()
         );
         let alone: Value = folder.run(&line(&format!("cell/{name} --output alone-{name} --json"))).success().json();
         let alone = &alone["path_error"];
