@@ -9,7 +9,7 @@
 
 use super::{Cause, Cut, Cutter, Joints, Role, Run, Vertex, empty_run};
 use crate::program::script::At;
-use crate::program::script::{Join, Script, StepKind};
+use crate::program::script::{Join, Round, Script, StepKind};
 use crate::rewrite::script::approach::Directions;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -82,8 +82,12 @@ impl Cutter<'_> {
     }
 
     /// Goes through what follows each break once more, from the places from which control comes there.
-    pub(super) fn join(&mut self, script: &Script, mut places: Places) {
-        let mut open: Vec<&Join> = script.joins.iter().filter(|j| !j.from.is_empty() && j.from.len() <= WAYS).collect();
+    ///
+    /// `rounds`: loops that the runs go through already.
+    pub(super) fn join(&mut self, script: &Script, rounds: &[Round], mut places: Places) {
+        let round = |at: usize| rounds.iter().any(|r| r.open == at || r.close == at);
+        let known = |j: &&Join| !j.from.is_empty() && j.from.len() <= WAYS && !round(j.at);
+        let mut open: Vec<&Join> = script.joins.iter().filter(known).collect();
         let wanted = self::places(&script.joins);
         for _ in 0..SWEEPS {
             open.retain(|join| !self.joined(script, join, &wanted, &mut places));
@@ -100,41 +104,52 @@ impl Cutter<'_> {
             return false;
         };
         let before = std::mem::take(&mut self.out);
-        let over = self.over.len();
-        let mut found: Vec<(Run, Option<Standing>)> = Vec::new();
+        let (over, missing) = (self.over.len(), self.poses.missing.clone());
+        let mut found: Vec<Run> = Vec::new();
+        let mut end = None;
         for (n, way) in ways.iter().enumerate() {
             self.again = n > 0;
-            self.seed(way);
-            if ways.len() > 1 {
-                let first = segment.clone().find(|k| matches!(script.steps[*k].kind, StepKind::Move(_)));
-                self.run.entered.extend(first);
-            }
-            for k in segment.clone() {
-                self.step_in(script, k);
-            }
-            let end = self.standing().filter(|_| wanted.contains(&segment.end));
-            self.end(false);
-            let runs = std::mem::take(&mut self.out.runs);
-            self.again = false;
-            match <[Run; 1]>::try_from(runs) {
-                Ok([run]) if run.goes_on() && found.first().is_none_or(|(first, _)| alike(first, &run)) => {
-                    found.push((run, end));
-                }
-                _ => {
-                    self.out = before;
-                    self.over.truncate(over);
-                    return true;
-                }
-            }
+            let (run, stands) = self.seeded(script, way, &segment, ways.len() > 1);
+            end = stands.filter(|_| wanted.contains(&segment.end) && ways.len() == 1);
+            found.extend(run.filter(|run| found.first().is_none_or(|first| alike(first, run))));
         }
+        self.again = false;
+        // what moves wait for was counted when they were met first
+        self.poses.missing = missing;
         let joined = std::mem::replace(&mut self.out, before);
-        if ways.len() == 1
-            && let Some((_, Some(end))) = found.first()
-        {
-            places.insert(segment.end, end.clone());
+        if found.len() < ways.len() || !self.replace(script, &segment, joined, found) {
+            self.over.truncate(over);
+            return true;
         }
-        self.replace(script, segment, joined, found.into_iter().map(|f| f.0).collect());
+        places.extend(end.map(|end| (segment.end, end)));
         true
+    }
+
+    /// The run that goes on from a place through the moves of a stretch, as far as they are known, and where the robot stands at its end;
+    /// `several`: other ways lead there as well.
+    fn seeded(
+        &mut self,
+        script: &Script,
+        way: &Standing,
+        segment: &Range<usize>,
+        several: bool,
+    ) -> (Option<Run>, Option<Standing>) {
+        self.seed(way);
+        if several {
+            let first = segment.clone().find(|k| matches!(script.steps[*k].kind, StepKind::Move(_)));
+            self.run.entered.extend(first);
+        }
+        for k in segment.clone() {
+            self.step_in(script, k);
+            if !self.run.goes_on() {
+                // it has ended: what comes after is as it was found without a start
+                break;
+            }
+        }
+        let stands = self.standing().filter(|_| self.run.goes_on());
+        self.end(false);
+        let mut runs = std::mem::take(&mut self.out.runs).into_iter();
+        (runs.find(Run::goes_on), stands)
     }
 
     fn step_in(&mut self, script: &Script, k: usize) {
@@ -146,12 +161,18 @@ impl Cutter<'_> {
         }
     }
 
-    /// Puts what was found of a stretch of the script in the place of what was found without a start.
-    fn replace(&mut self, script: &Script, segment: Range<usize>, joined: Cut, runs: Vec<Run>) {
-        let inside = |step: usize| segment.contains(&step);
+    /// Puts what was found of a stretch of the script in the place of what was found without a start; `false`: that led further.
+    fn replace(&mut self, script: &Script, segment: &Range<usize>, joined: Cut, runs: Vec<Run>) -> bool {
+        let Some(last) = runs.first().and_then(|run| run.own().last()).map(|v| v.step) else { return false };
+        let covered = segment.start..last + 1;
+        let inside = |step: usize| covered.contains(&step);
         let own = |run: &Run| run.own().first().is_some_and(|v| inside(v.step));
+        let further = |run: &Run| run.own().last().is_some_and(|v| !inside(v.step));
+        if self.out.runs.iter().any(|run| own(run) && further(run)) {
+            return false;
+        }
         let at = self.out.runs.iter().position(own).unwrap_or_else(|| {
-            let later = |run: &Run| run.own().first().is_some_and(|v| v.step >= segment.end);
+            let later = |run: &Run| run.own().first().is_some_and(|v| v.step >= covered.end);
             self.out.runs.iter().position(later).unwrap_or(self.out.runs.len())
         });
         self.out.runs.retain(|run| !own(run));
@@ -159,19 +180,16 @@ impl Cutter<'_> {
         let unsolved = self.out.left.iter().filter(|(k, why)| inside(**k) && **why == Cause::NoStart).count() as u64;
         self.poses.missing.posture = self.poses.missing.posture.saturating_sub(unsolved);
         self.out.left.retain(|k, _| !inside(*k));
-        self.out.left.extend(joined.left);
-        let lines: Vec<At> = segment.clone().filter_map(|k| script.steps.get(k)).map(|s| s.at).collect();
+        self.out.left.extend(joined.left.into_iter().filter(|(k, _)| inside(*k)));
+        let lines: Vec<At> = covered.clone().filter_map(|k| script.steps.get(k)).map(|s| s.at).collect();
         self.out.gaps.retain(|gap| !lines.contains(&gap.at));
-        self.out.gaps.extend(joined.gaps);
         self.out.partial.retain(|k| !inside(*k));
-        self.out.partial.extend(joined.partial);
-        self.out.partial.sort_unstable();
-        self.out.partial.dedup();
         for note in joined.notes {
             if !self.out.notes.contains(&note) {
                 self.out.notes.push(note);
             }
         }
+        true
     }
 }
 

@@ -318,7 +318,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
     if !wanted.is_empty() {
-        cutter.join(script, places);
+        cutter.join(script, rounds, places);
     }
     let Cutter { mut out, mut over, .. } = cutter;
     over.sort_unstable();
