@@ -94,6 +94,7 @@ mod vendor_arcs;
 mod vendor_calls;
 mod vendor_circle;
 mod vendor_history;
+mod vendor_joins;
 mod vendor_loops;
 mod vendor_memory;
 mod vendor_options;

@@ -113,6 +113,7 @@ impl Reading<'_> {
             crossing_s: &[],
             sides_given: true,
             rounds: true,
+            joins: false,
         };
         let mut poses = Poses::new(self.robot, self.frames);
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);

@@ -305,7 +305,7 @@ impl<'a> Reader<'a> {
             return self.stop(k, Break::Start);
         }
         if is_label(line) {
-            return self.stop(k, Break::Jump);
+            return self.label(k, word);
         }
         if self.flow(k, line, word, second) {
             return;

@@ -54,7 +54,7 @@ pub mod thin;
 use super::files::{Files, Folders};
 use crate::axes::Axes;
 use crate::error::Result;
-pub use blocks::Round;
+pub use blocks::{Join, Round};
 pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
@@ -163,6 +163,8 @@ pub struct Script {
     pub entry: Option<usize>,
     /// Loops whose every pass goes the same way, innermost ones alone.
     pub rounds: Vec<Round>,
+    /// Breaks of which it is known from where alone control comes there, ascending.
+    pub joins: Vec<Join>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
 }
