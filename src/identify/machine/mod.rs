@@ -66,7 +66,7 @@ const KNOTS: usize = 7;
 const ROUNDS: usize = 3;
 
 /// Identifies a machine from its logs, by gears where gears turn by sums of axes; `setups` says of each log what is known of a ballbar
-/// or a dial (none given: nothing).
+/// or a dial (none given: what the logs say themselves).
 ///
 /// # Errors
 /// Where a log has no readings or no time, or no joint reverses.
@@ -84,11 +84,11 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let (aligned, shifts) = clock::aligned(robot, logs)?;
     let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
     let registered = frame::frame(robot, &aligned)?;
-    let readings = aligned
-        .iter()
-        .enumerate()
-        .map(|(k, l)| Readings::new(robot, l, &setups.get(k).copied().unwrap_or_default(), registered.as_ref()))
-        .collect::<Result<Vec<_>>>()?;
+    let mut readings = Vec::new();
+    for (k, log) in aligned.iter().enumerate() {
+        let setup = setups.get(k).copied().unwrap_or_else(|| Setup::of(log));
+        readings.extend(Readings::of_log(robot, log, &setup, registered.as_ref())?);
+    }
     let Solved { problem, evidence, varies, apart } = solved(robot, &aligned, &readings)?;
     let mut notes: Vec<String> = shifts.iter().map(|(log, by_s)| clock::note(&logs[*log], *by_s)).collect();
     notes.extend(readings.iter().filter_map(Readings::note));
@@ -126,6 +126,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     }
     let whole = estimate::whole(&problem, &evidence, estimates);
     notes.extend(whole.joints.iter().map(|j| trust_note(robot, j)));
+    notes.extend(whole.joints.iter().filter_map(|j| disagreement(robot, j)));
     for (log, before, after) in &whole.predicted {
         let (before, after) = (before * 1e6, after * 1e6);
         notes.push(format!(
@@ -158,6 +159,23 @@ fn trust_note(robot: &Robot, joint: &JointEstimate) -> String {
     )
 }
 
+/// What to say where the single reversals of a joint do not agree with the fit of all logs.
+fn disagreement(robot: &Robot, joint: &JointEstimate) -> Option<String> {
+    let a = joint.agreement.as_ref().filter(|a| !a.agree)?;
+    let (name, kind) = (&robot.axis(joint.axis).name, robot.axis(joint.axis).kind);
+    let shown = |value: f64, [low, high]: [f64; 2]| {
+        let [value, low, high] = [value, low, high].map(|v| kind.to_user_unit(v));
+        format!("{value:.5} {} [{low:.5}, {high:.5}]", kind.unit())
+    };
+    let left = if a.single > 0.0 { 100.0 * (a.all_logs / a.single - 1.0).abs() } else { 100.0 };
+    Some(format!(
+        "{name}: the lost motion after single reversals, {}, is not that of all logs together, {}; {}. It leaves {left:.0} % of the error there",
+        shown(a.single, a.single_ci95),
+        shown(a.all_logs, a.all_logs_ci95),
+        a.reason()
+    ))
+}
+
 /// A machine's problem, solved.
 struct Solved<'a> {
     problem: Problem<'a>,
@@ -172,7 +190,7 @@ struct Solved<'a> {
 fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<Solved<'a>> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let bins_per_s = bins::per_second(logs);
-    let bins = logs.iter().zip(readings).map(|(l, r)| bins::bin(l, robot, &splines, r, bins_per_s)).collect();
+    let bins = readings.iter().map(|r| bins::bin(r, robot, &splines, bins_per_s)).collect();
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
     for k in 0..ROUNDS {
