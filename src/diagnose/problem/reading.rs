@@ -132,7 +132,8 @@ mod tests {
             .collect();
         let own = told(&Instrument::Distance { centre_m }, &circle);
         assert_eq!(own.len(), 3, "length, and the centre in the plane");
-        let lifted: Vec<Vector3<f64>> = circle.iter().map(|p| p + Vector3::new(0.0, 0.1 * p.x, 0.0)).collect();
+        let wave = |p: &Vector3<f64>| 2.0 * (p - centre_m).x * (p - centre_m).z;
+        let lifted: Vec<Vector3<f64>> = circle.iter().map(|p| p + Vector3::new(0.0, wave(p), 0.0)).collect();
         assert_eq!(told(&Instrument::Distance { centre_m }, &lifted).len(), 4);
     }
 }

@@ -115,8 +115,9 @@ fn by_ballbar(robot: &Robot, kind: Kind, options: &Options, bar_m: f64) -> Resul
              length",
             if kind == Kind::Static { "a static" } else { "an excitation" }
         );
-        let expected = "`plan-experiment path`, which plans circles about the centre; or --draw-wire X,Y,Z for a sensor of that range";
-        return Err(Error::setting("ballbar", found, expected));
+        let expected =
+            "a path, which is planned as circles about the centre; or a draw-wire sensor, which has that range";
+        return Err(Error::setting("ballbar", found, expected).mended_by(&["draw_wire"]));
     }
     let found = ballbar::plan(robot, centre_m, bar_m, options)?;
     let duration_s = found.rows.last().map_or(0.0, |r| r.0);

@@ -440,32 +440,43 @@ impl<S> Steps<S> {
     }
 }
 
-/// A place before which nothing has moved since a break is reached as that break is.
+/// Places that are followed back from a break at most.
+const FOLLOWED: usize = 64;
+
+/// A place before which nothing has moved since a break is reached as that break is; where that leads through many places, nothing is known.
 fn through_still(script: &mut Script) {
     let mut joins = std::mem::take(&mut script.joins);
     joins.sort_by_key(|j| j.at);
+    // the last move or break before each step, where it is a break
+    let mut before = Vec::with_capacity(script.steps.len() + 1);
+    let mut last = None;
+    for (k, step) in script.steps.iter().enumerate() {
+        before.push(last);
+        match step.kind {
+            StepKind::Break(_) => last = Some(k),
+            StepKind::Move(_) => last = None,
+            _ => {}
+        }
+    }
+    before.push(last);
     let from = |at: usize| joins.binary_search_by_key(&at, |j| j.at).ok().map(|k| &joins[k].from);
-    let all: Vec<Vec<usize>> = joins
-        .iter()
-        .map(|join| {
-            let (mut open, mut found, mut seen) = (join.from.clone(), BTreeSet::new(), BTreeSet::new());
-            while let Some(place) = open.pop() {
-                if !seen.insert(place) {
-                    continue;
-                }
-                let before = script.steps.get(..place).unwrap_or_default();
-                let acts = before.iter().rposition(|s| matches!(s.kind, StepKind::Move(_) | StepKind::Break(_)));
-                let break_before = acts.filter(|k| matches!(before[*k].kind, StepKind::Break(_)));
-                match break_before.and_then(from) {
-                    Some(further) => open.extend(further),
-                    None => drop(found.insert(place)),
-                }
+    let followed = |join: &Join| {
+        let (mut open, mut found, mut seen) = (join.from.clone(), BTreeSet::new(), BTreeSet::new());
+        while let Some(place) = open.pop() {
+            if !seen.insert(place) {
+                continue;
             }
-            found.into_iter().collect()
-        })
-        .collect();
-    joins.iter_mut().zip(all).for_each(|(join, from)| join.from = from);
-    script.joins = joins;
+            if seen.len() > FOLLOWED {
+                return None;
+            }
+            match before.get(place).copied().flatten().and_then(from) {
+                Some(further) => open.extend(further),
+                None => drop(found.insert(place)),
+            }
+        }
+        Some(Join { at: join.at, from: found.into_iter().collect() })
+    };
+    script.joins = joins.iter().filter_map(followed).collect();
 }
 
 #[cfg(test)]

@@ -18,6 +18,8 @@ use std::ops::Range;
 const KEPT: usize = 48;
 /// Ways that come together at most.
 const WAYS: usize = 8;
+/// Breaks of a program at most; each is compared with all runs.
+pub(super) const MOST: usize = 5000;
 /// Times that all breaks are looked at: what follows one may lead to one before it.
 const SWEEPS: usize = 2;
 /// Joints that differ by less are the same, rad or m: what the solver leaves.

@@ -286,7 +286,8 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         again: false,
         failed: Vec::new(),
     };
-    let wanted = if choice.joins { joins::places(&script.joins) } else { BTreeSet::new() };
+    let join = choice.joins && script.joins.len() <= joins::MOST;
+    let wanted = if join { joins::places(&script.joins) } else { BTreeSet::new() };
     let mut places = joins::Places::default();
     for (k, step) in script.steps.iter().enumerate() {
         if wanted.contains(&k) {
