@@ -147,3 +147,43 @@ fn a_label_is_reached_from_before_it_and_from_all_jumps_to_it() {
     ];
     assert_eq!(fanuc(&desk, &lines, &[0, 10, 0, 20]), [1, 1, -1, 1]);
 }
+
+/// A KRL program whose A1 goes to these degrees (`0`, or what else stands in a line), and half gaps of 0.01 deg.
+fn krl(desk: &Desk, lines: &[&str]) -> Vec<i32> {
+    std::fs::copy(bundled("configs").join("kuka-kr120-r2500-pro.yaml"), desk.path("kuka.yaml")).unwrap();
+    let effect = "effects:\n  - {effect: backlash, joint: A1, half_gap_deg: 0.01}\n";
+    desk.write("kuka-model.yaml", &format!("schema: lostmotion/model/1\nrobot: kuka.yaml\n{effect}"));
+    let line = |l: &&str| match l.parse::<i32>() {
+        Ok(deg) => format!("PTP {{A1 {deg},A2 -90,A3 90,A4 0,A5 30,A6 0}}\n"),
+        Err(_) => format!("{l}\n"),
+    };
+    let text = format!("DEF p( )\n{}END\n", lines.iter().map(line).collect::<String>());
+    desk.write("p.src", &text);
+    desk.run("rewrite --model kuka-model.yaml p.src --output o.src --max-added 0 --force").success();
+    let out = String::from_utf8(desk.read("o.src")).unwrap();
+    let a1 = |text: &str| -> Vec<f64> {
+        text.lines().filter_map(|l| l.strip_prefix("PTP {A1 ")?.split(',').next()?.parse().ok()).collect()
+    };
+    let (before, after) = (a1(&text), a1(&out));
+    assert_eq!(before.len(), after.len(), "{out}");
+    before.iter().zip(&after).map(|(a, b)| ((b - a) * 100.0).round() as i32).collect()
+}
+
+#[test]
+fn blocks_and_labels_of_krl_are_followed() {
+    let desk = desk();
+    let lines = ["0", "10", "IF $IN[1]==TRUE THEN", "0", "5", "ELSE", "20", "15", "ENDIF", "3"];
+    assert_eq!(krl(&desk, &lines), [1, 1, -1, 1, 1, -1, -1]);
+    let lines = ["0", "10", "SWITCH n", "CASE 1", "0", "5", "DEFAULT", "20", "15", "ENDSWITCH", "12"];
+    assert_eq!(krl(&desk, &lines), [1, 1, -1, 1, 1, -1, 0]);
+    // a jump back, and a way around
+    let lines = ["0", "10", "again:", "0", "20", "IF $IN[1] THEN", "GOTO again", "ENDIF", "5"];
+    assert_eq!(krl(&desk, &lines), [1, 1, -1, 1, -1]);
+    // certain loops, and those that are left
+    assert_eq!(krl(&desk, &["0", "10", "FOR i=1 TO 3", "0", "20", "ENDFOR", "5"]), [1, 1, -1, 1, -1]);
+    let lines = ["0", "10", "LOOP", "0", "20", "IF $IN[1] THEN", "EXIT", "ENDIF", "ENDLOOP", "5"];
+    assert_eq!(krl(&desk, &lines), [1, 1, -1, 1, 0]);
+    // what a condition calls may move
+    let lines = ["0", "10", "IF ask() THEN", "0", "ENDIF", "3"];
+    assert_eq!(krl(&desk, &lines)[..3], [1, 1, 0]);
+}
