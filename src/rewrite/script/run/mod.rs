@@ -289,32 +289,11 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     let join = choice.joins && script.joins.len() <= joins::MOST;
     let wanted = if join { joins::places(&script.joins) } else { BTreeSet::new() };
     let mut places = joins::Places::default();
-    for (k, step) in script.steps.iter().enumerate() {
+    for k in 0..script.steps.len() {
         if wanted.contains(&k) {
             places.extend(cutter.standing().map(|standing| (k, standing)));
         }
-        match &step.kind {
-            StepKind::Move(m) => cutter.take(script, k, step.at, m),
-            StepKind::Dwell(seconds) => cutter.dwell(*seconds),
-            // what moves nothing leaves a program at its start
-            StepKind::Break(Break::Frame | Break::Interrupt) => {
-                let still = cutter.run.vertices.is_empty() && cutter.run.entry && cutter.known.is_empty();
-                cutter.end(still);
-            }
-            StepKind::Break(Break::Loop) => {
-                let goes_on = match rounds.iter().find(|r| r.open == k || r.close == k) {
-                    Some(round) if round.open == k => cutter.enter(*round),
-                    Some(round) => cutter.second_pass(script, *round) && round.goes_on,
-                    None => false,
-                };
-                if !goes_on {
-                    cutter.end(false);
-                }
-            }
-            StepKind::Break(Break::Axes(axes)) => cutter.slip(*axes),
-            StepKind::Break(_) => cutter.end(entry == Some(k)),
-            StepKind::Process(_) | StepKind::Pragma(_) => {}
-        }
+        cutter.follow(script, k, rounds, entry);
     }
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
@@ -388,6 +367,33 @@ struct Cutter<'a> {
 }
 
 impl Cutter<'_> {
+    /// Goes on over a step; the program starts with the break `entry`.
+    fn follow(&mut self, script: &Script, k: usize, rounds: &[Round], entry: Option<usize>) {
+        let Some(step) = script.steps.get(k) else { return };
+        match &step.kind {
+            StepKind::Move(m) => self.take(script, k, step.at, m),
+            StepKind::Dwell(seconds) => self.dwell(*seconds),
+            // what moves nothing leaves a program at its start
+            StepKind::Break(Break::Frame | Break::Interrupt) => {
+                let still = self.run.vertices.is_empty() && self.run.entry && self.known.is_empty();
+                self.end(still);
+            }
+            StepKind::Break(Break::Loop) => {
+                let goes_on = match rounds.iter().find(|r| r.open == k || r.close == k) {
+                    Some(round) if round.open == k => self.enter(*round),
+                    Some(round) => self.second_pass(script, *round) && round.goes_on,
+                    None => false,
+                };
+                if !goes_on {
+                    self.end(false);
+                }
+            }
+            StepKind::Break(Break::Axes(axes)) => self.slip(*axes),
+            StepKind::Break(_) => self.end(entry == Some(k)),
+            StepKind::Process(_) | StepKind::Pragma(_) => {}
+        }
+    }
+
     /// Ends the run; `entry`: the next one is the program's first.
     fn end(&mut self, entry: bool) {
         if let Some(pass) = self.pass.take() {
