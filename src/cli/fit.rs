@@ -1,7 +1,6 @@
 //! `lostmotion fit`: identified gaps -> compensator file.
 
 use crate::cli::exit::{bad, no};
-use crate::cli::identify::common::SetupsArgs;
 use crate::cli::{logs, page, paths};
 use crate::compensator::{Compensator, FrictionShape, file::is_date};
 use crate::effects::Decay;
@@ -52,8 +51,6 @@ pub struct Args {
     /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "FILE", requires = "previous")]
     pub columns: Option<PathBuf>,
-    #[command(flatten)]
-    pub setups: SetupsArgs,
     /// Write the compensator (YAML) to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE", required_unless_present = "json")]
     pub output: Option<PathBuf>,
@@ -96,14 +93,6 @@ pub fn run(args: Args) -> Result<()> {
     let to_stdout = args.output.as_deref().is_some_and(is_stdio);
     if args.json && to_stdout {
         return Err(bad(Place::file("--output"), "`-` and --json", "one document on standard output"));
-    }
-    let told = [("--centre", !args.setups.centre.is_empty()), ("--direction", !args.setups.direction.is_empty())];
-    if let (None, Some((flag, _))) = (&args.previous, told.iter().find(|t| t.1)) {
-        return Err(bad(
-            Place::file(*flag),
-            "no run",
-            "--previous FILE and --log FILE: gaps files know their instrument",
-        ));
     }
     if let Some(day) = args.valid_until.as_deref().filter(|d| !is_date(d)) {
         return Err(bad(Place::file("--valid-until"), format!("`{day}`"), "a date as 2027-01-31"));
@@ -168,9 +157,8 @@ fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
 /// The previous compensator, corrected by runs.
 fn corrected(path: &Path, args: &Args, robot: &Robot) -> Result<Compensator> {
     let previous = Compensator::load(path, robot)?;
-    let mut logs = logs::load(&args.log, args.columns.as_deref(), robot)?;
+    let logs = logs::load(&args.log, args.columns.as_deref(), robot)?;
     logs::refuse_repeats(&logs)?;
-    args.setups.tell(&mut logs)?;
     let used = |l: &&Log| previous.evidence.logs.iter().any(|u| !u.sha256.is_empty() && u.sha256 == l.sha256);
     if let Some(log) = logs.iter().find(used) {
         let expected = "a run of a program that was rewritten with this compensator";

@@ -43,17 +43,23 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
+    if let Some(log) = logs.iter().find(|l| l.instruments.scalar().is_some()) {
+        let found = "readings of a ballbar or a dial";
+        return Err(Error::bad(Place::file(&log.name), found, "a run measured with a tracker (`x_mm,y_mm,z_mm`)"));
+    }
     let by_gears = geared(robot, logs);
     let (robot, logs) = (by_gears.robot.as_ref(), by_gears.logs.as_ref());
     let all: Vec<&Log> = logs.iter().collect();
     let registered = frame::frame(robot, &all)?;
     let bins_per_s = bins::per_second(&all);
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
-    let mut binned = Vec::new();
-    for log in logs {
-        let readings = Readings::of_log(robot, log, &Setup::of(log), registered.as_ref())?;
-        binned.extend(readings.iter().map(|r| bins::bin(r, robot, &splines, bins_per_s)));
-    }
+    let binned = logs
+        .iter()
+        .map(|l| {
+            let readings = Readings::new(robot, l, &Setup::default(), registered.as_ref())?;
+            Ok(bins::bin(l, robot, &splines, &readings, bins_per_s))
+        })
+        .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, binned, splines);
     let start: Vec<Option<JointLaw>> = (0..robot.dof())
         .map(|a| problem.laws[a].as_ref().map(|_| law(previous.on(a), &problem.splines[a], problem.sizes[a])))
