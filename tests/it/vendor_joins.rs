@@ -130,6 +130,19 @@ fn a_label_is_reached_from_before_it_and_from_all_jumps_to_it() {
     let mut skips = lines(jumps);
     skips[4] = "J P[4] 9% FINE Skip,LBL[1]";
     assert_eq!(fanuc(&desk, &skips, &[0, 10, 0, 20, 5])[..3], [1, 1, 0]);
+    // the label of such a motion may stand after it
+    let forwards = [
+        "J P[1] 9% FINE",
+        "J P[2] 9% FINE Skip,LBL[1]",
+        "J P[3] 9% FINE",
+        "J P[4] 9% FINE",
+        "LBL[1]",
+        "J P[5] 9% FINE",
+    ];
+    assert_eq!(fanuc(&desk, &forwards, &[0, 10, 30, 20, 5])[4], 0);
+    let mut jumps_on = forwards;
+    jumps_on[1] = "J P[2] 9% FINE";
+    assert_eq!(fanuc(&desk, &jumps_on, &[0, 10, 30, 20, 5])[4], -1);
     // two labels of one number
     let mut twice = lines(jumps);
     twice[6] = "LBL[1]";

@@ -153,6 +153,8 @@ struct Block {
 struct Labels {
     stand: BTreeMap<String, usize>,
     jumps: BTreeMap<String, Vec<usize>>,
+    /// Those to which something jumps while the robot moves: from where is not known, wherever they stand.
+    on_the_way: BTreeSet<String>,
     /// Something may jump to any of them, or its place is not known.
     unknown: bool,
 }
@@ -207,7 +209,7 @@ impl<S> Steps<S> {
             && let Some(block) = self.open.last_mut()
             && block.breaks.last().is_some_and(|k| k + 1 == next)
         {
-            // what its condition calls stands behind its break
+            // what its condition calls stands after its break
             block.unsure = true;
         }
         self.add(at, kind)
@@ -351,18 +353,18 @@ impl<S> Steps<S> {
     /// Something may jump to a label while the robot moves.
     pub fn jumps_on_the_way(&mut self, name: Option<String>) {
         match name {
-            Some(name) => drop(self.labels.stand.remove(&name)),
+            Some(name) => drop(self.labels.on_the_way.insert(name)),
             None => self.labels.unknown = true,
         }
     }
 
     /// The labels of a routine are known, and all jumps to them.
     fn labels_end(&mut self) {
-        let Labels { stand, mut jumps, unknown } = std::mem::take(&mut self.labels);
+        let Labels { stand, mut jumps, on_the_way, unknown } = std::mem::take(&mut self.labels);
         if unknown {
             return;
         }
-        for (name, at) in stand {
+        for (name, at) in stand.into_iter().filter(|(name, _)| !on_the_way.contains(name)) {
             let mut from = jumps.remove(&name).unwrap_or_default();
             from.push(at);
             self.joins.push(Join { at, from });

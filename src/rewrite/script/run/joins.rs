@@ -1,15 +1,14 @@
 //! Breaks of which it is known from where control comes: a branch, which one way alone reaches, and places where ways come together.
 //!
 //! The script is cut into runs first, each of which begins where nothing is known of the way there. Then what follows such a break is gone
-//! through again from each place from which control comes to it, behind the points before that place ([`Role::Before`]), which say from which
-//! side joints come and are written by their own run. Where several ways lead there, no point may be on the way of the first move, which has
+//! through again from each place from which control comes to it. The points before that place come first ([`Role::Before`]): they show from
+//! which side joints come, and their own run writes them. Where several ways lead there, no point may be on the way of the first move, which has
 //! several starts, and what comes out of the engine for all of them is compared as the passes of a loop are ([`super::rounds`]).
 //!
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
 use super::{Cause, Cut, Cutter, Joints, Role, Run, Vertex, empty_run};
-use crate::program::script::At;
-use crate::program::script::{Join, Round, Script, StepKind};
+use crate::program::script::{At, Join, Round, Script, StepKind};
 use crate::rewrite::script::approach::Directions;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -202,7 +201,7 @@ fn segment(script: &Script, at: usize) -> Range<usize> {
     from..next.map_or(script.steps.len(), |n| from + n)
 }
 
-/// Both runs lead to the same places behind the points before.
+/// Both runs lead to the same places after the points before them.
 fn alike(first: &Run, other: &Run) -> bool {
     let goals = |run: &'_ Run| -> Vec<(usize, Joints)> {
         run.vertices.iter().filter(|v| v.role == Role::Goal).map(|v| (v.step, v.q.clone())).collect()
