@@ -200,3 +200,15 @@ fn blocks_and_labels_of_krl_are_followed() {
     let lines = ["0", "10", "IF ask() THEN", "0", "ENDIF", "3"];
     assert_eq!(krl(&desk, &lines)[..3], [1, 1, 0]);
 }
+
+#[test]
+fn the_verdict_takes_a_branch_as_reached_from_the_side_that_its_offsets_are_for() {
+    let desk = desk();
+    let body = format!("{}IF di1=1 THEN\n{}ELSE\n{}ENDIF\n{}", all(&[0, 10]), all(&[0, 5]), all(&[20, 15]), to(3));
+    desk.write("p.mod", &program(&body));
+    let run = desk.run("rewrite --model model.yaml p.mod --output out.mod --json").success();
+    let doc: serde_json::Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+    assert_eq!((doc["left"].as_u64(), doc["path_error"]["verdict"].as_str()), (Some(0), Some("better")), "{doc}");
+    let at_targets = &doc["path_error"]["at_targets"]["largest_um"];
+    assert!(at_targets["after"].as_f64().unwrap() < 0.2 * at_targets["before"].as_f64().unwrap(), "{at_targets}");
+}
