@@ -197,12 +197,7 @@ fn of_program(
     out: &mut Output,
 ) -> Result<predicted::Written> {
     let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
-    let reading = Reading {
-        robot: &model.robot,
-        frames: &frames,
-        tcp_speed_m_s: args.speed_mm_s.map(|v| v * 1e-3),
-        format: None,
-    };
+    let reading = Reading::new(&model.robot, &frames, args.speed_mm_s);
     let program = reading.load(&args.input, input)?;
     let (t_s, notes) = times(args, model, &program, options);
     let motion = Motion::of_program(model, &program, &t_s, options.rate_hz)?;

@@ -55,6 +55,13 @@ pub struct Reading<'a> {
     pub format: Option<Recognised>,
 }
 
+impl<'a> Reading<'a> {
+    /// For a robot, with a TCP speed in mm/s where the user gives one.
+    pub fn new(robot: &'a Robot, frames: &'a Frames, tcp_speed_mm_s: Option<f64>) -> Self {
+        Self { robot, frames, tcp_speed_m_s: tcp_speed_mm_s.map(|v| v * 1e-3), format: None }
+    }
+}
+
 impl Reading<'_> {
     /// Reads the program at `path`, whose bytes are `input`'s: rows of joints as they are, a vendor's with the files that belong to it.
     ///

@@ -1,7 +1,7 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
+use super::joins::{Join, Labels, through_still};
 use super::{At, Break, Goal, Move, Script, Step, StepKind, Text, pragma};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// Values that are looked at before the place of a step is searched for.
 const NEAR: usize = 4;
@@ -87,16 +87,6 @@ pub struct Round {
     pub goes_on: bool,
 }
 
-/// A break of which it is known from where alone control comes there.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Join {
-    /// Step of the break.
-    pub at: usize,
-    /// From the places before these steps: a condition that is looked at there, the end of a branch, a jump. Control stands there when all
-    /// steps before it have been done. None: nothing leads to the break.
-    pub from: Vec<usize>,
-}
-
 /// Whether the head of a loop lets it be entered whatever the program does before: constant bounds, or none.
 ///
 /// `head = "FOR" name ("FROM" | "=") integer "TO" integer ["DO"] | "WHILE" ["("] "TRUE" [")"] ["DO" | ":"] | "LOOP"`
@@ -146,17 +136,6 @@ struct Block {
     whole: bool,
     /// Where its branches but the last one end.
     ends: Vec<usize>,
-}
-
-/// Labels of a routine, and the places from which something jumps to them.
-#[derive(Default)]
-struct Labels {
-    stand: BTreeMap<String, usize>,
-    jumps: BTreeMap<String, Vec<usize>>,
-    /// Those to which something jumps while the robot moves: from where is not known, wherever they stand.
-    on_the_way: BTreeSet<String>,
-    /// Something may jump to any of them, or its place is not known.
-    unknown: bool,
 }
 
 impl<S> Default for Steps<S> {
@@ -270,7 +249,7 @@ impl<S> Steps<S> {
     /// A routine starts: no block is open, and its labels are others.
     pub fn start(&mut self) {
         self.open.clear();
-        self.labels_end();
+        self.joins.extend(std::mem::take(&mut self.labels).joins());
     }
 
     /// A block opens, with a break: its condition is looked at where the robot stands.
@@ -334,41 +313,18 @@ impl<S> Steps<S> {
     /// A label; `None`: its name is not known.
     pub fn label(&mut self, at: At, name: Option<String>) {
         let k = self.push(at, StepKind::Break(Break::Jump));
-        match name {
-            // two of one name: which of them is meant is not known
-            Some(name) => self.labels.unknown |= self.labels.stand.insert(name, k).is_some(),
-            None => self.labels.unknown = true,
-        }
+        self.labels.stands(name, k);
     }
 
     /// Something may jump to a label from here, where the robot stands; `None`: to any.
     pub fn jumps_to(&mut self, name: Option<String>) {
-        let next = self.next();
-        match name {
-            Some(name) => self.labels.jumps.entry(name).or_default().push(next),
-            None => self.labels.unknown = true,
-        }
+        let from = self.next();
+        self.labels.jumps_to(name, from);
     }
 
-    /// Something may jump to a label while the robot moves.
+    /// Something may jump to a label while the robot moves; `None`: to any.
     pub fn jumps_on_the_way(&mut self, name: Option<String>) {
-        match name {
-            Some(name) => drop(self.labels.on_the_way.insert(name)),
-            None => self.labels.unknown = true,
-        }
-    }
-
-    /// The labels of a routine are known, and all jumps to them.
-    fn labels_end(&mut self) {
-        let Labels { stand, mut jumps, on_the_way, unknown } = std::mem::take(&mut self.labels);
-        if unknown {
-            return;
-        }
-        for (name, at) in stand.into_iter().filter(|(name, _)| !on_the_way.contains(name)) {
-            let mut from = jumps.remove(&name).unwrap_or_default();
-            from.push(at);
-            self.joins.push(Join { at, from });
-        }
+        self.labels.jumps_on_the_way(name);
     }
 
     /// The innermost block closes, with a break (`true`) unless nothing in it moves: then its own breaks go.
@@ -416,7 +372,7 @@ impl<S> Steps<S> {
 
     /// Gives the steps that stay to the script; the places of its moves, by step.
     pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
-        self.labels_end();
+        self.joins.extend(std::mem::take(&mut self.labels).joins());
         // inner blocks close before outer ones
         self.gone.sort_unstable();
         let gone = &self.gone;
@@ -440,45 +396,6 @@ impl<S> Steps<S> {
         through_still(script);
         self.sites
     }
-}
-
-/// Places that are followed back from a break at most.
-const FOLLOWED: usize = 64;
-
-/// A place before which nothing has moved since a break is reached as that break is; where that leads through many places, nothing is known.
-fn through_still(script: &mut Script) {
-    let mut joins = std::mem::take(&mut script.joins);
-    joins.sort_by_key(|j| j.at);
-    // the last move or break before each step, where it is a break
-    let mut before = Vec::with_capacity(script.steps.len() + 1);
-    let mut last = None;
-    for (k, step) in script.steps.iter().enumerate() {
-        before.push(last);
-        match step.kind {
-            StepKind::Break(_) => last = Some(k),
-            StepKind::Move(_) => last = None,
-            _ => {}
-        }
-    }
-    before.push(last);
-    let from = |at: usize| joins.binary_search_by_key(&at, |j| j.at).ok().map(|k| &joins[k].from);
-    let followed = |join: &Join| {
-        let (mut open, mut found, mut seen) = (join.from.clone(), BTreeSet::new(), BTreeSet::new());
-        while let Some(place) = open.pop() {
-            if !seen.insert(place) {
-                continue;
-            }
-            if seen.len() > FOLLOWED {
-                return None;
-            }
-            match before.get(place).copied().flatten().and_then(from) {
-                Some(further) => open.extend(further),
-                None => drop(found.insert(place)),
-            }
-        }
-        Some(Join { at: join.at, from: found.into_iter().collect() })
-    };
-    script.joins = joins.iter().filter_map(followed).collect();
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@
 //! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
 //! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
 //! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
-//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`] expressions of plain numbers;
-//! [`called`] programs that a program calls.
+//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; `joins` from where control comes to them;
+//! [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
 //!
 //! # Example
 //!
@@ -40,6 +40,7 @@ pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod held;
+mod joins;
 mod kept;
 pub mod lex;
 pub mod number;
@@ -54,8 +55,9 @@ pub mod thin;
 use super::files::{Files, Folders};
 use crate::axes::Axes;
 use crate::error::Result;
-pub use blocks::{Join, Round};
+pub use blocks::Round;
 pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
+pub use joins::Join;
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::path::{Path, PathBuf};
