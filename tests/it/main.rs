@@ -100,4 +100,5 @@ mod vendor_memory;
 mod vendor_options;
 mod vendor_public;
 mod vendor_rewrite;
+mod vendor_routines;
 mod workbook;

@@ -4,7 +4,7 @@ use crate::support::bundled;
 use crate::vendor_loops::{desk, program, rewritten, to};
 use crate::vendor_rewrite::Desk;
 
-fn all(list: &[i32]) -> String {
+pub fn all(list: &[i32]) -> String {
     list.iter().map(|deg| to(*deg)).collect()
 }
 
@@ -162,7 +162,7 @@ fn a_label_is_reached_from_before_it_and_from_all_jumps_to_it() {
 }
 
 /// A KRL program whose A1 goes to these degrees (`0`, or what else stands in a line), and half gaps of 0.01 deg.
-fn krl(desk: &Desk, lines: &[&str]) -> Vec<i32> {
+pub fn krl(desk: &Desk, lines: &[&str]) -> Vec<i32> {
     std::fs::copy(bundled("configs").join("kuka-kr120-r2500-pro.yaml"), desk.path("kuka.yaml")).unwrap();
     let effect = "effects:\n  - {effect: backlash, joint: A1, half_gap_deg: 0.01}\n";
     desk.write("kuka-model.yaml", &format!("schema: lostmotion/model/1\nrobot: kuka.yaml\n{effect}"));

@@ -4,7 +4,7 @@ use super::lex::{Kind, Token, upper};
 use crate::script::Text;
 
 /// Functions and procedures that neither move the robot nor change what they are given.
-const QUIET: [&str; 33] = [
+const QUIET: [&str; 34] = [
     "BAS",
     "SET_CD_PARAMS",
     "SIN",
@@ -39,6 +39,8 @@ const QUIET: [&str; 33] = [
     "SGEAR_JERK",
     "USE_CM_PRO_VALUES",
     "B_AND",
+    // opens, closes and checks a gripper (KUKA.GripperTech, `SET ... State=` of its inline forms)
+    "H50",
 ];
 
 /// Names of the list that a line calls: a routine of the program may have one of them.

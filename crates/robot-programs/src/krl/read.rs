@@ -22,7 +22,7 @@ use super::program::{Program, Source};
 use super::relative::{self, Stands};
 use super::settings::{self, Settings};
 use super::stance::stance;
-use super::statement::{assignment, is_label, is_routine};
+use super::statement::{assignment, is_label, is_routine, routine_name};
 use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
 use crate::axes::{Axes, JointKind};
@@ -302,6 +302,7 @@ impl<'a> Reader<'a> {
             self.folds.clear();
             self.blocks.clear();
             self.steps.start();
+            self.steps.routine(self.routine, routine_name(self.text, line));
             return self.stop(k, Break::Start);
         }
         if is_label(line) {

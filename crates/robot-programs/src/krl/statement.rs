@@ -1,6 +1,6 @@
 //! The parts of a statement: what begins a routine, the type and the names of a declaration, the sign of an assignment.
 
-use super::lex::{Kind, Token};
+use super::lex::{Kind, Token, upper};
 use crate::script::Text;
 
 /// The statements of a line: what stands after the `DO` of `TRIGGER` and `INTERRUPT` is a statement itself.
@@ -20,6 +20,14 @@ pub(super) fn statements<'a>(text: &Text, line: &'a [Token]) -> Vec<&'a [Token]>
 /// `routine = ["GLOBAL"] ("DEF" | "DEFFCT") ...`
 pub(super) fn is_routine(first: &str, second: &str) -> bool {
     matches!(first, "DEF" | "DEFFCT") || first == "GLOBAL" && matches!(second, "DEF" | "DEFFCT")
+}
+
+/// The name of the routine that a line begins, in upper case; empty: it has none.
+///
+/// `routine = ["GLOBAL"] ("DEF" | "DEFFCT" type) name "(" ...`
+pub(super) fn routine_name(text: &Text, line: &[Token]) -> String {
+    let open = line.iter().position(|t| t.is(b'('));
+    open.and_then(|o| o.checked_sub(1)).map(|n| upper(text, &line[n])).unwrap_or_default()
 }
 
 /// Whether a line that begins with this word may begin a routine or declare something.

@@ -4,11 +4,13 @@
 //! motion word, no interrupt or trigger, gives no value to a variable of the controller but those of outputs, flags and timers (frames,
 //! speeds and orientations are of them), and calls only built-in functions and routines of which the same holds. A name that
 //! several routines have is still where all of them are.
+//!
+//! A routine that sets speeds, frames, loads and orientations besides leaves the robot where it stands, but not what points mean.
 
 use super::calls::{calls, is_quiet, quiet};
-use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
+use super::lex::{Kind, Token, first_word, in_upper, tokens};
 use super::motion;
-use super::statement::{assignment, is_routine};
+use super::statement::{assignment, is_routine, routine_name};
 use crate::script::Text;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,11 +29,35 @@ const PLAIN: [&str; 11] = [
     "$OV_PRO",
 ];
 
+/// Variables of the controller that a routine may set where the robot stays: speeds, frames, loads, and how it goes to its points.
+const SETTINGS: [&str; 18] = [
+    "$VEL",
+    "$VEL_AXIS",
+    "$VEL_EXTAX",
+    "$ACC",
+    "$ACC_AXIS",
+    "$ACC_EXTAX",
+    "$APO",
+    "$BASE",
+    "$TOOL",
+    "$LOAD",
+    "$IPO_MODE",
+    "$ORI_TYPE",
+    "$CIRC_TYPE",
+    "FDAT_ACT",
+    "LDAT_ACT",
+    "PDAT_ACT",
+    "BASE_DATA",
+    "TOOL_DATA",
+];
+
 /// What a routine does.
 #[derive(Debug, Clone, Default)]
 struct Does {
     name: String,
     moves: bool,
+    /// It sets what points mean, or how the robot goes to them.
+    sets: bool,
     waits: bool,
     calls: BTreeSet<String>,
 }
@@ -57,12 +83,12 @@ impl Routines {
             let Some(first) = line.first() else { continue };
             let (word, second) = (in_upper(text, first), line.get(1).map(|t| in_upper(text, t)).unwrap_or_default());
             if is_routine(&word, &second) {
-                // the name stands before the bracket of its parameters
-                let open = line.iter().position(|t| t.is(b'('));
-                let name = open.and_then(|o| o.checked_sub(1)).map(|n| upper(text, &line[n])).unwrap_or_default();
-                all.push(Does { name, ..Does::default() });
+                all.push(Does { name: routine_name(text, &line), ..Does::default() });
             } else if let Some(routine) = all.last_mut() {
-                routine.moves |= acts(text, &line, &word, &second);
+                match sets(&line, &word) {
+                    true => routine.sets = true,
+                    false => routine.moves |= acts(text, &line, &word, &second),
+                }
                 routine.waits |= matches!(&*word, "WAIT" | "HALT");
                 routine.calls.extend(calls(text, &line));
             }
@@ -126,6 +152,13 @@ const STILL: [&str; 46] = [
     "GLOBAL",
 ];
 
+/// Whether a statement sets what points mean, or how the robot goes to them, and does nothing else besides what it calls.
+///
+/// `setting = ("$VEL" | "$BASE" | ...) ... "=" ... | "BAS" ...`
+fn sets(line: &[Token], word: &str) -> bool {
+    word == "BAS" || assignment(line).is_some() && SETTINGS.contains(&word)
+}
+
 /// Whether a statement may move the arm, or what its points mean, besides what it calls.
 ///
 /// `statement = assignment | name ":" | name "(" ... | "BAS" ... | motion | ... "CONVEYOR" ... | word ...`
@@ -148,6 +181,8 @@ fn acts(text: &Text, line: &[Token], word: &str, second: &str) -> bool {
 #[derive(Debug, Default)]
 pub(super) struct Still {
     names: BTreeMap<String, bool>,
+    /// Those that set what points mean besides.
+    sets: BTreeSet<String>,
     /// Routines of the program that may move, under the name of a function that does not.
     hidden: BTreeSet<String>,
 }
@@ -171,14 +206,20 @@ impl Still {
                 }
             }
             if still.len() == before {
-                // a routine of the program that has the name of a function is called in its place
-                let own = known.first().map(|r| r.0.as_slice()).unwrap_or_default();
-                let hides = |d: &&Does| is_quiet(&d.name) && !still.contains_key(&d.name);
-                let hidden: BTreeSet<String> = own.iter().filter(hides).map(|d| d.name.clone()).collect();
-                let names = if hidden.is_empty() { still } else { BTreeMap::new() };
-                return Self { names, hidden };
+                break;
             }
         }
+        // a routine of the program that has the name of a function is called in its place
+        let own = known.first().map(|r| r.0.as_slice()).unwrap_or_default();
+        let hides = |d: &&Does| is_quiet(&d.name) && !still.contains_key(&d.name);
+        let hidden: BTreeSet<String> = own.iter().filter(hides).map(|d| d.name.clone()).collect();
+        if !hidden.is_empty() {
+            return Self { hidden, ..Self::default() };
+        }
+        let all = by_name.iter().flat_map(|(_, all)| all.iter().copied());
+        let sets = setting(all.collect());
+        still.retain(|name, _| !sets.contains(name));
+        Self { names: still, sets, hidden }
     }
 
     /// Whether a line calls a routine of the program that may move, under the name of a function that does not.
@@ -186,8 +227,23 @@ impl Still {
         !self.hidden.is_empty() && quiet(text, line).any(|name| self.hidden.contains(&name))
     }
 
-    /// Whether the routine of this name moves nothing, and then whether it waits.
+    /// Whether the routine of this name leaves the robot where it stands, but sets what points mean, or how it goes to them.
+    pub(super) fn sets(&self, name: &str) -> bool {
+        self.sets.contains(name)
+    }
+
+    /// Whether the routine of this name moves nothing, sets nothing, and then whether it waits.
     pub(super) fn waits(&self, name: &str) -> Option<bool> {
         self.names.get(name).copied()
+    }
+}
+
+/// Those of the routines that set what points mean, themselves or by what they call.
+fn setting(routines: Vec<&Does>) -> BTreeSet<String> {
+    let mut found: BTreeSet<String> = routines.iter().filter(|d| d.sets).map(|d| d.name.clone()).collect();
+    loop {
+        let calls = |d: &&&Does| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
+        let Some(next) = routines.iter().find(calls).map(|d| d.name.clone()) else { return found };
+        found.insert(next);
     }
 }

@@ -187,6 +187,8 @@ impl Builder<'_> {
         match item.kind {
             ItemKind::Start => {
                 self.steps.start();
+                let name = self.f.p.routines.get(item.routine).map(|r| r.name.clone()).unwrap_or_default();
+                self.steps.routine(item.routine, name);
                 self.synchronised = false;
                 self.configured = self.configured_first;
                 self.going = self.going_first;
@@ -207,6 +209,7 @@ impl Builder<'_> {
             ItemKind::EndBranch => self.close(token, Break::Jump),
             ItemKind::EndLoop => self.close(token, Break::Loop),
             ItemKind::Label => {
+                self.steps.lands();
                 self.push(token, StepKind::Break(Break::Jump));
             }
             ItemKind::Connect => {
@@ -215,13 +218,25 @@ impl Builder<'_> {
             ItemKind::Late => {
                 self.push(token, StepKind::Break(Break::Call));
             }
-            ItemKind::Leave | ItemKind::Assign => {}
+            ItemKind::Leave => self.leave(token),
+            ItemKind::Assign => {}
             ItemKind::Call { alone } => match motion {
                 Some((motion, args)) => self.motion(item, motion, args, alone)?,
                 None => self.call(item),
             },
         }
         Ok(())
+    }
+
+    /// `leave = "GOTO" name | "RETURN" ... | "EXIT" | "RAISE" ... | "RETRY" | "TRYNEXT"`
+    fn leave(&mut self, token: usize) {
+        match self.f.word(token) {
+            "return" => self.steps.returns(),
+            // goes on after what failed, which may be a call
+            "trynext" => self.steps.calls_are_unknown(),
+            _ => {}
+        }
+        self.steps.ends_here();
     }
 
     /// An instruction that is no motion, or a call of a procedure.
@@ -245,8 +260,15 @@ impl Builder<'_> {
             self.push(token, StepKind::Break(Break::Frame));
         } else if words::arms(name) {
             self.push(token, StepKind::Break(Break::Interrupt));
-        } else if facts::called(self.f.p, item).any(|name| self.f.may_move(name)) {
-            self.push(token, StepKind::Break(Break::Call));
+        } else if let Some(first) = facts::called(self.f.p, item).find(|name| self.f.may_move(name)) {
+            // the procedure alone, and nothing in its arguments
+            let alone = facts::called(self.f.p, item).filter(|name| self.f.may_move(name)).count() == 1;
+            if alone && first == name {
+                self.external = None;
+                self.steps.calls(self.at(token), name.to_string());
+            } else {
+                self.push(token, StepKind::Break(Break::Call));
+            }
         } else if words::is_wait(name) {
             let args = arguments(self.f.p, token + 1..item.span.end);
             let literal = positional(&args, 0).and_then(|k| self.number(&args[k].span, item));

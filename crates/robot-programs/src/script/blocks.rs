@@ -1,6 +1,7 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
 use super::joins::{Join, Labels, through_still};
+use super::routines::Routines;
 use super::{At, Break, Goal, Move, Script, Step, StepKind, Text, pragma};
 
 /// Values that are looked at before the place of a step is searched for.
@@ -113,6 +114,7 @@ pub struct Steps<S> {
     rounds: Vec<Round>,
     joins: Vec<Join>,
     labels: Labels,
+    routines: Routines,
     /// Next comment to look at.
     comment: usize,
     /// The start with which the program starts, where that is known.
@@ -148,6 +150,7 @@ impl<S> Default for Steps<S> {
             rounds: Vec::new(),
             joins: Vec::new(),
             labels: Labels::default(),
+            routines: Routines::default(),
             comment: 0,
             entry: None,
         }
@@ -182,6 +185,10 @@ impl<S> Steps<S> {
     pub fn push(&mut self, at: At, kind: StepKind) -> usize {
         if !matches!(kind, StepKind::Dwell(_)) {
             self.busy();
+        }
+        if matches!(kind, StepKind::Break(Break::Interrupt)) {
+            // what it runs may move the robot wherever it is, and end what it interrupts
+            self.routines.are_unknown();
         }
         let next = self.next();
         if matches!(kind, StepKind::Break(_))
@@ -252,6 +259,45 @@ impl<S> Steps<S> {
         self.joins.extend(std::mem::take(&mut self.labels).joins());
     }
 
+    /// The routine that starts, or goes on after another one in its text, by a number of its own and its name.
+    pub fn routine(&mut self, id: usize, name: String) {
+        let at = self.next();
+        self.routines.start(id, name, at);
+    }
+
+    /// The routine is left here, back to what called it.
+    pub fn returns(&mut self) {
+        let at = self.next();
+        self.routines.returns(at);
+    }
+
+    /// Nothing leads to what follows but a label, or the start of another routine.
+    pub fn ends_here(&mut self) {
+        self.routines.is_reached(!self.open.is_empty());
+    }
+
+    /// Something may lead here that is not known.
+    pub fn lands(&mut self) {
+        self.routines.is_reached(true);
+    }
+
+    /// A call of a routine, and of nothing else that may move.
+    pub fn calls(&mut self, at: At, name: String) {
+        let k = self.push(at, StepKind::Break(Break::Call));
+        self.routines.called(k, name);
+    }
+
+    /// A break after which the robot stands where it stood: something else than its place may have changed.
+    pub fn goes_on(&mut self, at: At, kind: Break) {
+        let k = self.push(at, StepKind::Break(kind));
+        self.joins.push(Join { at: k, from: vec![k] });
+    }
+
+    /// Something may lead out of a routine by another way than to what called it.
+    pub fn calls_are_unknown(&mut self) {
+        self.routines.are_unknown();
+    }
+
     /// A block opens, with a break: its condition is looked at where the robot stands.
     pub fn open(&mut self, at: At, kind: Break) {
         self.open.push(Block::default());
@@ -312,6 +358,7 @@ impl<S> Steps<S> {
 
     /// A label; `None`: its name is not known.
     pub fn label(&mut self, at: At, name: Option<String>) {
+        self.routines.is_reached(true);
         let k = self.push(at, StepKind::Break(Break::Jump));
         self.labels.stands(name, k);
     }
@@ -373,6 +420,7 @@ impl<S> Steps<S> {
     /// Gives the steps that stay to the script; the places of its moves, by step.
     pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
         self.joins.extend(std::mem::take(&mut self.labels).joins());
+        self.joins.extend(std::mem::take(&mut self.routines).joins(self.steps.len()));
         // inner blocks close before outer ones
         self.gone.sort_unstable();
         let gone = &self.gone;

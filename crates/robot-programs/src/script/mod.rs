@@ -9,7 +9,8 @@
 //! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
 //! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
 //! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
-//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; `joins` from where control comes to them;
+//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; `joins` and `routines` from where control comes to
+//! them;
 //! [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
 //!
 //! # Example
@@ -46,6 +47,7 @@ pub mod lex;
 pub mod number;
 pub mod patches;
 pub mod pose;
+mod routines;
 pub mod sites;
 pub mod step;
 pub mod targets;

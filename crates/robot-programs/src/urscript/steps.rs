@@ -279,8 +279,8 @@ impl Builder<'_> {
         }
         if name == "set_tcp" {
             self.push(token, StepKind::Break(Break::Frame));
-        } else if self.p.called(item).any(|name| self.may_move(name)) {
-            self.push(token, StepKind::Break(Break::Call));
+        } else {
+            self.calls(item);
         }
         match item.kind {
             ItemKind::Start => self.led_before.clear(),
@@ -296,6 +296,8 @@ impl Builder<'_> {
         match item.kind {
             ItemKind::Start => {
                 self.steps.start();
+                let name = item.def.and_then(|d| self.p.defs.get(d)).map(|d| d.0.clone()).unwrap_or_default();
+                self.steps.routine(item.def.map_or(0, |d| d + 1), name);
                 self.push(token, StepKind::Break(Break::Start));
             }
             ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
@@ -315,9 +317,28 @@ impl Builder<'_> {
             }
             ItemKind::Other if name == "continue" => self.steps.skips(),
             ItemKind::Other if name == "break" => self.steps.leaves(),
+            ItemKind::Other if name == "return" => {
+                self.steps.returns();
+                self.steps.ends_here();
+            }
             ItemKind::Other => {}
         }
         Ok(())
+    }
+
+    /// A break where the item calls what may move.
+    fn calls(&mut self, item: &Item) {
+        let token = item.span.start;
+        let moving: Vec<&str> = self.p.called(item).filter(|name| self.may_move(name)).collect();
+        match moving.as_slice() {
+            [] => {}
+            // a statement that is nothing but the call
+            [name] if item.kind == ItemKind::Other && *name == self.p.words.at(token) => {
+                self.acts();
+                self.steps.calls(self.at(token), (*name).to_string());
+            }
+            _ => drop(self.push(token, StepKind::Break(Break::Call))),
+        }
     }
 
     /// A number: written there, or a variable that is assigned it once.

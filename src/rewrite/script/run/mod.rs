@@ -295,6 +295,9 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         }
         cutter.follow(script, k, rounds, entry);
     }
+    // the last routine ends after the last step
+    let last = script.steps.len();
+    places.extend(cutter.standing().filter(|_| wanted.contains(&last)).map(|standing| (last, standing)));
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
     if !wanted.is_empty() {

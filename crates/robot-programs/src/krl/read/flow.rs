@@ -2,7 +2,7 @@
 
 use super::Reader;
 use crate::krl::calls::calls;
-use crate::krl::lex::Token;
+use crate::krl::lex::{Token, in_upper};
 use crate::krl::lists::one_of;
 use crate::krl::settings::Settings;
 use crate::script::blocks::is_entered;
@@ -80,9 +80,18 @@ impl Reader<'_> {
             "RETURN" => {
                 self.jumps = true;
                 self.called(k, line);
+                self.steps.returns();
                 self.leave(k);
             }
-            "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
+            "END" | "ENDFCT" => {
+                self.steps.returns();
+                self.steps.ends_here();
+                self.stop(k, Break::Jump);
+            }
+            "RESUME" => {
+                self.steps.calls_are_unknown();
+                self.stop(k, Break::Jump);
+            }
             "LOOP" | "FOR" | "WHILE" | "REPEAT" => self.open(k, line, Break::Loop),
             "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => self.close(k, line, Break::Loop),
             "INTERRUPT" | "BRAKE" => self.stop(k, Break::Interrupt),
@@ -150,6 +159,7 @@ impl Reader<'_> {
     fn leave(&mut self, k: usize) {
         self.stands = None;
         self.steps.leaves();
+        self.steps.ends_here();
         if self.blocks.is_empty() { self.stop(k, Break::Jump) } else { self.steps.jump(At::of_line(k)) }
     }
 
@@ -162,7 +172,7 @@ impl Reader<'_> {
         if self.still.hides(self.text, line) {
             return self.stop(k, Break::Call);
         }
-        let mut waits = false;
+        let (mut waits, mut sets, mut moving) = (false, false, Vec::new());
         for name in calls(self.text, line) {
             if self.counting.contains(&name) {
                 self.counted_calls.insert(k as u64 + 1);
@@ -172,11 +182,26 @@ impl Reader<'_> {
                     waits |= waiting;
                     self.met.entry(name).or_insert(k as u64 + 1);
                 }
-                None => return self.stop(k, Break::Call),
+                None if self.still.sets(&name) => {
+                    sets = true;
+                    self.met.entry(name).or_insert(k as u64 + 1);
+                }
+                None => moving.push(name),
             }
         }
-        if waits {
-            self.push(k, StepKind::Dwell(None));
+        let whole = line.first().map(|t| in_upper(self.text, t));
+        match moving.as_slice() {
+            [] if sets => {
+                self.breaks(Break::Call);
+                self.steps.goes_on(At::of_line(k), Break::Call);
+            }
+            [] if waits => self.push(k, StepKind::Dwell(None)),
+            [] => {}
+            [name] if whole.as_deref() == Some(name) => {
+                self.breaks(Break::Call);
+                self.steps.calls(At::of_line(k), moving.swap_remove(0));
+            }
+            _ => self.stop(k, Break::Call),
         }
     }
 }
