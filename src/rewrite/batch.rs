@@ -299,7 +299,7 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
 }
 
 /// SHA-256 of a file that could not be used, where it can be read.
-fn hash(path: &Path) -> Option<String> {
+pub(super) fn hash(path: &Path) -> Option<String> {
     let mut file = std::fs::File::open(path).ok()?;
     let mut hash = Sha256::new();
     std::io::copy(&mut file, &mut hash).ok()?;
