@@ -56,7 +56,7 @@ fn a_store_is_listed_as_a_folder_would_be() {
     let of = |key: &str, size, format: &str| (key.to_string(), size, format.to_string());
     assert_eq!(
         found.iter().map(told).collect::<Vec<_>>(),
-        [of("a/p.src", 13, "krl"), of("b.csv", 9, "csv"), of("plan.json", 36, "trajectory")]
+        [of("a/p.src", 13, "krl"), of("b.csv", 9, "csv"), of("plan.json", 37, "trajectory")]
     );
     let rows = &found[1];
     assert_eq!(
@@ -211,4 +211,21 @@ fn the_fellows_of_a_task_and_the_folders_above_a_project_are_found() {
     assert_eq!(found("a/Program/x"), ["a"]);
     assert_eq!(found(deep), ["1"]);
     assert_eq!(found(&format!("{deep}/9")), [""; 0]);
+}
+
+#[test]
+fn a_store_on_disk_keeps_names_with_signs_of_addresses() {
+    let dir = tempfile::tempdir().unwrap();
+    let name = "a 1%20/x#?.csv";
+    std::fs::create_dir_all(dir.path().join("cell/a 1%20")).unwrap();
+    std::fs::write(dir.path().join("cell").join(name), ROWS).unwrap();
+    let open = |folder: &str| Store::open(Path::new(&format!("file://{}/{folder}", dir.path().display()))).unwrap();
+    let found = entries(&open("cell"), None).unwrap();
+    assert_eq!(found.iter().map(|e| e.key.as_str()).collect::<Vec<_>>(), [name]);
+    let staged = Staged::of(&open("cell"), &[(PathBuf::from(name), "csv")]).unwrap();
+    assert_eq!(std::fs::read_to_string(staged.folder().join(name)).unwrap(), ROWS);
+    let results = Results::of(&open("done"), &[PathBuf::from(name)], staged.folder()).unwrap();
+    std::fs::write(results.folder().join(name), "rewritten").unwrap();
+    results.put(&open("done")).unwrap();
+    assert_eq!(std::fs::read_to_string(dir.path().join("done").join(name)).unwrap(), "rewritten");
 }
