@@ -67,10 +67,10 @@ pub fn run(args: Args) -> Result<Finished> {
     }
     if remote {
         #[cfg(feature = "cloud")]
-        return remote::run(&args, job);
+        return remote::run(&args, &source, job);
     }
     if folder {
-        return folder::run(&args, job);
+        return folder::run(&args, &source, job);
     }
     if args.manifest.is_some() {
         return Err(usage("--manifest with a single program", "the folder of its programs as IN"));

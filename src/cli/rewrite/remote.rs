@@ -5,13 +5,15 @@
 use super::Args;
 use super::args::usage;
 use super::folder::{self, Outputs, Planned};
+use super::proof;
+use super::source::Source;
 use crate::cli::exit::Finished;
 use crate::error::{Error, Place};
 use crate::io::address::is_address;
 use crate::io::store::Store;
 use crate::program::files::Files;
 use crate::program::formats::Recognised;
-use crate::rewrite::batch::{self, Results};
+use crate::rewrite::batch::{self, Judge, Results, Texts};
 use crate::rewrite::guard::Notes;
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{Entry, below};
@@ -26,7 +28,7 @@ const PROGRAMS: usize = 2048;
 const BYTES: u64 = 1 << 30;
 
 /// Runs the command on the programs of a manifest.
-pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
+pub(super) fn run(args: &Args, model: &Source, mut job: Job) -> Result<Finished> {
     let results = folder::results_of(args)?;
     let open = |path: &Path| is_address(path).then(|| Store::open(path)).transpose();
     let source = open(&args.input)?;
@@ -66,7 +68,7 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     for entries in parts(&entries) {
         // what was found beside the programs of another part is on disk no more
         (job.contexts, job.notes) = (Contexts::default(), Notes::default());
-        lines.extend(Part { args, job: &job, source: source.as_ref(), results }.run(target.as_ref(), entries)?);
+        lines.extend(Part { args, model, job: &job, source: source.as_ref(), results }.run(target.as_ref(), entries)?);
         bar.inc(entries.len() as u64);
     }
     bar.finish_and_clear();
@@ -92,6 +94,8 @@ fn parts(entries: &[Entry]) -> Vec<&[Entry]> {
 /// How a part of the programs is done.
 struct Part<'a> {
     args: &'a Args,
+    /// What verdicts are reckoned with.
+    model: &'a Source,
     job: &'a Job<'a>,
     source: Option<&'a Store>,
     results: Results<'a>,
@@ -110,7 +114,12 @@ impl Part<'_> {
             entries.iter().zip(&programs).filter(|(_, p)| missing(p).is_none()).collect();
         let (known, paths): (Vec<Entry>, Vec<PathBuf>) =
             there.iter().map(|(e, p)| ((*e).clone(), (*p).clone())).unzip();
-        let mut done = folder::run_entries(self.job, input, &known, &paths, results, &|| {}).into_iter();
+        let judge = |original: &Path, points: u64, texts: &mut dyn FnMut() -> crate::error::Result<Texts>| {
+            let proof = proof::of_texts(self.args, self.model, self.job, (original, points), texts)?;
+            folder::judged(self.args, proof, original)
+        };
+        let judge: Option<&Judge> = folder::asks_verdict(self.args).then_some(&judge);
+        let mut done = folder::run_entries(self.job, input, (&known, &paths), results, judge, &|| {}).into_iter();
         let mut lines = Vec::with_capacity(entries.len());
         for (entry, program) in entries.iter().zip(&programs) {
             let line = match missing(program) {
