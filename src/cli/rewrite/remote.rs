@@ -6,7 +6,7 @@ use super::Args;
 use super::args::usage;
 use super::folder::{self, Outputs, Planned};
 use super::proof;
-use super::source::Source;
+use super::job::Source;
 use crate::cli::exit::Finished;
 use crate::error::{Error, Place};
 use crate::io::address::is_address;
