@@ -205,7 +205,7 @@ fn a_store_that_cannot_be_used_is_refused_with_exit_code_2_and_no_summary() {
     let cases = [
         (format!("{cell} --output-dir done"), "--manifest"),
         (format!("{cell} --manifest m.jsonl --output-dir {cell}/done"), "another prefix"),
-        (format!("{cell} --manifest m.jsonl --output-dir {}", desk.address("model.yaml/done")), "cannot write"),
+        (format!("{cell} --manifest m.jsonl --output-dir {}", desk.address("model.yaml/done")), "Not a directory"),
         ("s3:///cell --manifest m.jsonl --output-dir done".into(), "without a bucket"),
         ("file://cell --manifest m.jsonl --output-dir done".into(), "without a folder"),
         (format!("{cell}//R1 --manifest m.jsonl --output-dir done"), "one `/`"),
