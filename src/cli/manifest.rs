@@ -2,11 +2,12 @@
 
 use crate::cli::exit::bad;
 use crate::error::{Place, counted, shown};
-use crate::io::{input, output};
+use crate::io::{address, input, output};
 use crate::program::format_named;
+use crate::program::formats::Recognised;
 use crate::rewrite::manifest::{Entry, State, of_folder, of_list, text};
 use anyhow::Result;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// List the programs of a folder with their size, SHA-256 and format.
 ///
@@ -16,11 +17,12 @@ use std::path::PathBuf;
 /// Examples:
 ///   lostmotion manifest cell/ --output manifest.jsonl
 ///   lostmotion manifest changed.txt --root cell/ --output manifest.jsonl
+///   lostmotion manifest s3://cells/line-4 --output manifest.jsonl
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Folder of programs, or a text file with one path on each line
-    #[arg(value_name = "FOLDER|LIST")]
+    /// Folder of programs, a text file with one path on each line, or s3://BUCKET/PREFIX (in builds with the feature `cloud`)
+    #[arg(value_name = "FOLDER|LIST|ADDRESS")]
     pub input: PathBuf,
 
     /// Folder to which the paths of a list are relative
@@ -40,6 +42,14 @@ pub struct Args {
 pub fn run(args: Args) -> Result<()> {
     let format = args.format.as_deref().map(format_named).transpose()?;
     let usage = |found: &str, expected: &str| Err(bad(Place::file("manifest"), found, expected));
+    address::refuse("--root", args.root.as_deref())?;
+    address::refuse("--output", Some(&args.output))?;
+    if address::is_address(&args.input) {
+        if args.root.is_some() {
+            return usage("--root with an address of an object store", "--root with a list of paths");
+        }
+        return write(&args, &of_store(&args.input, format)?);
+    }
     let entries: Vec<Entry> = match (args.input.is_dir(), &args.root) {
         (true, None) => of_folder(&args.input, format)?,
         (true, Some(_)) => return usage("--root with a folder", "--root with a list of paths"),
@@ -49,7 +59,23 @@ pub fn run(args: Args) -> Result<()> {
             of_list(&shown(&args.input), &list, root, format)?
         }
     };
-    output::write_whole(&args.output, text(&entries).as_bytes())?;
+    write(&args, &entries)
+}
+
+/// The programs of an object store.
+#[cfg(feature = "cloud")]
+fn of_store(address: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
+    Ok(crate::rewrite::remote::entries(&crate::io::store::Store::open(address)?, format)?)
+}
+
+#[cfg(not(feature = "cloud"))]
+fn of_store(address: &Path, _format: Option<Recognised>) -> Result<Vec<Entry>> {
+    address::refuse_all(address)?;
+    Ok(Vec::new())
+}
+
+fn write(args: &Args, entries: &[Entry]) -> Result<()> {
+    output::write_whole(&args.output, text(entries).as_bytes())?;
     let unreadable = entries.iter().filter(|e| e.state == State::Unreadable).count();
     let programs = counted(entries.len(), "program");
     match unreadable {

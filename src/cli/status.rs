@@ -2,6 +2,7 @@
 
 use crate::cli::exit::bad;
 use crate::error::{Place, counted};
+use crate::io::address;
 use crate::io::output;
 use crate::rewrite::manifest::{Merged, load};
 use anyhow::Result;
@@ -35,6 +36,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    address::refuse("--output-dir", args.output_dir.as_deref())?;
     let entries = load(&args.manifest, &|_| true)?;
     let counts = Merged::read(&entries, &args.summaries)?.counts(&entries, args.output_dir.as_deref());
     let text = if args.json {

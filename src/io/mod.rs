@@ -5,6 +5,7 @@
 //! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what fits into memory.
 //! - [`bag`]: a topic of a ROS 2 recording (MCAP) as CSV.
 //! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
+//! - [`address`]: what names an object store; `store` reads and writes it (feature `cloud`).
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
 //! - [`output`]: one output, in a temporary file until it is committed; [`ahead`]: a long one goes to disk while it is written.
@@ -33,6 +34,7 @@
 
 #![warn(missing_docs)]
 
+pub mod address;
 mod ahead;
 pub mod bag;
 pub mod folder;
@@ -46,6 +48,8 @@ pub mod memory;
 pub mod names;
 pub mod notice;
 pub mod output;
+#[cfg(feature = "cloud")]
+pub mod store;
 pub mod temporary;
 pub mod threads;
 pub mod transaction;

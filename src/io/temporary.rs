@@ -36,7 +36,36 @@ fn open_files() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 /// Takes away what is not in place: for a process that receives a signal to stop.
 pub fn discard() {
     for path in open_files().iter() {
-        let _ = std::fs::remove_file(path);
+        if std::fs::remove_file(path).is_err() {
+            let _ = std::fs::remove_dir_all(path);
+        }
+    }
+}
+
+/// A folder among the temporary files of the system, for copies; dropped, it is gone with all in it.
+#[cfg(feature = "cloud")]
+#[derive(Debug)]
+pub struct TemporaryFolder(tempfile::TempDir);
+
+#[cfg(feature = "cloud")]
+impl TemporaryFolder {
+    /// Makes an empty one.
+    pub fn create() -> io::Result<Self> {
+        let folder = tempfile::Builder::new().prefix(PREFIX).tempdir()?;
+        open_files().insert(folder.path().to_path_buf());
+        Ok(Self(folder))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+#[cfg(feature = "cloud")]
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        open_files().remove(self.0.path());
     }
 }
 

@@ -334,7 +334,7 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<(Line, Vec<PathBuf>)> {
 }
 
 /// SHA-256 of a file that could not be used, where it can be read.
-fn hash(path: &Path) -> Option<String> {
+pub(super) fn hash(path: &Path) -> Option<String> {
     let mut file = std::fs::File::open(path).ok()?;
     let mut hash = Sha256::new();
     std::io::copy(&mut file, &mut hash).ok()?;

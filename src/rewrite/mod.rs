@@ -27,8 +27,8 @@
 //! | edits | `robot_programs::decimal` | `stream::render` | `script::edits`, `script::writing`, `script::verify` |
 //! | sink | limits and their words ([`job`]), [`sink`], [`guard`] and its note, [`outcome`] | `stream::golden` | `script::change` |
 //!
-//! [`batch`] takes a folder of programs through, [`manifest`] a list that many machines share; [`refusal`] says why a program is not
-//! rewritten, [`summary`] reports.
+//! [`batch`] takes a folder of programs through, [`manifest`] a list that many machines share; `remote` does both for an object store
+//! (feature `cloud`); [`refusal`] says why a program is not rewritten, [`summary`] reports.
 //!
 //! Files beside:
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
@@ -65,6 +65,9 @@ pub mod points;
 pub mod printed;
 mod radians;
 pub(crate) mod refusal;
+#[cfg(feature = "cloud")]
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+pub mod remote;
 pub(crate) mod rewritten;
 pub mod script;
 pub mod sink;

@@ -16,6 +16,8 @@ mod cartesian_path;
 mod cartesian_targets;
 mod catalogue;
 mod catalogue_docs;
+#[cfg(feature = "cloud")]
+mod cloud;
 mod configurations;
 mod creep;
 mod diagnose_cli;

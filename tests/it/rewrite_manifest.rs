@@ -159,3 +159,20 @@ fn a_manifest_that_leads_out_of_its_folder_is_refused() {
     let refused = desk.run(&desk.shard(1, 1, "done", "s.jsonl")).code(2);
     assert!(String::from_utf8_lossy(&refused.get_output().stderr).contains("without `..`"));
 }
+
+#[test]
+#[cfg(not(feature = "cloud"))]
+fn an_address_of_an_object_store_is_refused_by_a_build_that_reads_none() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    for line in [
+        "manifest s3://cells/line-4 --output n.jsonl",
+        "rewrite --model model.yaml s3://cells/line-4 --manifest m.jsonl --output-dir done",
+        "rewrite --model model.yaml cell --manifest m.jsonl --output-dir s3://cells/done",
+    ] {
+        let refused = desk.run(line).code(2);
+        let words = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(words.contains("reads no object stores (cargo install lostmotion --features cloud)"), "{words}");
+    }
+    assert!(!desk.path("done").exists() && !desk.path("s3:").exists());
+}

@@ -58,22 +58,35 @@ pub fn endings() -> Vec<&'static str> {
 
 /// Whether a file in a folder is a program (of the requested format), so that other files of a folder are left out.
 pub fn is_program(path: &Path, asked: Option<Recognised>) -> bool {
-    let Some(ending) = ending(path) else { return false };
-    let has = |f: &&dyn Format| f.endings().contains(&ending.as_str());
-    let formats: Vec<&dyn Format> = match asked {
+    is_program_by_name(path, asked).unwrap_or_else(|| {
+        let mut head = Vec::new();
+        let read = std::fs::File::open(path).and_then(|f| f.take(HEAD).read_to_end(&mut head));
+        read.is_ok() && is_program_by_content(path, &head, asked)
+    })
+}
+
+/// Whether a name is that of a program (of the requested format); `None`: the content decides ([`is_program_by_content`]).
+pub fn is_program_by_name(path: &Path, asked: Option<Recognised>) -> Option<bool> {
+    let Some(ending) = ending(path) else { return Some(false) };
+    if ending == "csv" {
+        return Some(!matches!(asked, Some(Recognised::Script(_))));
+    }
+    (!GENERAL.contains(&ending.as_str())).then(|| with_ending(&ending, asked).next().is_some())
+}
+
+/// Whether a file that may be anything by its name is a program by its first bytes, `head` (64 KiB are enough).
+pub fn is_program_by_content(path: &Path, head: &[u8], asked: Option<Recognised>) -> bool {
+    ending(path).is_some_and(|ending| with_ending(&ending, asked).any(|f| f.recognises(head)))
+}
+
+/// The formats, or the requested one of them, whose programs have this ending.
+fn with_ending(ending: &str, asked: Option<Recognised>) -> impl Iterator<Item = &'static dyn Format> {
+    let formats: Vec<&'static dyn Format> = match asked {
         Some(Recognised::Csv) => Vec::new(),
         Some(Recognised::Script(f)) => vec![f],
         None => FORMATS.to_vec(),
     };
-    if ending == "csv" {
-        return !matches!(asked, Some(Recognised::Script(_)));
-    }
-    if !GENERAL.contains(&ending.as_str()) {
-        return formats.iter().any(has);
-    }
-    let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|f| f.take(HEAD).read_to_end(&mut head));
-    read.is_ok() && formats.iter().filter(|f| has(f)).any(|f| f.recognises(&head))
+    formats.into_iter().filter(move |f| f.endings().contains(&ending))
 }
 
 /// Files that belong to a program by its ending, and are there.

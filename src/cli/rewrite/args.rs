@@ -24,7 +24,7 @@ use std::path::PathBuf;
 )]
 pub struct Args {
     /// Program (joint-space CSV with a1_deg,a2_deg,... and optionally t_s, or a vendor program), `-` for standard input, or
-    /// a folder of programs
+    /// a folder of programs; with --manifest also s3://BUCKET/PREFIX (in builds with the feature `cloud`)
     #[arg(value_name = "IN")]
     pub input: PathBuf,
 
@@ -56,7 +56,7 @@ pub struct Args {
     pub assume: Option<String>,
 
     /// Write the rewritten programs of a folder to this folder, under the same names. Programs that are already finished
-    /// there are skipped
+    /// there are skipped. With --manifest also s3://BUCKET/PREFIX (in builds with the feature `cloud`)
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "check"])]
     pub output_dir: Option<PathBuf>,
 

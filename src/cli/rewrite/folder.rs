@@ -12,7 +12,7 @@ use crate::error::{Error, Place, counted, shown};
 use crate::io::input::sha256;
 use crate::io::journal::{self, Towards};
 use crate::io::name::text_of;
-use crate::io::output;
+use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::rewrite::batch::{self, Judge, Judged, Results, Texts};
@@ -49,46 +49,80 @@ pub(super) fn run(args: &Args, source: &Source, mut job: Job) -> Result<Finished
         batch::refuse_busy_below(output, &programs)?;
     }
     refuse_programs(args, output, &programs, &job.files)?;
-    let mut summary = output::create(args.summary.as_deref())?;
-    let mut report = output::create(args.report.as_deref())?;
-    let bar = match shows_progress() {
-        true => ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
-        false => ProgressBar::hidden(),
-    };
+    let outputs = Outputs::create(args)?;
+    let bar = bar(programs.len());
     let judge = |original: &Path, points: u64, texts: &mut dyn FnMut() -> crate::error::Result<Texts>| {
         judged(args, proof::of_texts(args, source, &job, (original, points), texts)?, original)
     };
-    let judge: Option<&Judge> = (args.verdict || args.report.is_some()).then_some(&judge);
+    let judge: Option<&Judge> = asks_verdict(args).then_some(&judge);
     let mut lines = match &entries {
         None => batch::run(&job, &args.input, &programs, results, judge, &|| bar.inc(1)),
         Some(entries) => run_entries(&job, &args.input, (entries, &programs), results, judge, &|| bar.inc(1)),
     };
     bar.finish_and_clear();
-    if args.list_frames {
-        super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()))?;
-        return Ok(Finished::Done);
-    }
     lines.extend(unreadable);
-    summarise(&mut summary, &lines)?;
-    let document = Batch { schema: "lostmotion/rewrite-batch/1", programs: &lines };
-    let json = args.json.then(|| printed(&document)).transpose()?;
-    page::write(&mut report, || {
-        let what = match results {
-            Results::Folder(_) => "rewritten",
-            Results::Check(_) => "as checked in",
-            Results::DryRun => "would be rewritten",
-        };
-        page::rewrite::of_folder(job.robot, job.compensator, &shown(&args.input), &lines, what)
-    })?;
-    output::commit([summary, report, json])?;
-    match results {
-        Results::Check(golden) => conclude_check(args, golden, &programs, &lines),
-        _ => conclude(args, &lines),
+    outputs.finish(args, &job, results, &programs, &lines)
+}
+
+/// A bar over the programs, on a terminal.
+pub(super) fn bar(programs: usize) -> ProgressBar {
+    match shows_progress() {
+        true => ProgressBar::new(programs as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
+        false => ProgressBar::hidden(),
     }
 }
 
+/// What is written of a job on many programs besides them.
+pub(super) struct Outputs {
+    summary: Option<Output>,
+    report: Option<Output>,
+}
+
+impl Outputs {
+    /// Prepares them: what cannot be written is refused before the work.
+    pub(super) fn create(args: &Args) -> Result<Self> {
+        Ok(Self { summary: output::create(args.summary.as_deref())?, report: output::create(args.report.as_deref())? })
+    }
+
+    /// Writes them, and says what became of the programs.
+    pub(super) fn finish(
+        mut self,
+        args: &Args,
+        job: &Job,
+        results: Results,
+        programs: &[PathBuf],
+        lines: &[Line],
+    ) -> Result<Finished> {
+        if args.list_frames {
+            super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()))?;
+            return Ok(Finished::Done);
+        }
+        summarise(&mut self.summary, lines)?;
+        let document = Batch { schema: "lostmotion/rewrite-batch/1", programs: lines };
+        let json = args.json.then(|| printed(&document)).transpose()?;
+        page::write(&mut self.report, || {
+            let what = match results {
+                Results::Folder(_) => "rewritten",
+                Results::Check(_) => "as checked in",
+                Results::DryRun => "would be rewritten",
+            };
+            page::rewrite::of_folder(job.robot, job.compensator, &shown(&args.input), lines, what)
+        })?;
+        output::commit([self.summary, self.report, json])?;
+        match results {
+            Results::Check(golden) => conclude_check(args, golden, programs, lines),
+            _ => conclude(args, lines),
+        }
+    }
+}
+
+/// Whether every program of the folder gets a verdict.
+pub(super) fn asks_verdict(args: &Args) -> bool {
+    args.verdict || args.report.is_some()
+}
+
 /// The verdict of a program, as a line has it. A program that leaves its path is refused as a single one is.
-fn judged(args: &Args, proof: Proof, original: &Path) -> Option<Judged> {
+pub(super) fn judged(args: &Args, proof: Proof, original: &Path) -> Option<Judged> {
     let minds = !args.force && matches!(args.law, LawArg::SymmetricHalfGap);
     Some(Judged { path_error: proof.of_line(), astray: proof.astray(&shown(original)).filter(|_| minds) })
 }
@@ -101,7 +135,7 @@ struct Batch<'a> {
 }
 
 /// Where the results go, or what they are compared with.
-fn results_of(args: &Args) -> Result<Results<'_>> {
+pub(super) fn results_of(args: &Args) -> Result<Results<'_>> {
     if args.output.is_some() {
         return Err(usage("a folder as IN with --output", "--output-dir"));
     }
@@ -205,13 +239,13 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
 }
 
 /// What is to be done.
-struct Planned {
-    programs: Vec<PathBuf>,
+pub(super) struct Planned {
+    pub(super) programs: Vec<PathBuf>,
     files: Files,
     /// Lines of what cannot be read.
     unreadable: Vec<Line>,
     /// Those of the manifest, one for each program.
-    entries: Option<Vec<Entry>>,
+    pub(super) entries: Option<Vec<Entry>>,
 }
 
 /// Every program of the folder.
@@ -246,14 +280,14 @@ fn of_tree(args: &Args, results: Results, part: Option<(usize, usize)>, format: 
 }
 
 /// The programs of a manifest, or those of them that belong to a shard; the others are not kept in memory.
-fn of_manifest(file: &Path, part: Option<(usize, usize)>) -> Result<Planned> {
+pub(super) fn of_manifest(file: &Path, part: Option<(usize, usize)>) -> Result<Planned> {
     let entries = manifest::load(file, &|e| part.is_none_or(|(k, n)| shard_of(&e.key, n) == k))?;
     let programs = entries.iter().filter_map(|e| manifest::below(&e.key)).collect();
     Ok(Planned { programs, files: Files::Disk, unreadable: Vec::new(), entries: Some(entries) })
 }
 
 /// Rewrites the programs of a manifest that still are what it says; the others fail. Lines carry the keys.
-fn run_entries(
+pub(super) fn run_entries(
     job: &Job,
     folder: &Path,
     (entries, programs): (&[Entry], &[PathBuf]),
@@ -336,7 +370,7 @@ fn refuse_program(
 }
 
 /// `K/N`.
-fn shard(text: &str) -> Result<(usize, usize)> {
+pub(super) fn shard(text: &str) -> Result<(usize, usize)> {
     let parts = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
     match parts {
         Some((k, n)) if (1..=n).contains(&k) => Ok((k, n)),

@@ -1,12 +1,14 @@
 //! `lostmotion rewrite`: program and compensator in, program with reversal points and offsets out.
 //!
-//! Files, in the order of the work: `args` (arguments and help), `job` (what is read and checked), this one (one program), `folder` (many),
-//! `proof` (the page before and after), `text` (the summary in words).
+//! Files, in the order of the work: `args` (arguments and help), `job` (what is read and checked), this one (one program), `folder` (many), `remote`
+//! (many in an object store), `proof` (the page before and after), `text` (the summary in words).
 
 mod args;
 mod folder;
 mod job;
 mod proof;
+#[cfg(feature = "cloud")]
+mod remote;
 mod text;
 
 use crate::cli::console::shows_progress;
@@ -15,6 +17,7 @@ use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
 use crate::error::{Error, Place, is_stdio, shown};
+use crate::io::address;
 use crate::io::journal::{self, Towards};
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
@@ -39,6 +42,7 @@ use text::{Verbosity, format_text};
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Finished> {
+    let remote = is_remote(&args)?;
     refuse_shared(&args)?;
     paths::refuse_missing_folders(&[
         ("--output", args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none())),
@@ -61,6 +65,10 @@ pub fn run(args: Args) -> Result<Finished> {
     if let Some(output) = args.output_dir.as_ref().filter(|_| args.dry_run && !args.json) {
         eprintln!("note: {}: not written (--dry-run)", shown(output));
     }
+    if remote {
+        #[cfg(feature = "cloud")]
+        return remote::run(&args, &source, job);
+    }
     if folder {
         return folder::run(&args, &source, job);
     }
@@ -71,6 +79,24 @@ pub fn run(args: Args) -> Result<Finished> {
         return Err(usage("--output-dir with a single program", "a folder as IN, or --output"));
     }
     single(&args, &source, &job)
+}
+
+/// Whether programs or results are in an object store; refuses an address where a path on disk is needed.
+fn is_remote(args: &Args) -> Result<bool> {
+    for (option, path) in [
+        ("--output", &args.output),
+        ("--check", &args.check),
+        ("--summary", &args.summary),
+        ("--report", &args.report),
+        ("--manifest", &args.manifest),
+    ] {
+        address::refuse(option, path.as_deref())?;
+    }
+    let stores = [Some(&args.input), args.output_dir.as_ref()].into_iter().flatten();
+    let stores: Vec<&PathBuf> = stores.filter(|p| address::is_address(p)).collect();
+    #[cfg(not(feature = "cloud"))]
+    stores.iter().try_for_each(|p| address::refuse_all(p))?;
+    Ok(!stores.is_empty())
 }
 
 /// Refuses a golden file or folder that is not there.
