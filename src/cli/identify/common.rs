@@ -67,10 +67,11 @@ impl SetupsArgs {
         let directions = self.direction.iter().map(|t| direction(t)).collect::<Result<Vec<_>>>()?;
         let single = |log: &&Log| log.tcp_m.is_empty();
         let ballbar = |log: &Log| log.instruments.distance_m.is_some() || log.instruments.distance_off_m.is_some();
-        let count = |of_ballbar: bool| logs.iter().filter(single).filter(|l| ballbar(l) == of_ballbar).count();
+        let dial = |log: &Log| !ballbar(log) && log.instruments.dial_m.is_some();
+        let count = |of: &dyn Fn(&Log) -> bool| logs.iter().filter(single).filter(|l| of(l)).count();
         for (flag, given, there, what) in [
-            ("--centre", centres.len(), count(true), "log of a ballbar"),
-            ("--direction", directions.len(), count(false), "log of a dial"),
+            ("--centre", centres.len(), count(&ballbar), "log of a ballbar"),
+            ("--direction", directions.len(), count(&dial), "log of a dial"),
         ] {
             if given > 1 && given != there {
                 let found = format!("{given} times, and {} {there}", if there == 1 { "there is" } else { "there are" });
@@ -87,7 +88,7 @@ impl SetupsArgs {
             if ballbar(log) {
                 setup.centre_m = centres.get(nth(bars, centres.len())).copied();
                 bars += 1;
-            } else {
+            } else if dial(log) {
                 setup.direction = directions.get(nth(dials, directions.len())).copied();
                 dials += 1;
             }

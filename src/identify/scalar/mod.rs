@@ -1,4 +1,5 @@
-//! Half gaps from one reading a row: a double ballbar, a draw wire, a dial gauge along a path (ISO 230-4 for the ballbar's circle).
+//! Half gaps from one reading a row: a double ballbar, a draw wire, a dial gauge along a path (ISO 230-4 for the ballbar's circle), or
+//! from sensors of joints.
 //!
 //! Method: Gauss-Newton on all logs at once. What is fitted: the half gap of every joint that reverses, a fading spike after its
 //! reversals and a lag of every joint that moves, a zero offset of every joint, and what the instrument does not know of itself
@@ -44,12 +45,19 @@ pub struct Setup {
     pub direction: Option<Unit<Vector3<f64>>>,
 }
 
+impl Setup {
+    /// What the user said of the instrument of a log.
+    pub fn of(log: &Log) -> Self {
+        Self { centre_m: log.instruments.centre_m, direction: log.instruments.direction }
+    }
+}
+
 /// The result, and what was fitted beside the gaps.
 #[derive(Debug, Clone)]
 pub struct ScalarFound {
     /// Half gaps of the joints, for a compensator.
     pub gaps: Gaps,
-    /// The instrument of each log, its centre as estimated.
+    /// The instruments of the logs, centres as estimated.
     pub instruments: Vec<Instrument>,
     /// Standard deviation of a reading, m, and its autocorrelation from row to row.
     pub sigma_m: f64,
@@ -77,13 +85,25 @@ pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument>
             }
         };
     }
-    let expected = "`r_mm` or `r_um` of a ballbar, or `dial_um`";
-    Err(Error::bad(Place::line(&log.name, 1), "no reading of a distance or along a direction", expected))
+    let expected = "`r_mm` or `r_um` of a ballbar, `dial_um`, or sensors of joints (`meas_<joint>`); `identify` without a subcommand \
+                    takes logs of a tracker beside them";
+    Err(Error::bad(Place::line(&log.name, 1), "no reading of a distance, along a direction or of a joint", expected))
 }
 
-/// The readings of a log along its path.
-fn track(robot: &Robot, log: &Log, setup: &Setup) -> Result<Track> {
-    let instrument = instrument(robot, log, setup)?;
+/// The readings of a log along its path: one track for a ballbar or a dial, one for the sensor of each joint that moves.
+fn tracks_of(robot: &Robot, log: &Log, setup: &Setup) -> Result<Vec<Track>> {
+    let moves = |a: &usize| log.meas.get(*a).is_some_and(Option::is_some) && log.travel(*a) > 0.0;
+    let sensed: Vec<usize> = (0..robot.dof()).filter(moves).collect();
+    let single = log.instruments.has_scalar() || sensed.is_empty();
+    let instruments = match single {
+        true => vec![instrument(robot, log, setup)?],
+        false => sensed.into_iter().map(|axis| Instrument::Joint { axis }).collect(),
+    };
+    instruments.into_iter().map(|i| track(robot, log, setup, i)).collect()
+}
+
+/// What one instrument read along the path of a log.
+fn track(robot: &Robot, log: &Log, setup: &Setup, instrument: Instrument) -> Result<Track> {
     if log.poses {
         let expected = "a log of a motion, with `t_s` (use `identify static` for settled poses)";
         return Err(Error::bad(Place::line(&log.name, 1), "no `t_s`", expected));
@@ -144,7 +164,12 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
 
 /// The same where every gear turns by its own axis.
 fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
-    let mut tracks = logs.iter().map(|log| track(robot, log, setup)).collect::<Result<Vec<_>>>()?;
+    let (mut tracks, mut of_log) = (Vec::new(), Vec::new());
+    for (l, log) in logs.iter().enumerate() {
+        let own = tracks_of(robot, log, setup)?;
+        of_log.extend(std::iter::repeat_n(l, own.len()));
+        tracks.extend(own);
+    }
     let reversing: Vec<usize> = (0..robot.dof()).filter(|a| tracks.iter().any(|t| t.reverses(*a))).collect();
     if let (true, Some(log)) = (reversing.is_empty(), logs.first()) {
         let expected = "a path on which a joint reverses at least once";
@@ -154,7 +179,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         let name = logs.first().map_or("", |l| l.name.as_str());
         Error::bad(Place::file(name), "readings that do not determine any gap", "a longer path")
     })?;
-    for log in logs {
+    for log in logs.iter().filter(|l| l.instruments.has_scalar()) {
         plausible(robot, log, setup)?;
     }
     let mut notes = Vec::new();
@@ -198,7 +223,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
             stiction_p_value: None,
         });
     }
-    for (log, track) in logs.iter().zip(&tracks) {
+    for (log, track) in of_log.iter().map(|l| &logs[*l]).zip(&tracks) {
         if let (Instrument::Distance { centre_m: c }, true) = (track.instrument, setup.centre_m.is_none()) {
             notes.push(format!(
                 "{}: centre of the ballbar estimated at {:.3}, {:.3}, {:.3} mm",
