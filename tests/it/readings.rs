@@ -1,10 +1,12 @@
-//! One measurement model for every command: joint sensors for `identify`, on machines whose gaps are known. (`instruments` has `identify` of readings that a tracker's logs were made into.)
+//! One measurement model for every command: ballbar, dial and joint sensors for `identify` and `diagnose`, on machines whose gaps are
+//! known. (`instruments` has `identify` of readings that a tracker's logs were made into.)
 
-use crate::support::{WorkFolder, bundled};
+use crate::support::{self, WorkFolder, bundled};
 use lostmotion::gaps::Gaps;
 use lostmotion::log::Log;
 use lostmotion::robot::Robot;
 use nalgebra::Vector3;
+use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -58,6 +60,14 @@ impl Desk {
             [100.0 * a.cos(), 100.0 * a.sin() * tilt.cos(), 100.0 * a.sin() * tilt.sin()]
         });
         desk.program("circle.csv", circle);
+        // the same in a plane that lies alike to all three joints: each reverses by itself
+        let third = (2.0 / 3.0f64).sqrt() * 100.0;
+        let apart = (0..=1200).map(|k| {
+            let a = TAU * f64::from(k) / 400.0 + 0.4;
+            [0.0, 1.0, 2.0].map(|j| third * (a + j * TAU / 3.0).cos())
+        });
+        desk.program("apart.csv", apart);
+        desk.program("strokes.csv", (0..=960).map(|k| [15.0 * (TAU * f64::from(k) / 160.0).sin(), 0.0, 0.0]));
         desk
     }
 
@@ -78,10 +88,21 @@ impl Desk {
         self.folder.run(line).success().stderr
     }
 
+    fn json(&self, line: &str) -> Value {
+        let mut command = support::command();
+        let run = command.current_dir(self.folder.path()).args(line.split_whitespace()).assert().success();
+        serde_json::from_slice(&run.get_output().stdout).unwrap()
+    }
+
     /// A run of a program on the machine as a tracker in the robot's own frame would see it.
     fn measured(&self, program: &str, seed: u32) -> Log {
+        self.measured_at(20, program, seed)
+    }
+
+    /// The same with so many rows a second.
+    fn measured_at(&self, rate_hz: u32, program: &str, seed: u32) -> Log {
         self.run(&format!(
-            "simulate --model machine.yaml --input {program} --output seen.csv --speed-mm-s 8 --rate-hz 20 --noise-um 1 --seed {seed}"
+            "simulate --model machine.yaml --input {program} --output seen.csv --speed-mm-s 8 --rate-hz {rate_hz} --noise-um 1 --seed {seed}"
         ));
         Log::load(&self.at("seen.csv"), &self.robot).unwrap()
     }
@@ -96,6 +117,12 @@ impl Desk {
         std::fs::write(self.at(name), text).unwrap();
     }
 
+    /// Distances from a point that is not quite the centre of the circle, less a length that is not quite the bar's.
+    fn ballbar(&self, log: &Log, name: &str) {
+        let centre = self.robot.tcp_m(&MIDDLE_MM.map(|v| v * 1e-3)) + Vector3::new(0.7e-3, -0.4e-3, 0.3e-3);
+        self.read(log, name, "r_um", |_, p| format!("{:.3}", ((p - centre).norm() - 0.1003) * 1e6));
+    }
+
     /// Positions after the gears, each with a zero that is not that of the commands.
     fn sensors(&self, log: &Log, name: &str) {
         let origin = self.robot.tcp_m(&[0.0; 3]);
@@ -107,6 +134,97 @@ impl Desk {
         };
         self.read(log, name, "meas_X_mm,meas_Y_mm,meas_Z_mm", values);
     }
+}
+
+/// Half gaps of the effects of a diagnosis, by joint.
+fn named(doc: &Value) -> Vec<(String, f64)> {
+    let effects = doc["effects"].as_array().unwrap();
+    let gaps = effects.iter().filter(|e| e["effect"] == "backlash");
+    gaps.map(|e| (e["target"].as_str().unwrap().to_string(), e["half_gap_mm"].as_f64().unwrap())).collect()
+}
+
+#[test]
+fn val_diagnose_names_the_gaps_that_a_ballbar_circle_shows() {
+    let desk = Desk::new();
+    // in the tilted plane Y and Z reverse together: the reading shows one loss that is crossed over two travels
+    for program in ["apart.csv", "circle.csv"] {
+        desk.ballbar(&desk.measured(program, 3), "bar.csv");
+        let doc = desk.json("diagnose --robot robot.yaml --log bar.csv --json");
+        let found = named(&doc);
+        assert_eq!(found.len(), 3, "{program}: {}", doc["effects"]);
+        assert_eq!(doc["effects"].as_array().unwrap().len(), 3, "{program}: {}", doc["effects"]);
+        for (joint, want) in JOINTS.iter().zip(TRUE_MM) {
+            let is = found.iter().find(|f| f.0 == *joint).unwrap().1;
+            assert!((is / want - 1.0).abs() < 0.05, "{program}, {joint}: {is} for {want}");
+        }
+        let left = doc["gap"]["final_rms_um"].as_f64().unwrap();
+        assert!(left < 1.2, "{program}: {left} um of 1.0 um noise");
+        let notes = doc["notes"].to_string();
+        assert!(notes.contains("a reading shows one part of the motion of the TCP"), "{notes}");
+    }
+}
+
+#[test]
+fn val_what_a_ballbar_cannot_tell_has_a_set() {
+    let desk = Desk::new();
+    // 4 mm from row to row: no row within a crossing, so that Y and Z, which reverse together, are one to the reading
+    desk.ballbar(&desk.measured_at(2, "circle.csv", 3), "bar.csv");
+    let doc = desk.json("diagnose --robot robot.yaml --log bar.csv --json");
+    for round in doc["rounds"].as_array().unwrap().iter().filter(|r| r["target"] != "X") {
+        let value = round["parameters"]["half_gap_mm"]["value"].as_f64();
+        let true_mm = JOINTS.iter().zip(TRUE_MM).find(|j| *j.0 == round["target"]).map(|j| j.1);
+        let right = value.zip(true_mm).is_some_and(|(is, want)| (is / want - 1.0).abs() < 0.05);
+        let several = round["set"].as_array().is_some_and(|set| set.len() > 1);
+        assert!(right || several || doc["verdict"] == "unknown", "{}: {round}", doc["verdict"]);
+    }
+}
+
+/// Strokes of X alone against a dial, with rests at the ends or without, by the play operator in steps of a tenth of a row.
+fn dial_of_x(desk: &Desk, name: &str, rests: bool) -> Vector3<f64> {
+    let mut axes = vec![Vector3::zeros(); 3];
+    desk.robot.chain().position_and_jacobian(&[0.0; 3], &mut axes);
+    let (mut text, mut draw) = (String::from("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,dial_um\n"), Draw(7));
+    let mut y = MIDDLE_MM[0];
+    let stroke_s = 15.0 / 8.0;
+    let part_s = if rests { stroke_s + 1.0 } else { stroke_s };
+    for i in 0..6000 {
+        let t = f64::from(i) * 0.005;
+        let (part, within) = ((t / part_s).floor(), (t % part_s).min(stroke_s) / stroke_s);
+        let up = part as i64 % 2 == 0;
+        let q = MIDDLE_MM[0] + 15.0 * if up { within } else { 1.0 - within };
+        y = y.clamp(q - TRUE_MM[0], q + TRUE_MM[0]);
+        if i % 10 == 0 {
+            let read = 1e3 * (y - MIDDLE_MM[0]) + draw.normal();
+            let _ = writeln!(text, "{t:.4},{q:.6},{:.6},{:.6},{read:.3}", MIDDLE_MM[1], MIDDLE_MM[2]);
+        }
+    }
+    std::fs::write(desk.at(name), text).unwrap();
+    axes[0]
+}
+
+#[test]
+fn val_diagnose_names_the_gap_that_a_dial_shows_and_asks_for_its_direction() {
+    let desk = Desk::new();
+    let along = dial_of_x(&desk, "dial.csv", true);
+    let direction = format!("{},{},{}", along.x, along.y, along.z);
+    let doc = desk.json(&format!("diagnose --robot robot.yaml --log dial.csv --direction {direction} --json"));
+    let found = named(&doc);
+    assert_eq!(found.len(), 1, "{}", doc["effects"]);
+    assert!(found[0].0 == "X" && (found[0].1 / TRUE_MM[0] - 1.0).abs() < 0.05, "{found:?}");
+    let refused = desk.folder.run("diagnose --robot robot.yaml --log dial.csv").ends_with(2).stderr;
+    assert!(refused.contains("`dial_um` without its direction") && refused.contains("--direction"), "{refused}");
+}
+
+#[test]
+fn val_a_gap_at_one_speed_without_rests_is_named_by_a_dial_only_beside_a_lag() {
+    let desk = Desk::new();
+    let along = dial_of_x(&desk, "dial.csv", false);
+    let direction = format!("{},{},{}", along.x, along.y, along.z);
+    let doc = desk.json(&format!("diagnose --robot robot.yaml --log dial.csv --direction {direction} --json"));
+    // half a gap against the movement, and what a late reading is off at one speed, are the same
+    let found = named(&doc);
+    let right = found.len() == 1 && (found[0].1 / TRUE_MM[0] - 1.0).abs() < 0.05;
+    assert!(right || doc["verdict"] != "named", "{}: {}", doc["verdict"], doc["effects"]);
 }
 
 /// The arm's joints after their gears: gaps by the play operator, noise of a third of an arc second.
@@ -183,7 +301,7 @@ fn an_empty_log_is_refused_with_its_name() {
     std::fs::write(desk.at("empty.csv"), "").unwrap();
     std::fs::write(desk.at("head.csv"), "t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,r_um\n").unwrap();
     for log in ["empty.csv", "head.csv"] {
-        for command in ["identify", "identify path"] {
+        for command in ["diagnose", "identify", "identify path"] {
             let said = desk.folder.run(&format!("{command} --robot robot.yaml --log {log}")).ends_with(2).stderr;
             assert!(said.contains(log), "{command}: {said}");
         }

@@ -61,6 +61,15 @@ pub struct SetupsArgs {
 }
 
 impl SetupsArgs {
+    /// Tells the logs what is known of their instruments.
+    pub fn tell(&self, logs: &mut [Log]) -> Result<()> {
+        let setups = self.of_each(logs)?;
+        for (log, setup) in logs.iter_mut().zip(setups) {
+            (log.instruments.centre_m, log.instruments.direction) = (setup.centre_m, setup.direction);
+        }
+        Ok(())
+    }
+
     /// The values of each log, checked.
     pub fn of_each(&self, logs: &[Log]) -> Result<Vec<Setup>> {
         let centres = self.centre.iter().map(|t| centre(t)).collect::<Result<Vec<_>>>()?;
