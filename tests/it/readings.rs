@@ -307,3 +307,32 @@ fn an_empty_log_is_refused_with_its_name() {
         }
     }
 }
+
+#[test]
+fn readings_that_cannot_be_what_their_column_says_are_refused() {
+    let desk = Desk::new();
+    let log = desk.measured("apart.csv", 3);
+    let middle = desk.robot.tcp_m(&MIDDLE_MM.map(|v| v * 1e-3)) + Vector3::new(1e-3, 0.0, 0.0);
+    let off = |p: &Vector3<f64>| (p - middle).norm() - 0.1;
+    desk.read(&log, "mm_as_um.csv", "r_um", |_, p| format!("{:.6}", off(p) * 1e3));
+    desk.read(&log, "um_as_mm.csv", "r_mm", |_, p| format!("{:.1}", (off(p) + 0.1) * 1e6));
+    for (name, said) in [("mm_as_um.csv", "larger unit"), ("um_as_mm.csv", "smaller unit")] {
+        for command in ["diagnose", "identify", "identify path"] {
+            let refused = desk.folder.run(&format!("{command} --robot robot.yaml --log {name}")).ends_with(2).stderr;
+            assert!(refused.contains(said), "{command}, {name}: {refused}");
+        }
+    }
+    // a dial across the joint that moves, whose readings say that it does not stand there
+    let along = dial_of_x(&desk, "dial.csv", true);
+    let across = Vector3::new(along.y, along.z, along.x);
+    let direction = format!("--direction {},{},{}", across.x, across.y, across.z);
+    for command in ["diagnose", "identify", "identify path"] {
+        let line = format!("{command} --robot robot.yaml --log dial.csv {direction}");
+        let refused = desk.folder.run(&line).ends_with(2).stderr;
+        assert!(refused.contains("along the dial") && refused.contains("--direction"), "{command}: {refused}");
+        if command != "identify path" {
+            let refused = desk.folder.run(&format!("{line} --centre 1,2,3")).ends_with(2).stderr;
+            assert!(refused.contains("--centre") && refused.contains("no log that it is for"), "{command}: {refused}");
+        }
+    }
+}

@@ -82,6 +82,13 @@ impl SetupsArgs {
             ("--centre", centres.len(), count(&ballbar), "log of a ballbar"),
             ("--direction", directions.len(), count(&dial), "log of a dial"),
         ] {
+            if given > 0 && there == 0 {
+                return Err(bad(
+                    Place::file(flag),
+                    "no log that it is for",
+                    format!("a {what} without a measured TCP"),
+                ));
+            }
             if given > 1 && given != there {
                 let found = format!("{given} times, and {} {there}", if there == 1 { "there is" } else { "there are" });
                 return Err(bad(Place::file(flag), found, format!("once, or once for each {what}")));
