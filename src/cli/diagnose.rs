@@ -1,6 +1,7 @@
 //! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
 
 use crate::cli::exit::{bad, no};
+use crate::cli::identify::common::SetupsArgs;
 use crate::cli::progress::during;
 use crate::cli::{logs, page, paths};
 use crate::diagnose::result::display;
@@ -43,6 +44,8 @@ pub struct Args {
     /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "MAP.yaml")]
     pub columns: Option<PathBuf>,
+    #[command(flatten)]
+    pub setups: SetupsArgs,
     /// Write the model with the effects found and the estimated frame to this file
     #[arg(long, value_name = "MODEL.yaml")]
     pub model_out: Option<PathBuf>,
@@ -81,8 +84,9 @@ pub fn run(args: Args) -> Result<()> {
             return Err(bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml"));
         }
     };
-    let read = logs::load(&args.logs, args.columns.as_deref(), &model.robot).map_err(|e| bad_data(e, args.json))?;
+    let mut read = logs::load(&args.logs, args.columns.as_deref(), &model.robot).map_err(|e| bad_data(e, args.json))?;
     logs::refuse_repeats(&read)?;
+    args.setups.tell(&mut read)?;
     let outcome =
         during("diagnose", || diagnose::diagnose(&model, &read)).map_err(|e| bad_data(e.into(), args.json))?;
     let diagnosis = diagnose::result::document::of(&outcome);

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 /// each joint of interest reverses at least twice. The tracker's frame need not be known. The fit estimates the half gap of
 /// each joint, the spike after its reversals and the decay of the spike, together with the frame, all with 95 % intervals.
 /// Several logs are fitted together, each in its own frame. A log without a TCP may have the readings of a ballbar (r_mm,
-/// r_um) or of a dial gauge (dial_um) instead.
+/// r_um), of a dial gauge (dial_um) or of joint sensors (meas_<joint>) instead.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion identify path --robot robot.yaml --log circle.csv --output gaps.yaml
@@ -78,7 +78,7 @@ pub fn run(args: Args) -> Result<()> {
         options.hold_model(&Model::load(path)?, &robot)?;
     }
     let logs = logs::load(&args.input.logs, args.input.columns.as_deref(), &robot)?;
-    if logs.iter().any(|l| l.tcp_m.is_empty() && l.instruments.has_scalar()) {
+    if logs.iter().any(|l| l.tcp_m.is_empty() && (l.instruments.has_scalar() || l.meas.iter().any(Option::is_some))) {
         return single_readings(&args, &robot, &logs, opened);
     }
     let found = during("identify", || identify(&robot, &logs, &options))?;
@@ -87,7 +87,7 @@ pub fn run(args: Args) -> Result<()> {
     args.result.finish(opened, &shown, || page::gaps::of_path(&robot, &found))
 }
 
-/// Logs of a ballbar or a dial gauge.
+/// Logs of a ballbar, a dial gauge or joint sensors.
 fn single_readings(args: &Args, robot: &Robot, logs: &[Log], opened: Opened) -> Result<()> {
     let held =
         [("--free", !args.free.is_empty()), ("--known", args.known.is_some()), ("--model", args.model.is_some())];

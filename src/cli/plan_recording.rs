@@ -30,9 +30,15 @@ pub struct Args {
     /// Largest angle between the reflector's axis and the laser beam, deg
     #[arg(long, value_name = "DEG", default_value_t = 30.0)]
     pub acceptance_deg: f64,
-    /// Use a ballbar (or another distance sensor) with its centre at this position in the world frame, mm
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "dial")]
+    /// Use a double ballbar with its centre at this position in the world frame, mm: `path` plans circles about it
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["dial", "draw_wire"])]
     pub ballbar: Option<String>,
+    /// Length of the ballbar from ball to ball, mm
+    #[arg(long, value_name = "MM", default_value_t = 300.0, requires = "ballbar")]
+    pub bar_mm: f64,
+    /// Use a draw wire or another distance sensor of long range, fixed at this position in the world frame, mm
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "dial")]
+    pub draw_wire: Option<String>,
     /// Use a dial gauge (probe, scale) that reads along this direction in the world frame
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub dial: Option<String>,
@@ -46,13 +52,13 @@ pub struct Args {
     /// Frames and tools of the programs' Cartesian targets (YAML, or the controller's own file)
     #[arg(long, value_name = "FRAMES.yaml", requires = "program", conflicts_with = "pose")]
     pub frames: Option<PathBuf>,
-    /// Standard deviation of the noise of one reading, um
-    #[arg(long, value_name = "UM", default_value_t = 10.0)]
-    pub noise_um: f64,
+    /// Standard deviation of the noise of one reading, um [default: 10; a ballbar: 1]
+    #[arg(long, value_name = "UM")]
+    pub noise_um: Option<f64>,
     /// Rows per second of the log, Hz
     #[arg(long, value_name = "HZ", default_value_t = 20.0)]
     pub rate_hz: f64,
-    /// Working speed of the TCP, mm/s [default: 50; path: 10; excitation: 60]
+    /// Working speed of the TCP, mm/s [default: 50; path: 10; excitation: 60; circles of a ballbar: 50]
     #[arg(long, value_name = "MM_S")]
     pub speed_mm_s: Option<f64>,
     /// Largest travel of a revolute joint from the pose, deg
@@ -211,13 +217,16 @@ fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {
     let above = |flag: &str, v: f64| {
         if v.is_finite() && v > 0.0 { Ok(v) } else { Err(bad(Place::file(flag), v.to_string(), "a number above 0")) }
     };
+    let double = args.ballbar.is_some();
     let speed = args.speed_mm_s.unwrap_or(match kind {
         Kind::Static => 50.0,
+        Kind::Path if double => 50.0,
         Kind::Path => 10.0,
         Kind::Excitation => 60.0,
     });
     let place = |flag: &str, text: &Option<String>| text.as_deref().map(|t| three(flag, t)).transpose();
-    let instrument = match (place("--ballbar", &args.ballbar)?, place("--dial", &args.dial)?) {
+    let distance = place("--ballbar", &args.ballbar)?.or(place("--draw-wire", &args.draw_wire)?);
+    let instrument = match (distance, place("--dial", &args.dial)?) {
         (Some(mm), _) => Instrument::Distance { centre_m: mm * 1e-3 },
         (None, Some(d)) if d.norm() > 0.0 => Instrument::Direction { along: Unit::new_normalize(d) },
         (None, Some(_)) => return Err(bad(Place::file("--dial"), "0,0,0", "a direction")),
@@ -234,7 +243,8 @@ fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {
         tracker_m: place("--tracker", &args.tracker)?.map(|mm| mm * 1e-3),
         acceptance_rad: above("--acceptance-deg", args.acceptance_deg)?.min(180.0).to_radians(),
         instrument,
-        noise_m: above("--noise-um", args.noise_um)? * 1e-6,
+        bar_m: double.then(|| above("--bar-mm", args.bar_mm)).transpose()?.map(|mm| mm * 1e-3),
+        noise_m: above("--noise-um", args.noise_um.unwrap_or(if double { 1.0 } else { 10.0 }))? * 1e-6,
         rate_hz: above("--rate-hz", args.rate_hz)?,
         speed_m_s: above("--speed-mm-s", speed)? * 1e-3,
         travel_rad: above("--travel-deg", args.travel_deg)?.to_radians(),

@@ -180,8 +180,10 @@ pub struct Survey<'a> {
     pub clock: Option<(f64, f64)>,
     /// Fastest commanded TCP speed, m/s, above 0.
     pub fastest_m_s: f64,
-    /// Points were measured.
+    /// Points were measured, or readings of the TCP.
     pub points: bool,
+    /// By a tracker.
+    pub tracker: bool,
     /// A log is a motion.
     pub motion: bool,
     /// The temperature was logged.
@@ -219,6 +221,7 @@ impl<'a> Survey<'a> {
             clock: None,
             fastest_m_s: 1e-6,
             points: false,
+            tracker: false,
             motion: false,
             temperature: false,
             only: None,

@@ -34,7 +34,7 @@ pub static INFO: EffectInfo = EffectInfo {
     read: |f| Ok(TrackerScale { scale: f.any("scale_ppm")? * 1e-6 }.into()),
     typical: |_| vec![("scale_ppm".into(), 10.0.into())],
     candidates: |survey, list| {
-        if survey.points {
+        if survey.tracker {
             list.push(Candidate::of_size(survey.robot, Target::Log, 1e-6, |scale| TrackerScale { scale }));
         }
     },

@@ -4,7 +4,7 @@
 //! Reading along a direction: `dial_um`. Orientation of the tool in the frame of x, y, z: `qw,qx,qy,qz`. Joint torque:
 //! `torque_<joint>_nm`. What each of them means for the robot is [`crate::machine::measurement`].
 
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
 /// Largest difference of a quaternion's length from 1 that rounding explains.
 pub const UNIT_TOLERANCE: f64 = 1e-3;
@@ -22,6 +22,10 @@ pub struct Instruments {
     pub orientation: Vec<Option<UnitQuaternion<f64>>>,
     /// Torque of each axis (Nm, or N of a prismatic joint), per axis where logged; empty: no such column.
     pub torque_nm: Vec<Option<Vec<Option<f64>>>>,
+    /// Fixed point from which distances were measured, where the user knows it; robot's world frame, m.
+    pub centre_m: Option<Vector3<f64>>,
+    /// Direction in that frame in which the dial's reading increases, where the user gave it.
+    pub direction: Option<Unit<Vector3<f64>>>,
 }
 
 impl Instruments {

@@ -54,6 +54,7 @@ fn options(speed_m_s: f64) -> Options {
         tracker_m: None,
         acceptance_rad: 30f64.to_radians(),
         instrument: Instrument::Tcp,
+        bar_m: None,
         noise_m: 10e-6,
         rate_hz: 20.0,
         speed_m_s,

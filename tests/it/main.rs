@@ -65,6 +65,7 @@ mod path_bench;
 mod plan_experiment;
 mod previous;
 mod program;
+mod readings;
 mod real_bidirectional;
 mod real_data;
 mod real_diagnose;

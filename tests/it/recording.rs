@@ -2,6 +2,7 @@
 
 use crate::support::{WorkFolder, bundled, run_args};
 use lostmotion::effects::{Backlash, EffectInstance, Target};
+use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::{path, scalar, static_test};
 use lostmotion::io::input::Input;
@@ -23,6 +24,7 @@ fn options() -> Options {
         tracker_m: None,
         acceptance_rad: 30f64.to_radians(),
         instrument: Instrument::Tcp,
+        bar_m: None,
         noise_m: 10e-6,
         rate_hz: 20.0,
         speed_m_s: 20e-3,
@@ -405,4 +407,97 @@ fn a_path_with_a_ballbar_says_which_range_its_sensor_needs() {
     let instrument = Instrument::Distance { centre_m: Vector3::new(1.5, 0.0, 0.8) };
     let recording = plan(&robot, Kind::Path, &Options { instrument, duration_s: 120.0, ..options() }).unwrap();
     assert!(recording.notes.iter().any(|n| n.contains("is for a draw wire")), "{:?}", recording.notes);
+}
+
+#[test]
+fn val_circles_for_a_ballbar_keep_its_length_and_tell_the_joints_that_they_say() {
+    for (name, centre_m, bar_m) in [
+        ("kuka-kr120-r2500-pro.yaml", Vector3::new(1.5, 0.3, 1.2), 0.3),
+        ("gantry-xyz-ballscrew.yaml", Vector3::new(0.5, 0.4, 0.1), 0.15),
+    ] {
+        let robot = robot(name);
+        // the middle of a gantry's work is not where its base is
+        let centre_m = match robot.dof() {
+            3 => robot.tcp_m(&[0.5, 0.4, 0.0]),
+            _ => centre_m,
+        };
+        let instrument = Instrument::Distance { centre_m };
+        let options =
+            Options { instrument, bar_m: Some(bar_m), noise_m: 1e-6, speed_m_s: 50e-3, duration_s: 1.0, ..options() };
+        let recording = plan(&robot, Kind::Path, &options).unwrap();
+        for (t, q) in &recording.rows {
+            let off = (robot.tcp_m(q) - centre_m).norm() - bar_m;
+            assert!(off.abs() < 1e-6, "{name}: {off:e} m after {t} s");
+            for (joint, v) in robot.axis_joints().zip(q) {
+                assert!(joint.limits.is_none_or(|[lo, hi]| (lo..=hi).contains(v)), "{name}, {}: {v}", joint.name);
+            }
+        }
+        assert_eq!(recording.rows.first().unwrap().1, recording.rows.last().unwrap().1);
+        assert!(recording.notes[0].contains("2 turns each way"), "{:?}", recording.notes);
+        assert!(
+            recording
+                .notes
+                .iter()
+                .any(|n| n.starts_with("these circles reverse ") && n.contains("they tell the gaps of ")),
+            "{:?}",
+            recording.notes
+        );
+        let (model, truth) = machine(&robot);
+        let log = recorded(&model, &recording, &options, 6);
+        let found = lostmotion::identify::machine::identify(&robot, &[log], &[]).unwrap();
+        let mut told = 0;
+        for p in &recording.precision {
+            let joint = &robot.axis(p.axis).name;
+            let gap = found.joints.iter().find(|j| j.axis == p.axis);
+            match p.sigma {
+                Some(sigma) => {
+                    let e = found.estimate.as_ref().unwrap();
+                    let windup = e.joints.iter().find(|j| j.axis == p.axis).map_or(0.0, |j| j.response.windup());
+                    let gap = gap.unwrap_or_else(|| panic!("{name}, {joint}: told before, not found"));
+                    let off = (gap.half_gap + windup - truth[p.axis]).abs();
+                    assert!(
+                        off < (0.05 * truth[p.axis]).max(4.0 * sigma),
+                        "{name}, {joint}: off by {off:e}, {sigma:e}"
+                    );
+                    told += 1;
+                }
+                None => {
+                    assert!(p.reason.is_some(), "{name}, {joint}");
+                    assert!(recording.notes.iter().any(|n| n.contains("cannot tell") && n.contains(joint.as_str())));
+                }
+            }
+        }
+        assert!(told >= 3, "{name}: {:?}", recording.precision);
+    }
+}
+
+#[test]
+fn a_ballbar_is_not_planned_where_its_length_cannot_be_kept() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    let options = |bar_m: f64, x: f64| Options {
+        instrument: Instrument::Distance { centre_m: Vector3::new(x, 0.0, 1.0) },
+        bar_m: Some(bar_m),
+        ..options()
+    };
+    let refusal = |kind: Kind, bar_m: f64, x: f64| plan(&robot, kind, &options(bar_m, x)).unwrap_err();
+    let refused = |kind: Kind, bar_m: f64, x: f64| refusal(kind, bar_m, x).to_string();
+    for kind in [Kind::Static, Kind::Excitation] {
+        let said = refused(kind, 0.3, 1.5);
+        assert!(said.contains("1 mm either way of its length") && said.contains("draw-wire"), "{said}");
+        // the command names its option
+        let mends = refusal(kind, 0.3, 1.5);
+        assert!(matches!(mends, Error::MendedBy { settings: ["draw_wire"], .. }), "{mends:?}");
+    }
+    // Z of the gantry ends in the plane of the centre: the circle stays at that end, and the arcs hang below
+    let gantry = self::robot("gantry-xyz-ballscrew.yaml");
+    let at_end = Options {
+        instrument: Instrument::Distance { centre_m: gantry.tcp_m(&[0.5, 0.4, 0.0]) },
+        bar_m: Some(0.15),
+        ..self::options()
+    };
+    let notes = plan(&gantry, Kind::Path, &at_end).unwrap().notes;
+    assert!(notes.iter().any(|n| n.starts_with("Z comes to less than 2 %")), "{notes:?}");
+    assert!(notes.iter().any(|n| n.contains("hangs below its centre")), "{notes:?}");
+    let said = refused(Kind::Path, 0.3, 9.0);
+    assert!(said.contains("on no arc of which the arm stays within its ranges"), "{said}");
 }

@@ -61,17 +61,34 @@ pub struct SetupsArgs {
 }
 
 impl SetupsArgs {
+    /// Tells the logs what is known of their instruments.
+    pub fn tell(&self, logs: &mut [Log]) -> Result<()> {
+        let setups = self.of_each(logs)?;
+        for (log, setup) in logs.iter_mut().zip(setups) {
+            (log.instruments.centre_m, log.instruments.direction) = (setup.centre_m, setup.direction);
+        }
+        Ok(())
+    }
+
     /// The values of each log, checked.
     pub fn of_each(&self, logs: &[Log]) -> Result<Vec<Setup>> {
         let centres = self.centre.iter().map(|t| centre(t)).collect::<Result<Vec<_>>>()?;
         let directions = self.direction.iter().map(|t| direction(t)).collect::<Result<Vec<_>>>()?;
         let single = |log: &&Log| log.tcp_m.is_empty();
         let ballbar = |log: &Log| log.instruments.distance_m.is_some() || log.instruments.distance_off_m.is_some();
-        let count = |of_ballbar: bool| logs.iter().filter(single).filter(|l| ballbar(l) == of_ballbar).count();
+        let dial = |log: &Log| !ballbar(log) && log.instruments.dial_m.is_some();
+        let count = |of: &dyn Fn(&Log) -> bool| logs.iter().filter(single).filter(|l| of(l)).count();
         for (flag, given, there, what) in [
-            ("--centre", centres.len(), count(true), "log of a ballbar"),
-            ("--direction", directions.len(), count(false), "log of a dial"),
+            ("--centre", centres.len(), count(&ballbar), "log of a ballbar"),
+            ("--direction", directions.len(), count(&dial), "log of a dial"),
         ] {
+            if given > 0 && there == 0 {
+                return Err(bad(
+                    Place::file(flag),
+                    "no log that it is for",
+                    format!("a {what} without a measured TCP"),
+                ));
+            }
             if given > 1 && given != there {
                 let found = format!("{given} times, and {} {there}", if there == 1 { "there is" } else { "there are" });
                 return Err(bad(Place::file(flag), found, format!("once, or once for each {what}")));
@@ -87,7 +104,7 @@ impl SetupsArgs {
             if ballbar(log) {
                 setup.centre_m = centres.get(nth(bars, centres.len())).copied();
                 bars += 1;
-            } else {
+            } else if dial(log) {
                 setup.direction = directions.get(nth(dials, directions.len())).copied();
                 dials += 1;
             }

@@ -112,6 +112,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
         clock: clock(problem),
         fastest_m_s: fastest.max(1e-6),
         points: problem.logs.iter().any(|l| l.reflectors() > 0),
+        tracker: problem.logs.iter().any(|l| l.is_tracked()),
         motion: !problem.is_settled(),
         temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
         only: None,

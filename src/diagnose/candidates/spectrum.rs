@@ -195,6 +195,12 @@ fn spectrum(ground: &ScreeningContext, back: &[f64], axis: usize, grid: &Grid, o
                     })
                     .collect()
             }
+            Sensor::Reading => {
+                let Some(reading) = &log.reading else { continue };
+                let j = &ground.state.logs[g.log].jacobian[0][axis];
+                let seen = |b: usize| reading.seen(g.middle(b), &j[g.middle(b)]);
+                (0..n).map(|b| (seen(b) * values[b], seen(b).powi(2))).collect()
+            }
             Sensor::Joint(a) if a == axis => (0..n).map(|b| (values[b], 1.0)).collect(),
             _ => continue,
         };
@@ -268,7 +274,7 @@ pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
     let Some(g) = problem
         .groups
         .iter()
-        .filter(|g| matches!(g.sensor, Sensor::Reflector(0)) && !problem.logs[g.log].log.poses && g.len() > 16)
+        .filter(|g| g.sensor.point() == Some(0) && !problem.logs[g.log].log.poses && g.len() > 16)
         .max_by(|a, b| a.len().cmp(&b.len()).then(b.log.cmp(&a.log)))
     else {
         return Vec::new();
@@ -283,7 +289,7 @@ pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
     let values = &back[g.range()];
     let mut power = vec![0.0; size / 2];
     let fft = FftPlanner::new().plan_fft_forward(size);
-    for c in 0..3 {
+    for c in 0..g.dims {
         let mut buffer = vec![Complex::new(0.0, 0.0); size];
         for b in 0..n {
             let slot = ((t[g.middle(b)] - t[0]) / step_s).round() as usize;

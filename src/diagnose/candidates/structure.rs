@@ -187,7 +187,8 @@ fn time_group(problem: &Problem, functions: usize) -> BasisGroup {
             for g in &problem.groups {
                 let t = problem.logs[g.log].drive.t_s();
                 let (lo, hi) = (t[0], t[t.len() - 1]);
-                if g.dims == 3 {
+                // a drift of a single reading is one column
+                if g.sensor.is_length() && c < g.dims {
                     let table: Vec<f64> = t
                         .iter()
                         .map(|&t| {
@@ -195,7 +196,10 @@ fn time_group(problem: &Problem, functions: usize) -> BasisGroup {
                             values[k]
                         })
                         .collect();
-                    g.add_points(&mut out, |r| Vector3::ith(c, table[r]));
+                    match g.dims {
+                        1 => g.add_numbers(&mut out, |r| table[r]),
+                        _ => g.add_points(&mut out, |r| Vector3::ith(c, table[r])),
+                    }
                 }
             }
             columns.push(out);

@@ -38,7 +38,7 @@ pub(in crate::diagnose) const LEAST_POINT_SIGMA: f64 = 1e-7;
 
 /// The smallest of a group.
 pub(in crate::diagnose) fn least_sigma(group: &Group) -> f64 {
-    if group.dims == 3 { LEAST_POINT_SIGMA } else { LEAST_SIGMA }
+    if group.sensor.is_length() { LEAST_POINT_SIGMA } else { LEAST_SIGMA }
 }
 
 impl Noise {

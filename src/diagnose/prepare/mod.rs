@@ -16,13 +16,15 @@ use crate::diagnose::noise;
 use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::forward::{Hypothesis, LogData, Problem, State};
 use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::diagnose::problem::reading::Reading;
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::CommandTrajectory;
+use crate::machine::measurement::Instrument;
 use crate::model::Model;
 use crate::numerics::robust::{MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
 use nalgebra::{Isometry3, Vector3};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
 const GROSS: f64 = 6.0;
@@ -46,7 +48,7 @@ pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Resu
 }
 
 fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem, Hypothesis)> {
-    let logs: Vec<LogData> = logs.into_iter().map(|(log, fine)| log_data(model, log, fine)).collect();
+    let logs = logs.into_iter().map(|(log, fine)| log_data(model, log, fine)).collect::<Result<Vec<LogData>>>()?;
     let mut problem = Problem {
         robot: model.robot.clone(),
         initial_gap_side: model.initial_gap_side.clone(),
@@ -58,18 +60,18 @@ fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem,
         notes: model.robot.by_joints_alone().into_iter().collect(),
         told: OnceLock::new(),
     };
-    if !problem.logs.iter().any(|l| l.reflectors() > 0) {
+    if !problem.logs.iter().any(LogData::is_tracked) {
         problem.frames_free = false;
     }
     problem.points_free = problem.frames_free && problem.is_settled();
     group(&mut problem);
-    let points = problem.logs.iter().any(|l| l.reflectors() > 0);
+    let points = problem.logs.iter().any(LogData::is_tracked);
     if problem.n == 0 && !encoders(&problem) {
         let name = logs_named(&problem);
         return Err(Error::bad(
             Place::file(name),
             "no measured column",
-            "x_mm, y_mm, z_mm, or meas_<joint>, or enc_<joint> beside the commands",
+            "x_mm, y_mm, z_mm, or r_mm, r_um, dial_um, or meas_<joint>, or enc_<joint> beside the commands",
         ));
     }
     let mut h = Hypothesis {
@@ -87,8 +89,8 @@ fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem,
 }
 
 /// A log as the problem holds it, before sensors and frames are chosen.
-fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> LogData {
-    LogData {
+fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> Result<LogData> {
+    Ok(LogData {
         drive: match &fine {
             Some(fine) => fine.told(CommandTrajectory::of_log(&model.robot, &log)),
             None => CommandTrajectory::of_log(&model.robot, &log),
@@ -100,9 +102,10 @@ fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> LogData {
         frame: 0,
         block: 1,
         left_out: Vec::new(),
+        reading: Reading::of(&model.robot, &log)?.map(Arc::new),
         jacobian: OnceLock::new(),
         log,
-    }
+    })
 }
 
 /// Which encoders drive the model and which sensors are measurements; the frame again where encoders drive.
@@ -113,7 +116,7 @@ fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
         return Err(Error::bad(
             Place::file(logs_named(problem)),
             format!("encoders alone, and {}", problem.notes.join("; ")),
-            "x_mm, y_mm, z_mm, or meas_<joint>",
+            "x_mm, y_mm, z_mm, or r_mm, r_um, dial_um, or meas_<joint>",
         ));
     }
     h.zeros = zeros(problem);
@@ -126,16 +129,35 @@ fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
                 .into(),
         );
     }
+    for log in &problem.logs {
+        let Some(reading) = &log.reading else { continue };
+        problem.notes.push(format!("{}: {}", log.log.name, said_of(reading.instrument())));
+    }
     Ok(())
+}
+
+/// What a reader should know of an instrument with one reading a row.
+fn said_of(instrument: &Instrument) -> String {
+    let one = "a reading shows one part of the motion of the TCP: what moves the TCP across it, and geometry errors that it shows as it shows \
+               others, cannot be found";
+    match instrument {
+        Instrument::Distance { centre_m: c } => format!(
+            "centre (near {:.1}, {:.1}, {:.1} mm) and length of the ballbar are estimated as far as its path tells them; {one}",
+            c.x * 1e3,
+            c.y * 1e3,
+            c.z * 1e3
+        ),
+        _ => format!("zero and tilt of the dial are estimated; {one}"),
+    }
 }
 
 fn encoders(problem: &Problem) -> bool {
     problem.logs.iter().any(|l| l.log.enc.iter().any(Option::is_some))
 }
 
-/// A zero for every joint sensor of every log.
+/// A zero for every joint sensor of every log, and the own quantities of ballbars and dials.
 fn zeros(problem: &Problem) -> Vec<f64> {
-    vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()]
+    vec![0.0; problem.groups.iter().map(|g| problem.unknowns(g)).sum()]
 }
 
 fn logs_named(problem: &Problem) -> String {
@@ -157,6 +179,9 @@ pub fn group(problem: &mut Problem) {
         let rows = |there: &dyn Fn(usize) -> bool| (0..log.log.len()).filter(|&r| there(r)).map(|r| r as u32).collect();
         for k in 0..log.reflectors() {
             add(Sensor::Reflector(k), rows(&|r| log.measured(k, r).is_some()));
+        }
+        if let Some(reading) = &log.reading {
+            add(Sensor::Reading, rows(&|r| reading.is_there(r) && !log.is_left_out(0, r)));
         }
         for (a, column) in log.log.enc.iter().enumerate() {
             if let (Some(c), true) = (column, log.motors.get(a).copied().unwrap_or(false)) {
@@ -181,7 +206,7 @@ const STATIONS_CLEAR: f64 = 20.0;
 
 /// Gives every log its own frame, where the tracker was moved between them.
 fn separate_frames(problem: &mut Problem, h: &mut Hypothesis) {
-    let measured: Vec<usize> = (0..problem.logs.len()).filter(|&l| problem.logs[l].reflectors() > 0).collect();
+    let measured: Vec<usize> = (0..problem.logs.len()).filter(|&l| problem.logs[l].is_tracked()).collect();
     if measured.len() < 2 {
         return;
     }
@@ -237,18 +262,27 @@ fn register(problem: &Problem, h: &Hypothesis, only: Option<usize>) -> Result<Is
     Ok(registration::register_line(&pairs)?.found.frame)
 }
 
+/// Value of a sample of a sensor that measures a point, whole or in part; of a single reading in the first coordinate.
+fn value_of(group: &Group, values: &[f64], b: usize) -> Vector3<f64> {
+    let n = group.len();
+    match group.dims {
+        3 => Vector3::new(values[b], values[n + b], values[2 * n + b]),
+        _ => Vector3::new(values[b], 0.0, 0.0),
+    }
+}
+
 /// Finds samples that disagree with their neighbours and leaves them out; says how many.
 pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
     let mut found: Vec<(usize, usize, usize)> = Vec::new();
     for g in &problem.groups {
-        let Sensor::Reflector(k) = g.sensor else { continue };
+        let Some(k) = g.sensor.point() else { continue };
         let log = &problem.logs[g.log];
         if log.log.poses || g.rows.len() < 8 || log.block > 1 {
             continue;
         }
         let n = g.len();
         let values = &state.residual[g.range()];
-        let point = |b: usize| Vector3::new(values[b], values[n + b], values[2 * n + b]);
+        let point = |b: usize| value_of(g, values, b);
         // a sample against the median of its neighbours, coordinate by coordinate
         let off = |b: usize| -> f64 {
             let near: Vec<usize> = (b.saturating_sub(2)..(b + 3).min(n)).filter(|&i| i != b).collect();
@@ -286,15 +320,16 @@ pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
 pub fn drop_single(problem: &mut Problem, freed: &[f64]) -> usize {
     let mut found = Vec::new();
     for g in &problem.groups {
-        let Sensor::Reflector(k) = g.sensor else { continue };
+        let Some(k) = g.sensor.point() else { continue };
         let log = &problem.logs[g.log];
         if log.log.poses || g.rows.len() < 8 || log.block > 1 {
             continue;
         }
         let n = g.len();
         let v = &freed[g.range()];
-        let size: Vec<f64> = (0..n).map(|b| Vector3::new(v[b], v[n + b], v[2 * n + b]).norm()).collect();
-        let sigma = (median(&size) / MEDIAN_DISTANCE).max(noise::LEAST_POINT_SIGMA);
+        let size: Vec<f64> = (0..n).map(|b| value_of(g, v, b).norm()).collect();
+        let per_sigma = if g.dims == 3 { 1.0 / MEDIAN_DISTANCE } else { SIGMA_PER_MAD };
+        let sigma = (per_sigma * median(&size)).max(noise::LEAST_POINT_SIGMA);
         for b in 0..n {
             let near = |i: usize| size.get(i).is_none_or(|s| *s < NEAR * sigma);
             let alone = (b == 0 || near(b - 1)) && near(b + 1);

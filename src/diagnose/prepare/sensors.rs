@@ -43,7 +43,7 @@ pub fn choose(problem: &mut Problem, h: &Hypothesis) {
             continue;
         }
         let before = notes.len();
-        let driven = if problem.logs[l].reflectors() > 0 {
+        let driven = if problem.logs[l].is_tracked() {
             by_points(problem, h, &state.residual, l, enc, &mut notes)
         } else {
             by_joints(problem, &state.residual, l, enc, &mut notes)

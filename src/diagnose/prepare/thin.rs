@@ -6,6 +6,7 @@
 use super::GROSS;
 use crate::diagnose::noise::LEAST_POINT_SIGMA;
 use crate::diagnose::problem::fine::Fine;
+use crate::identify::scalar::{self, Setup};
 use crate::log::{Log, registration};
 use crate::machine::CommandTrajectory;
 use crate::model::Model;
@@ -116,6 +117,26 @@ fn thinned_joint(sensor: &[Option<f64>], cmd: &[f64], runs: &[std::ops::Range<us
         .collect()
 }
 
+/// Readings of a ballbar or a dial in each run: the one of the command in its middle plus the mean of read minus computed.
+fn thinned_reading(
+    model: &Model,
+    log: &Log,
+    column: &[Option<f64>],
+    runs: &[std::ops::Range<usize>],
+) -> Vec<Option<f64>> {
+    // an instrument of which too little is known is refused later, with the reason
+    let instrument = scalar::instrument(&model.robot, log, &Setup::of(log)).ok();
+    let computed = |row: usize| -> f64 {
+        let tcp = model.robot.tcp_m(&log.command(row));
+        instrument.as_ref().and_then(|i| i.reading(&tcp)).unwrap_or(0.0)
+    };
+    let of_run = |run: &std::ops::Range<usize>| {
+        let off: Vec<f64> = run.clone().filter_map(|row| Some(column[row]? - computed(row))).collect();
+        (!off.is_empty()).then(|| off.iter().sum::<f64>() / off.len() as f64 + computed(middle(run)))
+    };
+    runs.iter().map(of_run).collect()
+}
+
 /// A log of at most `most_rows` rows: of each run of rows the middle one, its measurement replaced by the prediction of
 /// the commands there plus the mean of measured minus predicted over the run. What is slower than a run is kept, its
 /// noise averaged; gross errors of single rows, which their neighbours contradict, are left out. The mean is a plain one: where a
@@ -151,6 +172,7 @@ fn thinned(model: &Model, log: &Log, run: usize) -> Log {
             })
             .collect()
     };
+    let single = |column: &Option<Vec<Option<f64>>>| Some(thinned_reading(model, log, column.as_ref()?, &runs));
     let joints = |columns: &[Option<Vec<Option<f64>>>]| -> Vec<Option<Vec<Option<f64>>>> {
         columns.iter().zip(&log.cmd).map(|(c, cmd)| Some(thinned_joint(c.as_ref()?, cmd, &runs))).collect()
     };
@@ -175,6 +197,11 @@ fn thinned(model: &Model, log: &Log, run: usize) -> Log {
         temp_c: numbers(&log.temp_c),
         instruments: crate::log::Instruments {
             torque_nm: log.instruments.torque_nm.iter().map(numbers).collect(),
+            distance_m: single(&log.instruments.distance_m),
+            distance_off_m: single(&log.instruments.distance_off_m),
+            dial_m: single(&log.instruments.dial_m),
+            centre_m: log.instruments.centre_m,
+            direction: log.instruments.direction,
             ..crate::log::Instruments::default()
         },
     }

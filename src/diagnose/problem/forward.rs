@@ -12,6 +12,7 @@ mod change;
 
 use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::diagnose::problem::reading::Reading;
 use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
 use crate::machine::{self, CommandTrajectory, parts, parts::Scene};
@@ -43,6 +44,8 @@ pub struct LogData {
     pub block: usize,
     /// Rows left out as outliers, per reflector.
     pub left_out: Vec<Vec<bool>>,
+    /// Readings of a ballbar or a dial, where the log has no points.
+    pub reading: Option<Arc<Reading>>,
     /// Derivatives of the points at the first hypothesis: effects are far too small to change them.
     pub jacobian: OnceLock<Arc<Jacobian>>,
 }
@@ -54,10 +57,15 @@ impl LogData {
     /// Measured point of a reflector in a row, tracker frame.
     pub fn measured(&self, reflector: usize, row: usize) -> Option<Vector3<f64>> {
         let column = if reflector == 0 { &self.log.tcp_m } else { self.log.reflectors_m.get(reflector - 1)? };
-        if self.left_out.get(reflector).is_some_and(|l| l[row]) {
+        if self.is_left_out(reflector, row) {
             return None;
         }
         column.get(row).copied().flatten()
+    }
+
+    /// Is what was measured of a point in a row an outlier?
+    pub fn is_left_out(&self, point: usize, row: usize) -> bool {
+        self.left_out.get(point).is_some_and(|l| l.get(row).copied().unwrap_or(false))
     }
 
     /// The commands, which the servo follows.
@@ -89,9 +97,14 @@ impl LogData {
         }
     }
 
-    /// Number of reflectors with columns.
+    /// Number of points of the tool that the log tells something of: reflectors with columns, or the TCP that a ballbar or a dial reads.
     pub fn reflectors(&self) -> usize {
-        if self.log.tcp_m.is_empty() { 0 } else { 1 + self.log.reflectors_m.len() }
+        if self.is_tracked() { 1 + self.log.reflectors_m.len() } else { usize::from(self.reading.is_some()) }
+    }
+
+    /// Whether the coordinates of the TCP were measured.
+    pub fn is_tracked(&self) -> bool {
+        !self.log.tcp_m.is_empty()
     }
 }
 
@@ -123,7 +136,7 @@ pub struct Hypothesis {
     pub frames: Vec<Isometry3<f64>>,
     /// Where the second and further reflectors stand beside the robot file, flange frame, m.
     pub points_m: Vec<Vector3<f64>>,
-    /// Zero of each joint sensor of each log, rad or m, in the order of their groups.
+    /// Zero of each joint sensor and own quantities of each ballbar or dial, rad or m, in the order of their groups.
     pub zeros: Vec<f64>,
 }
 
@@ -162,6 +175,7 @@ impl LogData {
             frame: self.frame,
             block: self.block,
             left_out: self.left_out.clone(),
+            reading: self.reading.clone(),
             jacobian: self.jacobian.clone(),
         }
     }
@@ -188,6 +202,24 @@ impl Problem {
         self.groups.iter().filter(move |g| g.log == log)
     }
 
+    /// Own quantities of the sensor of a group that are estimated.
+    pub fn unknowns(&self, group: &Group) -> usize {
+        match group.sensor {
+            Sensor::Reflector(_) => 0,
+            Sensor::Motor(_) | Sensor::Joint(_) => 1,
+            Sensor::Reading => self.logs[group.log].reading.as_ref().map_or(0, |r| r.unknowns()),
+        }
+    }
+
+    /// Adds to `out`, the long vector, what a group measures of a movement of its point; nothing of a joint sensor.
+    pub fn add_movement(&self, group: &Group, out: &mut [f64], movement: impl Fn(usize) -> Vector3<f64>) {
+        match (group.sensor, &self.logs[group.log].reading) {
+            (Sensor::Reflector(_), _) => group.add_points(out, movement),
+            (Sensor::Reading, Some(reading)) => group.add_numbers(out, |r| reading.seen(r, &movement(r))),
+            _ => {}
+        }
+    }
+
     fn chains(&self, geometry: &Robot, log: &LogData) -> Vec<Chain> {
         (0..log.reflectors())
             .map(|k| match k {
@@ -208,8 +240,11 @@ impl Problem {
         let logs: Vec<LogState> = (0..self.logs.len()).map(|l| self.evaluate_log(h, &geometry, l)).collect();
         let mut residual = vec![0.0; self.n];
         let clock = parts::clock(&h.effects);
-        let mut zeros = h.zeros.iter().copied();
+        let mut zeros = h.zeros.as_slice();
         for g in &self.groups {
+            let (own, others) = zeros.split_at(self.unknowns(g).min(zeros.len()));
+            zeros = others;
+            let zero = own.first().copied().unwrap_or(0.0);
             let (log, state) = (&self.logs[g.log], &logs[g.log]);
             match g.sensor {
                 Sensor::Reflector(k) => {
@@ -221,11 +256,14 @@ impl Problem {
                     });
                 }
                 Sensor::Motor(a) => {
-                    let zero = zeros.next().unwrap_or(0.0);
                     g.add_numbers(&mut residual, |r| sensed(&log.log.enc, a, r) - state.servo[a][r] - zero);
                 }
+                Sensor::Reading => {
+                    if let Some(reading) = &log.reading {
+                        g.add_numbers(&mut residual, |r| reading.residual(r, &state.points_m[0][r], own));
+                    }
+                }
                 Sensor::Joint(a) => {
-                    let zero = zeros.next().unwrap_or(0.0);
                     let joint = parts::number_in_time(&log.drive, clock, &state.joint[a]);
                     g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - joint[r] - zero);
                 }

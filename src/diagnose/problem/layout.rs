@@ -1,6 +1,6 @@
 //! The observations of all logs as one long vector, and the way from rows of a log into it.
 //!
-//! A [`Group`] is what one sensor of one log measured: a reflector (three coordinates) or a joint (one). Its values stand
+//! A [`Group`] is what one sensor of one log measured: a reflector (three coordinates), a joint, or a reading of the TCP (one). Its values stand
 //! one coordinate after the other. Rows without a measurement are left out. Long logs are averaged over blocks of
 //! consecutive rows: a linear map, applied alike to what was measured and to every sensitivity, so that nothing but time
 //! resolution is lost.
@@ -16,6 +16,24 @@ pub enum Sensor {
     Motor(usize),
     /// An axis after its gear.
     Joint(usize),
+    /// One reading of the TCP: a ballbar, a dial.
+    Reading,
+}
+
+impl Sensor {
+    /// The point of the tool that it measures, whole or in part; 0 is the TCP.
+    pub fn point(self) -> Option<usize> {
+        match self {
+            Self::Reflector(k) => Some(k),
+            Self::Reading => Some(0),
+            Self::Motor(_) | Self::Joint(_) => None,
+        }
+    }
+
+    /// Whether its readings are metres at a point of the tool.
+    pub fn is_length(self) -> bool {
+        self.point().is_some()
+    }
 }
 
 /// Observations of one sensor in one log.

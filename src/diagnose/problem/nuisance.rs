@@ -1,11 +1,11 @@
-//! What is estimated beside the effects: frames, places of the further reflectors, zeros of joint sensors.
+//! What is estimated beside the effects: frames, places of the further reflectors, zeros of joint sensors, own quantities of ballbars and dials.
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::layout::Sensor;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 impl Problem {
-    /// Sensitivities of all nuisance: frames, places of the further reflectors, zeros of joint sensors.
+    /// Sensitivities of all nuisance: frames, places of the further reflectors, zeros of joint sensors, own quantities of ballbars and dials.
     pub fn nuisance_columns(&self, h: &Hypothesis, state: &State) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         if self.frames_free {
@@ -18,10 +18,15 @@ impl Problem {
                 columns.extend((0..3).map(|c| self.point_column(state, k, c)));
             }
         }
-        for g in self.groups.iter().filter(|g| g.dims == 1) {
-            let mut out = vec![0.0; self.n];
-            g.add_numbers(&mut out, |_| 1.0);
-            columns.push(out);
+        for g in &self.groups {
+            for k in 0..self.unknowns(g) {
+                let mut out = vec![0.0; self.n];
+                match (&self.logs[g.log].reading, g.sensor) {
+                    (Some(reading), Sensor::Reading) => g.add_numbers(&mut out, |r| reading.own(k, r)),
+                    _ => g.add_numbers(&mut out, |_| 1.0),
+                }
+                columns.push(out);
+            }
         }
         columns
     }

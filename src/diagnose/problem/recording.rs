@@ -26,7 +26,7 @@ impl Problem {
 
     /// Kind of its logs.
     pub fn recording(&self) -> Recording {
-        if self.groups.iter().all(|g| g.dims == 1) {
+        if !self.groups.iter().any(|g| g.sensor.is_length()) {
             Recording::JointSensors
         } else if self.is_settled() && self.logs.iter().all(|l| l.reflectors() > 0) {
             Recording::SettledPoses

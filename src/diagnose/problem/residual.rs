@@ -2,11 +2,11 @@
 
 use super::forward::Problem;
 
-/// rms per coordinate of the reflectors' residual; of all where none is measured.
+/// rms per coordinate or reading of the residual of points; of all where none is measured.
 pub fn rms(problem: &Problem, residual: &[f64]) -> f64 {
     let (mut sum, mut n) = (0.0, 0usize);
-    let points = problem.groups.iter().any(|g| g.dims == 3);
-    for g in problem.groups.iter().filter(|g| !points || g.dims == 3) {
+    let points = problem.groups.iter().any(|g| g.sensor.is_length());
+    for g in problem.groups.iter().filter(|g| !points || g.sensor.is_length()) {
         sum += residual[g.range()].iter().map(|v| v * v).sum::<f64>();
         n += g.range().len();
     }

@@ -59,6 +59,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
                 frame: 0,
                 block,
                 left_out: Vec::new(),
+                reading: None,
                 jacobian: OnceLock::new(),
                 log,
             }

@@ -309,7 +309,7 @@ fn unit(outcome: &Outcome) -> GapUnit {
     let p = &outcome.problem;
     match p.groups.first().map(|g| g.sensor) {
         Some(Sensor::Joint(a) | Sensor::Motor(a))
-            if p.groups.iter().all(|g| g.dims == 1) && p.robot.axis(a).kind == JointKind::Revolute =>
+            if !p.groups.iter().any(|g| g.sensor.is_length()) && p.robot.axis(a).kind == JointKind::Revolute =>
         {
             GapUnit::DEGREE
         }

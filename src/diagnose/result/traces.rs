@@ -96,7 +96,7 @@ const PER_BIN: usize = 6;
 /// The arrays of an outcome.
 pub fn of(outcome: &Outcome) -> Traces {
     let p = &outcome.problem;
-    let points = p.groups.iter().any(|g| g.dims == 3);
+    let points = p.groups.iter().any(|g| g.sensor.is_length());
     let order: Vec<usize> = document::told_in_order(outcome).into_iter().map(|k| outcome.fit.free[k]).collect();
     let moved: Vec<(usize, Vec<f64>)> = order
         .into_par_iter()
@@ -124,7 +124,7 @@ pub fn of(outcome: &Outcome) -> Traces {
 
 /// Groups that tell the gap: reflectors, or joints where there are none.
 fn telling(p: &Problem, log: usize, points: bool) -> impl Iterator<Item = &Group> {
-    p.groups_of(log).filter(move |g| (g.dims == 3) == points)
+    p.groups_of(log).filter(move |g| g.sensor.is_length() == points)
 }
 
 /// Root mean square length over the sensors of each sample, in the order of the rows.
@@ -201,6 +201,15 @@ fn joint_trace(outcome: &Outcome, axis: usize, own: &[&Vec<f64>]) -> Option<Join
             };
             match g.sensor {
                 Sensor::Joint(a) if a == axis => (0..n).for_each(|b| push(g.middle(b), x[b], y[b])),
+                Sensor::Reading if !measured => {
+                    let Some(reading) = &log.reading else { continue };
+                    let jacobian = &outcome.fit.state.logs[l].jacobian[0][axis];
+                    let lever = |b: usize| reading.seen(g.middle(b), &jacobian[g.middle(b)]);
+                    let longest = (0..n).map(|b| lever(b).abs()).fold(0.0, f64::max);
+                    for b in (0..n).filter(|b| lever(*b).abs() > SHORT_LEVER * longest) {
+                        push(g.middle(b), x[b] / lever(b), y[b] / lever(b));
+                    }
+                }
                 Sensor::Reflector(0) if !measured => {
                     let levers = &outcome.fit.state.logs[l].jacobian[0][axis];
                     let longest = levers.iter().map(Vector3::norm_squared).fold(0.0, f64::max);

@@ -32,7 +32,7 @@ fn parts_of(problem: &Problem) -> Vec<Vec<std::ops::Range<usize>>> {
     if problem.logs.len() > 1 {
         return (0..problem.logs.len()).map(|l| problem.groups_of(l).map(|g| g.range()).collect()).collect();
     }
-    if problem.groups.iter().any(|g| g.dims == 3) {
+    if problem.groups.iter().any(|g| g.sensor.is_length()) {
         return Vec::new();
     }
     let half = |second: bool| {

@@ -44,7 +44,7 @@ pub(in crate::diagnose) fn find(problem: &Problem, fit: &Fit, known: usize) -> V
 
 /// Logs that share a frame and should not: each with its own frame is fitted far better.
 fn stations(problem: &Problem, fit: &Fit) -> Option<Contradiction> {
-    let measured = |l: &usize| problem.logs[*l].reflectors() > 0;
+    let measured = |l: &usize| problem.logs[*l].is_tracked();
     let logs: Vec<usize> = (0..problem.logs.len()).filter(measured).collect();
     if logs.len() < 2 || fit.hypothesis.frames.len() > 1 {
         return None;

@@ -53,8 +53,9 @@ impl Course {
             return search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening);
         }
         let Self { fit, whitening, steps, .. } = self;
-        let (alternatives, exchanged) = search.exchange(fit, whitening, steps);
+        let (mut alternatives, exchanged) = search.exchange(fit, whitening, steps);
         if !exchanged {
+            search.side_by_side(fit, whitening, &mut alternatives);
             return alternatives;
         }
         *whitening = precise::noise_left(search.problem, fit, whitening, &prepared.groups);
@@ -68,7 +69,9 @@ impl Course {
             fit,
             rms_nuisance,
         );
-        search.exchange(fit, whitening, steps).0
+        let mut alternatives = search.exchange(fit, whitening, steps).0;
+        search.side_by_side(fit, whitening, &mut alternatives);
+        alternatives
     }
 
     /// What stays unexplained: an effect that the limit of effects left out, a contradiction to what is known, one effect found

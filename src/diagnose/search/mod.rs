@@ -27,6 +27,7 @@
 //!   structure
 //! - `remaining`: is there structure that remains beyond what was found?
 //! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
+//! - `side_by_side`: gaps of joints that reverse together, in the one reading of a ballbar or a dial
 //! - `story`: the found effects one by one: what each leaves, and what it leaves of data that it was not fitted to
 //! - `supported`: effects of joint sensors must lessen what is left of blocks that were not fitted
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
@@ -50,6 +51,7 @@ pub(crate) mod precise;
 pub(crate) mod prepared;
 pub(crate) mod remaining;
 pub(crate) mod sandwich;
+pub(crate) mod side_by_side;
 pub(crate) mod story;
 pub(crate) mod supported;
 pub(crate) mod together;
@@ -400,6 +402,7 @@ impl Search<'_> {
             }
             steps.push(step);
             let settled = self.settle(next, whitening, steps);
+            let settled = self.as_gaps(settled, whitening, steps);
             *fit = self.as_elements(settled, whitening, steps);
             *whitening = precise::noise_left(self.problem, fit, whitening, groups);
             *fit = fit::refit(self.problem, &fit.hypothesis, &fit.free, whitening);

@@ -96,14 +96,17 @@ pub fn per_second(logs: &[&Log]) -> f64 {
     (MOST_BINS / logs.iter().map(length).sum::<f64>()).clamp(FEWEST_PER_S, BINS_PER_S)
 }
 
-/// Bins a log.
-pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], readings: &Readings, bins_per_s: f64) -> BinnedLog {
-    let good = readings.good();
+/// Bins what an instrument read of a log.
+pub fn bin(readings: &Readings, robot: &Robot, splines: &[Spline], bins_per_s: f64) -> BinnedLog {
+    let (log, good) = (readings.log(), readings.good());
+    // a sensor of one joint sees nothing of the others
+    let seen = |a: &usize| readings.sensed().is_none_or(|sensed| sensed == *a);
     let bins = edges(log, bins_per_s);
     let mut out = BinnedLog {
         name: log.name.clone(),
         moving: moving(log, robot)
             .into_iter()
+            .filter(seen)
             .map(|a| (a, JointRows::new(&log.t_s, &log.cmd[a], &splines[a])))
             .collect(),
         bins,
@@ -212,7 +215,12 @@ fn measured(log: &Log, chain: &Chain, readings: &Readings, out: &mut BinnedLog) 
         out.deviation_m.push(off / n);
         let velocity: Vector3<f64> = jacobian.iter().zip(&out.speed[b]).map(|(j, v)| j * *v).sum();
         speeds.push(velocity.norm());
-        let seen = jacobian.iter().map(|j| out.seen(b, j)).collect();
+        let seen = match readings.sensed() {
+            Some(sensed) => (0..jacobian.len())
+                .map(|a| if a == sensed { Vector3::x() * readings.lever } else { Vector3::zeros() })
+                .collect(),
+            None => jacobian.iter().map(|j| out.seen(b, j)).collect(),
+        };
         out.sensitivity.push(seen);
         out.jacobian.push(jacobian);
     }

@@ -2,7 +2,7 @@
 
 use super::evidence::{Evidence, Reversal};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS, turns};
-use super::predict::{self, Left, Ratio, along_path, random_effect};
+use super::predict::{self, Left, Ratio, along_path, random_effect, recordings};
 use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
@@ -346,9 +346,13 @@ pub fn whole(problem: &Problem, evidence: &Evidence, mut joints: Vec<JointEstima
         let share = predict::share_that_stays(&own, before, &random_effect(&own)).unwrap_or(whole).min(1.0);
         Left { share, after_reversal_m2: Some(t.after_m.powi(2)) }
     };
-    let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
+    let moving = |r: &Vec<usize>| r.iter().map(|l| problem.logs[*l].moving.len()).sum::<usize>();
+    let several = recordings(problem).into_iter().filter(|r| moving(r) > 1);
     let predicted: Vec<(String, f64, f64)> = several
-        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, &evidence.covariance, l, &left)?)))
+        .filter_map(|r| {
+            let errors = along_path(problem, &evidence.covariance, &r, &left)?;
+            Some((problem.logs[*r.first()?].name.clone(), errors))
+        })
         .map(|(name, [before, after])| (name, before, after))
         .collect();
     if gains_nothing(&predicted) {

@@ -66,7 +66,7 @@ const KNOTS: usize = 7;
 const ROUNDS: usize = 3;
 
 /// Identifies a machine from its logs, by gears where gears turn by sums of axes; `setups` says of each log what is known of a ballbar
-/// or a dial (none given: nothing).
+/// or a dial (none given: what the logs say themselves).
 ///
 /// # Errors
 /// Where a log has no readings or no time, or no joint reverses.
@@ -84,11 +84,11 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let (aligned, shifts) = clock::aligned(robot, logs)?;
     let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
     let registered = frame::frame(robot, &aligned)?;
-    let readings = aligned
-        .iter()
-        .enumerate()
-        .map(|(k, l)| Readings::new(robot, l, &setups.get(k).copied().unwrap_or_default(), registered.as_ref()))
-        .collect::<Result<Vec<_>>>()?;
+    let mut readings = Vec::new();
+    for (k, log) in aligned.iter().enumerate() {
+        let setup = setups.get(k).copied().unwrap_or_else(|| Setup::of(log));
+        readings.extend(Readings::of_log(robot, log, &setup, registered.as_ref())?);
+    }
     let Solved { problem, evidence, varies, apart } = solved(robot, &aligned, &readings)?;
     let mut notes: Vec<String> = shifts.iter().map(|(log, by_s)| clock::note(&logs[*log], *by_s)).collect();
     notes.extend(readings.iter().filter_map(Readings::note));
@@ -190,7 +190,7 @@ struct Solved<'a> {
 fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<Solved<'a>> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let bins_per_s = bins::per_second(logs);
-    let bins = logs.iter().zip(readings).map(|(l, r)| bins::bin(l, robot, &splines, r, bins_per_s)).collect();
+    let bins = readings.iter().map(|r| bins::bin(r, robot, &splines, bins_per_s)).collect();
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
     for k in 0..ROUNDS {

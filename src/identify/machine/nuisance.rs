@@ -2,7 +2,8 @@
 //!
 //! Shared by all logs: small rotations and translations of every body of the arm (they hold every error of geometry, zero
 //! position and tool to first order), the lag of each joint, its answer to acceleration, its compliance under gravity, and
-//! ripples of its gear. Of each log alone: the tracker's frame (of a ballbar its centre and length, of a dial its zero and tilt), a slow
+//! ripples of its gear. Of each log alone: the tracker's frame (of a ballbar its centre and length, of a dial its zero and tilt, of a joint
+//! sensor its zero, its scale and a wave once a turn), a slow
 //! drift of the TCP, the offset and rate of its clock, and where a joint stood before its first movement.
 //!
 //! Priors are normal with the standard deviations below: several times what robots show, so that they decide nothing that the
@@ -22,6 +23,8 @@ const FRAME_RAD: f64 = 5e-3;
 const GIVEN_M: f64 = 1e-3;
 const ZERO_M: f64 = 1e-2;
 const TILT_RAD: f64 = 5e-2;
+/// Errors of a joint sensor and of what turns with it over its position: scale, and once a turn.
+const SENSOR: f64 = 1e-3;
 const BODY_M: f64 = 1e-3;
 const BODY_RAD: f64 = 1e-3;
 const LAG_S: f64 = 2e-2;
@@ -65,15 +68,18 @@ pub struct Column {
 
 /// Columns of a log; `number` is that of the log.
 pub fn columns(log: &BinnedLog, number: usize, robot: &Robot, ripples: &[Ripple]) -> Vec<Column> {
-    let mut out = own(log, number);
-    out.extend(bodies(log, robot));
+    let mut out = own(log, robot, number);
+    // a sensor after a gear sees nothing of what bends or stands elsewhere behind it
+    if !matches!(log.instrument, Instrument::Joint { .. }) {
+        out.extend(bodies(log, robot));
+    }
     out.extend(joints(log, robot));
     out.extend(of_ripples(log, ripples, 0));
     out
 }
 
 /// Frame of the instrument, drift and clock of one log.
-fn own(log: &BinnedLog, number: usize) -> Vec<Column> {
+fn own(log: &BinnedLog, robot: &Robot, number: usize) -> Vec<Column> {
     let n = log.len();
     let (t0, t1) = (log.t_s.first().copied().unwrap_or(0.0), log.t_s.last().copied().unwrap_or(1.0));
     let u: Vec<f64> = log.t_s.iter().map(|t| (2.0 * t - t0 - t1) / (t1 - t0).max(1e-9)).collect();
@@ -96,6 +102,9 @@ fn own(log: &BinnedLog, number: usize) -> Vec<Column> {
     } else {
         for (sigma, values) in single(log) {
             add(sigma, values);
+        }
+        for values in over_position(log, robot) {
+            add(SENSOR, values);
         }
         add(DRIFT_M, u.iter().map(|u| Vector3::x() * *u).collect());
         add(DRIFT_M, u.iter().map(|u| Vector3::x() * (1.5 * u * u - 0.5)).collect());
@@ -132,10 +141,26 @@ fn single(log: &BinnedLog) -> Vec<(f64, Vec<Vector3<f64>>)> {
             vec![centre, centre, centre, if log.whole { GIVEN_M } else { ZERO_M }]
         }
         Instrument::Direction { .. } => vec![ZERO_M, TILT_RAD, TILT_RAD],
-        _ => Vec::new(),
+        Instrument::Joint { .. } => vec![ZERO_M],
+        Instrument::Tcp => Vec::new(),
     };
     let column = |k: usize| own.iter().map(|o| o[k]).collect();
     sigmas.iter().enumerate().map(|(k, sigma)| (*sigma, column(k))).collect()
+}
+
+/// What a joint sensor and the load of its joint add over its position: a scale, and of a joint that turns a wave once a turn.
+fn over_position(log: &BinnedLog, robot: &Robot) -> Vec<Vec<Vector3<f64>>> {
+    let Instrument::Joint { axis } = log.instrument else { return Vec::new() };
+    let mean = log.q.iter().map(|q| q[axis]).sum::<f64>() / log.len().max(1) as f64;
+    let column = |of: &dyn Fn(f64) -> f64| -> Vec<Vector3<f64>> {
+        log.q.iter().zip(&log.sensitivity).map(|(q, s)| s[axis] * of(q[axis])).collect()
+    };
+    let mut out = vec![column(&|q| q - mean)];
+    if robot.axis(axis).kind == JointKind::Revolute {
+        out.push(column(&|q| q.sin() - mean.sin()));
+        out.push(column(&|q| q.cos() - mean.cos()));
+    }
+    out
 }
 
 /// Root mean square of the derivative of the TCP by an axis, m per rad or m.
@@ -179,7 +204,8 @@ fn joints(log: &BinnedLog, robot: &Robot) -> Vec<Column> {
         out.push(Column { name: Name::Acceleration { axis }, sigma: ACCELERATION_S2, values });
     }
     let gravity = Gravity::new(robot);
-    if gravity.is_known() {
+    // what bends before a joint sensor is not what bends before the TCP
+    if gravity.is_known() && !matches!(log.instrument, Instrument::Joint { .. }) {
         let columns: Vec<Vec<f64>> = (0..robot.dof()).map(|a| log.q.iter().map(|q| q[a]).collect()).collect();
         let torque = gravity.over(robot.chain(), &columns, None);
         for (axis, torque) in torque.iter().enumerate() {
@@ -209,6 +235,9 @@ fn torque_scale(robot: &Robot, axis: usize) -> f64 {
 pub fn of_ripples(log: &BinnedLog, ripples: &[Ripple], first: usize) -> Vec<Column> {
     let mut out = Vec::new();
     for (k, r) in ripples.iter().enumerate() {
+        if matches!(log.instrument, Instrument::Joint { axis } if axis != r.axis) {
+            continue;
+        }
         let lever = lever(log, r.axis);
         for part in 0..2 {
             let wave = |b: usize| {

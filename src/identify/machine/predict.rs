@@ -12,6 +12,7 @@
 use super::evidence::{AFTER_S, APART_S, Reversal};
 use super::law::{SPIKES, WINDUPS, turns};
 use super::problem::Problem;
+use crate::machine::measurement::Instrument;
 use nalgebra::{DMatrix, Vector3};
 
 /// Friction of one direction beyond the mean of both, at most, as a share of that mean. The Coulomb friction both ways of the six joints of a
@@ -99,27 +100,50 @@ fn unseen(problem: &Problem, covariance: &DMatrix<f64>, axis: usize) -> f64 {
     UNEVEN.powi(2) / 3.0 * (law.windup().powi(2) + variance)
 }
 
-/// Root mean square distance from the path along a log, m: of all lost motion, and of what is left of it.
+/// What was recorded together: a log of the TCP or of one reading by itself, the joint sensors of a log together.
+pub fn recordings(problem: &Problem) -> Vec<Vec<usize>> {
+    let sensed = |l: usize| match problem.logs[l].instrument {
+        Instrument::Joint { axis } => Some(axis),
+        _ => None,
+    };
+    let mut out: Vec<Vec<usize>> = Vec::new();
+    for l in 0..problem.logs.len() {
+        // the sensors of a log follow each other in the order of their axes
+        let with = out.last().and_then(|r| r.last()).copied().filter(|&k| {
+            let alike = problem.logs[k].name == problem.logs[l].name && problem.logs[k].bins == problem.logs[l].bins;
+            alike && sensed(k).zip(sensed(l)).is_some_and(|(a, b)| a < b)
+        });
+        match (with, out.last_mut()) {
+            (Some(_), Some(recording)) => recording.push(l),
+            _ => out.push(vec![l]),
+        }
+    }
+    out
+}
+
+/// Root mean square distance from the path along a recording, m: of all lost motion, and of what is left of it.
 ///
 /// Along the path lost motion is a delay and no deviation, so its component along the movement does not count; nor do bins at rest.
 pub fn along_path(
     problem: &Problem,
     covariance: &DMatrix<f64>,
-    log: usize,
+    recording: &[usize],
     left: &dyn Fn(usize) -> Left,
 ) -> Option<[f64; 2]> {
-    let l = &problem.logs[log];
+    let l = &problem.logs[*recording.first()?];
     let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
     let mut each = Vec::new();
-    for ((axis, response), (_, rows)) in problem.responses(log, false).into_iter().zip(&l.moving) {
-        let mut errors = Vec::new();
-        l.average(&response.error, &mut errors);
-        let turned: Vec<f64> = turns(&rows.x).into_iter().map(|k| rows.t_s[k]).collect();
-        let near = |t: f64| turned[..turned.partition_point(|s| *s <= t)].last().is_some_and(|s| t - s <= AFTER_S);
-        let near: Vec<bool> = l.t_s.iter().map(|t| near(*t)).collect();
-        each.push((axis, left(axis), errors, near, unseen(problem, covariance, axis)));
+    for &log in recording {
+        for ((axis, response), (_, rows)) in problem.responses(log, false).into_iter().zip(&problem.logs[log].moving) {
+            let mut errors = Vec::new();
+            problem.logs[log].average(&response.error, &mut errors);
+            let turned: Vec<f64> = turns(&rows.x).into_iter().map(|k| rows.t_s[k]).collect();
+            let near = |t: f64| turned[..turned.partition_point(|s| *s <= t)].last().is_some_and(|s| t - s <= AFTER_S);
+            let near: Vec<bool> = l.t_s.iter().map(|t| near(*t)).collect();
+            each.push((axis, left(axis), errors, near, unseen(problem, covariance, axis)));
+        }
     }
-    for b in (0..l.len()).filter(|b| !problem.unused[log][*b]) {
+    for b in (0..l.len()).filter(|b| recording.iter().all(|log| !problem.unused[*log][*b])) {
         let velocity: Vector3<f64> = l.jacobian[b].iter().zip(&l.speed[b]).map(|(j, v)| j * *v).sum();
         let Some(along) = velocity.try_normalize(1e-6) else { continue };
         let across = |v: Vector3<f64>| v - along * along.dot(&v);

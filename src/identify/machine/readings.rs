@@ -1,8 +1,9 @@
-//! What the instrument of a log reads: the coordinates of a tracker, or one reading a row of a ballbar or a dial.
+//! What the instrument of a log reads: the coordinates of a tracker, one reading a row of a ballbar or a dial, or sensors of joints.
 //!
-//! Whatever is estimated moves the TCP; a reading sees a part of that ([`crate::machine::measurement`]). The one reading of a ballbar
-//! or a dial stands in the first of the three coordinates of a bin; the other two are zero in readings and columns alike, and add
-//! nothing to any sum.
+//! Whatever is estimated moves joints and TCP; a reading sees a part of that ([`crate::machine::measurement`]). The one reading of a
+//! ballbar or a dial stands in the first of the three coordinates of a bin; the other two are zero in readings and columns alike, and add
+//! nothing to any sum. A sensor after a gear sees its joint alone, so each sensor of a log is an instrument by itself; it stands there
+//! as what its joint moves the TCP by at its usual lever, so that sizes in metres mean the same for all instruments.
 //!
 //! The centre of a ballbar bends its readings, and by millimetres it is not known. Where it is not given it is fitted first, with the
 //! bar's length alone: lost motion and geometry leave it within some tenths of a millimetre, about which it is linear.
@@ -23,6 +24,11 @@ const CENTRED_BY: usize = 1000;
 const SET_UP_M: f64 = 5e-3;
 const ELSE_M: f64 = 1e-4;
 
+/// Least lever of a joint whose sensor is read, m: one that turns about the TCP is seen by its sensor all the same.
+const LEAST_LEVER_M: f64 = 0.1;
+/// Rows from which a lever is computed.
+const LEVERED_BY: usize = 200;
+
 /// The instrument of a log, and its readings.
 pub struct Readings<'a> {
     /// Its centre as fitted.
@@ -37,18 +43,67 @@ pub struct Readings<'a> {
     single: &'a [Option<f64>],
     /// What a single reading counts from, m: a zero that is not known.
     zero_m: f64,
+    /// Metres at the TCP of a unit of a joint sensor (rad, m); 1 of other instruments.
+    pub lever: f64,
 }
 
 impl<'a> Readings<'a> {
-    /// The TCP of a tracker; else whatever single reading the log has.
+    /// The instruments of a log: the TCP of a tracker; else its single reading; else the sensors of the joints that move.
     ///
     /// # Errors
-    /// Where a log has neither, a dial has no direction, or readings cannot be in their unit.
-    pub fn new(robot: &Robot, log: &'a Log, setup: &Setup, registered: Option<&Registered>) -> Result<Self> {
-        if log.poses {
-            let (found, expected) = ("settled poses (no column `t_s`)", "samples of a motion with times `t_s`");
+    /// Where a log has none of them, a dial has no direction, or readings cannot be in their unit.
+    pub fn of_log(robot: &Robot, log: &'a Log, setup: &Setup, registered: Option<&Registered>) -> Result<Vec<Self>> {
+        refuse_poses(log)?;
+        if !log.tcp_m.is_empty() || log.instruments.has_scalar() {
+            return Ok(vec![Self::new(robot, log, setup, registered)?]);
+        }
+        let sensed = |a: &usize| log.meas.get(*a).is_some_and(Option::is_some);
+        let moving: Vec<usize> = super::bins::moving(log, robot).into_iter().filter(sensed).collect();
+        let all: Vec<Self> = moving.into_iter().filter_map(|a| Self::of_sensor(robot, log, a)).collect();
+        if all.is_empty() {
+            let found = if log.meas.iter().any(Option::is_some) {
+                "joint sensors of no joint that moves"
+            } else {
+                "no columns `x_mm,y_mm,z_mm`"
+            };
+            let expected = "the measured TCP of each row, readings of a ballbar (`r_mm`, `r_um`) or a dial (`dial_um`), or sensors of \
+                            the joints that move (`meas_<joint>`)";
             return Err(Error::bad(Place::file(&log.name), found, expected));
         }
+        Ok(all)
+    }
+
+    /// The sensor of a joint; `None` where too few rows have a reading.
+    pub fn of_sensor(robot: &Robot, log: &'a Log, axis: usize) -> Option<Self> {
+        let single = log.meas.get(axis)?.as_deref()?;
+        let off: Vec<f64> = single.iter().zip(&log.cmd[axis]).filter_map(|(m, c)| Some((*m)? - c)).collect();
+        if off.len() < LEAST_ROWS {
+            return None;
+        }
+        let mut jacobian = vec![Vector3::zeros(); robot.dof()];
+        let each = (log.len() / LEVERED_BY).max(1);
+        let squares: Vec<f64> = (0..log.len())
+            .step_by(each)
+            .map(|i| {
+                robot.chain().position_and_jacobian(&log.command(i), &mut jacobian);
+                jacobian[axis].norm_squared()
+            })
+            .collect();
+        let lever = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt().max(LEAST_LEVER_M);
+        Some(Self {
+            instrument: Instrument::Joint { axis },
+            given: true,
+            whole: false,
+            log,
+            frame: Isometry3::identity(),
+            single,
+            zero_m: lever * off.iter().sum::<f64>() / off.len() as f64,
+            lever,
+        })
+    }
+
+    /// The TCP of a tracker, or a single reading of it.
+    fn new(robot: &Robot, log: &'a Log, setup: &Setup, registered: Option<&Registered>) -> Result<Self> {
         let single = log.instruments.scalar().unwrap_or_default();
         let mut out = Self {
             instrument: Instrument::Tcp,
@@ -58,15 +113,11 @@ impl<'a> Readings<'a> {
             frame: Isometry3::identity(),
             single,
             zero_m: 0.0,
+            lever: 1.0,
         };
         if let (false, Some(all)) = (log.tcp_m.is_empty(), registered) {
             out.frame = frame::own_frame(robot, log, all)?;
             return Ok(out);
-        }
-        if single.is_empty() {
-            let expected =
-                "the measured TCP of each row, or readings of a ballbar (`r_mm`, `r_um`) or a dial (`dial_um`)";
-            return Err(Error::bad(Place::file(&log.name), "no columns `x_mm,y_mm,z_mm`", expected));
         }
         let rows: Vec<usize> = (0..log.len()).filter(|i| single[*i].is_some()).collect();
         if rows.len() < LEAST_ROWS {
@@ -109,8 +160,25 @@ impl<'a> Readings<'a> {
         if self.is_tcp() {
             return Some((self.frame * Point3::from(self.log.tcp_m[row]?)).coords - nominal);
         }
+        if let Instrument::Joint { axis } = self.instrument {
+            let off = self.lever * (self.single[row]? - self.log.cmd[axis][row]) - self.zero_m;
+            return Some(Vector3::new(off, 0.0, 0.0));
+        }
         let off = self.single[row]? - self.zero_m - self.instrument.reading(nominal)?;
         Some(Vector3::new(off, 0.0, 0.0))
+    }
+
+    /// The axis that a joint sensor sees; `None`: the instrument sees the TCP.
+    pub fn sensed(&self) -> Option<usize> {
+        match self.instrument {
+            Instrument::Joint { axis } => Some(axis),
+            _ => None,
+        }
+    }
+
+    /// The log that is read.
+    pub fn log(&self) -> &'a Log {
+        self.log
     }
 
     /// What to say of an instrument that was fitted.
@@ -126,6 +194,15 @@ impl<'a> Readings<'a> {
             _ => None,
         }
     }
+}
+
+/// Refuses settled poses.
+fn refuse_poses(log: &Log) -> Result<()> {
+    if !log.poses {
+        return Ok(());
+    }
+    let (found, expected) = ("settled poses (no column `t_s`)", "samples of a motion with times `t_s`");
+    Err(Error::bad(Place::file(&log.name), found, expected))
 }
 
 /// Centre of a ballbar by distances of nominal points, about where it was looked for; with the bar's length where that is not known.

@@ -17,7 +17,8 @@ use nalgebra::DMatrix;
 pub fn undetermined(problem: &Problem) -> Vec<(usize, f64)> {
     let tracked = |axis: usize| {
         let reverses = |m: &(usize, JointRows)| m.0 == axis && !turns(&m.1.x).is_empty();
-        problem.logs.iter().any(|l| l.instrument == Instrument::Tcp && l.moving.iter().any(reverses))
+        let whole = |i: &Instrument| matches!(i, Instrument::Tcp | Instrument::Joint { .. });
+        problem.logs.iter().any(|l| whole(&l.instrument) && l.moving.iter().any(reverses))
     };
     let axes = (0..problem.laws.len()).filter(|a| problem.laws[*a].is_some() && !tracked(*a));
     let axes: Vec<usize> = axes.filter(|a| mean_weights(problem, *a).2 > 0).collect();

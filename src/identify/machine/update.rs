@@ -43,8 +43,10 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
-    if let Some(log) = logs.iter().find(|l| l.instruments.scalar().is_some()) {
-        let found = "readings of a ballbar or a dial";
+    let tracked = |l: &&Log| l.instruments.scalar().is_none() && !l.tcp_m.is_empty();
+    if let Some(log) = logs.iter().find(|l| !tracked(l)) {
+        let single = log.instruments.scalar().is_some();
+        let found = if single { "readings of a ballbar or a dial" } else { "no columns `x_mm,y_mm,z_mm`" };
         return Err(Error::bad(Place::file(&log.name), found, "a run measured with a tracker (`x_mm,y_mm,z_mm`)"));
     }
     let by_gears = geared(robot, logs);
@@ -53,13 +55,11 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     let registered = frame::frame(robot, &all)?;
     let bins_per_s = bins::per_second(&all);
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
-    let binned = logs
-        .iter()
-        .map(|l| {
-            let readings = Readings::new(robot, l, &Setup::default(), registered.as_ref())?;
-            Ok(bins::bin(l, robot, &splines, &readings, bins_per_s))
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let mut binned = Vec::new();
+    for log in logs {
+        let readings = Readings::of_log(robot, log, &Setup::default(), registered.as_ref())?;
+        binned.extend(readings.iter().map(|r| bins::bin(r, robot, &splines, bins_per_s)));
+    }
     let mut problem = Problem::new(robot, binned, splines);
     let start: Vec<Option<JointLaw>> = (0..robot.dof())
         .map(|a| problem.laws[a].as_ref().map(|_| law(previous.on(a), &problem.splines[a], problem.sizes[a])))

@@ -1,6 +1,7 @@
 //! Readings of a log and the columns that explain them.
 
 use crate::effects::{Backlash, Decay, Effect, Stiction};
+use crate::identify::machine::readings::Readings;
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::machine::{CommandTrajectory, slopes};
@@ -12,6 +13,8 @@ pub const SPIKE: f64 = 0.01;
 pub const LAG_S: f64 = 0.02;
 pub const ZERO: f64 = 0.1;
 pub const INSTRUMENT: f64 = 0.5;
+/// The same of the scale of a joint sensor.
+const SCALE: f64 = 1e-3;
 /// Prior standard deviation of the centre of a ballbar that tells differences to its length, about the centre of the commanded
 /// circle, m. Across the plane of the circle such readings hardly see the centre, and a ballbar is set up to some millimetres.
 const SET_UP_M: f64 = 5e-3;
@@ -94,6 +97,8 @@ pub struct Track {
     free_centre: bool,
     /// How far the centre has been moved from where it was looked for first.
     moved_m: Vector3<f64>,
+    /// Metres at the TCP of a unit of a joint sensor (rad, m).
+    lever: f64,
     drive: CommandTrajectory,
     speeds: Vec<Vec<f64>>,
     turns: Vec<usize>,
@@ -102,7 +107,14 @@ pub struct Track {
 impl Track {
     pub fn new(robot: &Robot, log: &Log, instrument: Instrument, free_centre: bool) -> Self {
         let drive = CommandTrajectory::of_log(robot, log);
-        let column = log.instruments.scalar().unwrap_or_default();
+        let (lever, column) = match instrument {
+            Instrument::Joint { axis } => {
+                let readings = Readings::of_sensor(robot, log, axis);
+                let lever = readings.map_or(1.0, |r| r.lever);
+                (lever, sensed(log, axis, lever))
+            }
+            _ => (1.0, log.instruments.scalar().unwrap_or_default().to_vec()),
+        };
         let (rows, readings) = column.iter().enumerate().filter_map(|(i, v)| Some((i, (*v)?))).unzip();
         let speeds = (0..robot.dof()).map(|a| slopes(drive.t_s(), drive.command(a))).collect();
         let turns = (0..robot.dof()).map(|a| drive.turns(a).len()).collect();
@@ -113,6 +125,7 @@ impl Track {
             whole: log.instruments.distance_m.is_some(),
             free_centre,
             moved_m: Vector3::zeros(),
+            lever,
             drive,
             speeds,
             turns,
@@ -120,11 +133,16 @@ impl Track {
     }
 
     pub fn reverses(&self, axis: usize) -> bool {
-        self.turns[axis] > 0
+        self.sees(axis) && self.turns[axis] > 0
     }
 
     pub fn moves(&self, axis: usize) -> bool {
-        !self.drive.rests(axis)
+        self.sees(axis) && !self.drive.rests(axis)
+    }
+
+    /// Whether the readings can change with an axis: a joint sensor sees its own joint alone.
+    fn sees(&self, axis: usize) -> bool {
+        !matches!(self.instrument, Instrument::Joint { axis: sensed } if sensed != axis)
     }
 
     /// Numbers of the instrument's own parameters that are fitted.
@@ -132,6 +150,7 @@ impl Track {
         match self.instrument {
             Instrument::Distance { .. } if self.whole => (0..if self.free_centre { 3 } else { 0 }).collect(),
             Instrument::Distance { .. } => (if self.free_centre { 0 } else { 3 }..4).collect(),
+            Instrument::Joint { .. } => vec![0, 1],
             _ => (0..3).collect(),
         }
     }
@@ -140,6 +159,7 @@ impl Track {
     fn own_prior(&self, n: usize) -> f64 {
         match self.instrument {
             Instrument::Distance { .. } if !self.whole && n < 3 => SET_UP_M,
+            Instrument::Joint { .. } if n == 1 => SCALE,
             _ => INSTRUMENT,
         }
     }
@@ -166,8 +186,15 @@ impl Track {
         for &row in &self.rows {
             self.drive.command_into(row, &mut q);
             let p = robot.chain().position_and_jacobian(&q, &mut columns);
-            readings.push(self.instrument.reading(&p).unwrap_or(0.0));
+            if let Instrument::Joint { axis } = self.instrument {
+                // the zero of the sensor, and its scale
+                own.push(vec![[1.0, 0.0, 0.0], [self.lever * q[axis], 0.0, 0.0]]);
+                readings.push(self.lever * q[axis]);
+                (0..dof).for_each(|a| sensitivity[a].push(if a == axis { self.lever } else { 0.0 }));
+                continue;
+            }
             own.push(self.instrument.nuisances(&p));
+            readings.push(self.instrument.reading(&p).unwrap_or(0.0));
             for (s, c) in sensitivity.iter_mut().zip(&columns) {
                 s.push(self.instrument.sensitivity(&p, c)[0]);
             }
@@ -213,6 +240,14 @@ impl Track {
             }
         }
     }
+}
+
+/// Readings of a joint sensor at a lever, m, about the commands: its zero is not known.
+fn sensed(log: &Log, axis: usize, lever: f64) -> Vec<Option<f64>> {
+    let Some(Some(column)) = log.meas.get(axis) else { return Vec::new() };
+    let off: Vec<f64> = column.iter().zip(&log.cmd[axis]).filter_map(|(m, c)| Some((*m)? - c)).collect();
+    let zero = off.iter().sum::<f64>() / off.len().max(1) as f64;
+    column.iter().map(|m| m.map(|m| lever * (m - zero))).collect()
 }
 
 /// Where the centre of a ballbar is looked for first: the centre of the circle that fits the commanded TCPs best; of a path that

@@ -58,6 +58,7 @@ impl Columns<'_> {
             dial_m: self.cells(Meaning::Dial),
             orientation: Vec::new(),
             torque_nm: if torque_nm.iter().any(Option::is_some) { torque_nm } else { Vec::new() },
+            ..Instruments::default()
         };
         if let [Some(w), Some(x), Some(y), Some(z)] = [0, 1, 2, 3].map(|part| self.take(Meaning::Orientation(part))) {
             instruments.orientation = orientations([&w, &x, &y, &z]).map_err(|(row, norm)| {

@@ -108,6 +108,7 @@ pub fn words(recording: &Recording, robot: &Robot, options: &Options) -> String 
     // the same log tells more or less to another method: dwells alone do not separate a gap from wind-up for `identify`
     text.push_str(match recording.kind {
         super::Kind::Static => "expected of `identify static`:\n",
+        super::Kind::Path if options.bar_m.is_some() => "expected of `identify`:\n",
         super::Kind::Path => "expected of `identify path`:\n",
         super::Kind::Excitation => "expected of `identify path` (for `identify`, use it together with a static log):\n",
     });

@@ -5,6 +5,7 @@
 //!   joint moves the TCP, and from which the instrument sees it.
 //! - [`motions`]: the programs. `static`: bidirectional dwells of one joint after another. `path`: all joints at once, slowly, by
 //!   one sine each. `excitation`: all joints by three sines each, faster, with pauses.
+//! - `ballbar`: circles about the centre of a double ballbar, at the bar's length.
 //! - [`precision`]: standard deviation of every half gap from the sensitivities of the readings and the stated noise, with the
 //!   instrument's own unknowns, lags and friction estimated beside it.
 //! - [`document`]: the plan as it is written; [`vendor`]: a static test in the robot's own language, of the `legs` from rest to rest.
@@ -12,6 +13,7 @@
 //! The plan reports before the measurement what an instrument cannot show: a joint that it hardly sees gets a reason instead of a figure.
 //! It does not know of obstacles.
 
+mod ballbar;
 pub mod document;
 mod legs;
 pub(crate) mod motions;
@@ -90,8 +92,44 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     Ok(recording)
 }
 
+/// Limits of a motion about a pose.
+fn envelope_options(pose: Vec<f64>, duration_s: f64, options: &Options) -> EnvelopeOptions {
+    EnvelopeOptions {
+        pose: Some(pose),
+        duration_s,
+        rate_hz: options.rate_hz,
+        speed_m_s: options.speed_m_s,
+        travel_rad: options.travel_rad,
+        travel_m: options.travel_m,
+    }
+}
+
+/// Circles for a double ballbar.
+fn by_ballbar(robot: &Robot, kind: Kind, options: &Options, bar_m: f64) -> Result<Recording> {
+    let Instrument::Distance { centre_m } = options.instrument else {
+        return Err(Error::setting("bar_mm", "a bar without a centre", "the centre of the ballbar"));
+    };
+    if kind != Kind::Path {
+        let found = format!(
+            "{} program, in which the distance from the centre changes by centimetres: a double ballbar reads about 1 mm either way of its \
+             length",
+            if kind == Kind::Static { "a static" } else { "an excitation" }
+        );
+        let expected =
+            "a path, which is planned as circles about the centre; or a draw-wire sensor, which has that range";
+        return Err(Error::setting("ballbar", found, expected).mended_by(&["draw_wire"]));
+    }
+    let found = ballbar::plan(robot, centre_m, bar_m, options)?;
+    let duration_s = found.rows.last().map_or(0.0, |r| r.0);
+    let ballbar::Circles { pose, rows, precision, notes } = found;
+    Ok(Recording { kind, pose, rows, duration_s, precision, notes })
+}
+
 /// The same where every gear turns by its own axis.
 fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
+    if let Some(bar_m) = options.bar_m {
+        return by_ballbar(robot, kind, options, bar_m);
+    }
     let mut notes = Vec::new();
     let sight = posture::Sight::new(robot, options);
     let pose = match &options.pose {
@@ -107,17 +145,7 @@ fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
         Kind::Static => f64::INFINITY,
         _ => options.duration_s,
     };
-    let mut envelope = Envelope::new(
-        robot,
-        &EnvelopeOptions {
-            pose: Some(pose.clone()),
-            duration_s,
-            rate_hz: options.rate_hz,
-            speed_m_s: options.speed_m_s,
-            travel_rad: options.travel_rad,
-            travel_m: options.travel_m,
-        },
-    );
+    let mut envelope = Envelope::new(robot, &envelope_options(pose.clone(), duration_s, options));
     sight.narrow(&mut envelope, kind, &mut notes);
     let (rows, precision) = match kind {
         Kind::Static => {
@@ -186,8 +214,7 @@ fn of_distance(robot: &Robot, rows: &[(f64, Vec<f64>)], options: &Options) -> Op
     (farthest - nearest > RANGE_M).then(|| {
         format!(
             "the distance from the centre changes from {:.0} to {:.0} mm: this program is for a draw wire or another sensor of that \
-             range. A double ballbar reads about 1 mm either way of its length: with it, record circles about its centre, programmed on the \
-             controller, and give the log to `identify`",
+             range, not for a double ballbar",
             nearest * 1e3,
             farthest * 1e3
         )

@@ -36,6 +36,8 @@ pub struct Options {
     pub acceptance_rad: f64,
     /// What measures.
     pub instrument: Instrument,
+    /// Length of a double ballbar, m, which reads about a millimetre either way of it; `None`: the distance may change by more.
+    pub bar_m: Option<f64>,
     /// Standard deviation of a reading, m.
     pub noise_m: f64,
     /// Rows of the log per second.

@@ -158,27 +158,34 @@ fn range(joint: &Joint) -> [f64; 2] {
     [middle - half, middle + half]
 }
 
+/// A pose in the middle of the ranges, to whole tenths of a degree or millimetre: people read them.
+fn drawn(robot: &Robot, ranges: &[[f64; 2]], i: usize) -> Vec<f64> {
+    const BASES: [usize; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
+    let value = |(a, [lo, hi]): (usize, &[f64; 2])| {
+        let si = robot.axis(a).kind.si_per_user_unit();
+        let v = lo + (hi - lo) * halton(i, BASES[a % BASES.len()]);
+        ((v / si) * 10.0).round() / 10.0 * si
+    };
+    ranges.iter().enumerate().map(value).collect()
+}
+
+/// The first poses of those that are tried.
+pub fn candidates(robot: &Robot, count: usize) -> Vec<Vec<f64>> {
+    let ranges: Vec<[f64; 2]> = robot.axis_joints().map(range).collect();
+    (1..=count).map(|i| drawn(robot, &ranges, i)).collect()
+}
+
 /// The pose with the best levers that the tracker sees.
 ///
 /// # Errors
 /// Where no pose that was tried is visible.
 pub fn find(robot: &Robot, options: &Options) -> Result<Vec<f64>> {
-    const BASES: [usize; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
     let ranges: Vec<[f64; 2]> = robot.axis_joints().map(range).collect();
     let only_prismatic = robot.axis_joints().all(|j| j.kind == JointKind::Prismatic);
     let mut best: Option<(f64, Vec<f64>)> = None;
     let mut columns = vec![Vector3::zeros(); robot.dof()];
     for i in 1..=TRIED {
-        let q: Vec<f64> = ranges
-            .iter()
-            .enumerate()
-            .map(|(a, [lo, hi])| {
-                // to whole tenths of a degree or millimetre: people read them
-                let si = robot.axis(a).kind.si_per_user_unit();
-                let v = lo + (hi - lo) * halton(i, BASES[a % BASES.len()]);
-                ((v / si) * 10.0).round() / 10.0 * si
-            })
-            .collect();
+        let q = drawn(robot, &ranges, i);
         let p = robot.chain().position_and_jacobian(&q, &mut columns);
         let low = (p - robot.base.translation.vector).z < ABOVE_BASE_M;
         let seen = Sight::new(robot, options).facing(&q).sees(&q);

@@ -87,6 +87,7 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &G
         let (sensor, axis) = match g.sensor {
             Sensor::Reflector(0) => ("TCP".to_string(), None),
             Sensor::Reflector(k) => (format!("reflector {}", k + 1), None),
+            Sensor::Reading => ("reading of the TCP".to_string(), None),
             Sensor::Motor(a) => (format!("motor of {}", robot.axis(a).name), Some(a)),
             Sensor::Joint(a) => (format!("joint {}", robot.axis(a).name), Some(a)),
         };
