@@ -7,7 +7,7 @@
 
 use crate::diagnose::candidates::basis::MOST_SPLINES;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::{self, Candidate, steps};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
@@ -70,7 +70,7 @@ pub fn tried(ground: &ScreeningContext) -> f64 {
     let joints: f64 =
         (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| (g.to - g.from) as f64 / g.fine).sum();
     let time: f64 = ground.problem.motions().map(|l| l.drive.rows() as f64 / 2.0).sum();
-    joints + time
+    joints + time + steps::tried(ground.problem)
 }
 
 /// Frequencies of one joint, rad per rad (or per m) of travel: multiples `from..to` of `step`.
@@ -236,7 +236,7 @@ fn lever_by_speed(g: &Group, p: &[f64], lever: &[(f64, f64)]) -> Vec<(f64, f64)>
 }
 
 /// Highest local maxima, refined by a parabola, as places on the grid.
-fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
+pub(super) fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
     let mut order: Vec<usize> = (0..power.len())
         .filter(|&k| {
             power[k] > 0.0 && (k == 0 || power[k - 1] <= power[k]) && (k + 1 == power.len() || power[k + 1] < power[k])

@@ -262,14 +262,14 @@ impl Problem {
         let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
         let mut points_m = chain_m.clone();
         let clock = parts::clock(&h.effects);
-        if !clock.is_right() || h.effects.iter().any(|p| p.effect.displaces()) {
+        if !clock.is_right() || here.iter().any(|p| p.effect.displaces()) {
             let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
             for (points, chain) in points_m.iter_mut().zip(&chains) {
                 let scene = self.scene(h, log, chain, &columns, clock);
                 let points = Arc::make_mut(points);
-                parts::displace_by_pose(&scene, &h.effects, points);
+                parts::displace_by_pose(&scene, &here, points);
                 parts::shift_in_time(&log.drive, clock, points);
-                parts::displace_at_tcp(&scene, &h.effects, points);
+                parts::displace_at_tcp(&scene, &here, points);
             }
         }
         let jacobian = log.jacobian.get_or_init(|| Arc::new(chains.iter().map(|c| derivatives(c, &joint)).collect()));

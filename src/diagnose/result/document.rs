@@ -13,7 +13,7 @@ use crate::diagnose::result::words::GapUnit;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::{story, unnamed};
 use crate::diagnose::verdict::{self, Member, Verdict};
-use crate::effects::{EffectInstance, entry};
+use crate::effects::{EffectInstance, Nature, TrackerFrame, entry};
 use crate::robot::JointKind;
 use hidden::{blind_spots, unexplained};
 pub use hidden::{of_motion, of_unseen_joints};
@@ -320,8 +320,12 @@ fn unit(outcome: &Outcome) -> GapUnit {
 fn notes(outcome: &Outcome) -> Vec<String> {
     let mut notes: Vec<String> = outcome.contradictions.iter().map(|c| c.said.clone()).collect();
     notes.extend(outcome.notes.iter().cloned());
-    for p in
-        outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).filter(|p| p.effect.of_its_logs_alone())
+    for p in outcome
+        .fit
+        .free
+        .iter()
+        .map(|&i| &outcome.fit.hypothesis.effects[i])
+        .filter(|p| p.effect.nature() == Nature::Ripple && p.effect.of_its_logs_alone())
     {
         notes.push(format!(
             "{} {} has a different phase in each log, as if angles count from the start of each log: the written model does not contain it",
@@ -329,10 +333,24 @@ fn notes(outcome: &Outcome) -> Vec<String> {
             p.target_text(&outcome.problem.robot)
         ));
     }
+    notes.extend(steps_said(outcome));
     if unit(outcome) == GapUnit::DEGREE {
         notes.push("only joints were measured: in the document, values in `_um` are microradians of a joint".into());
     }
     notes
+}
+
+/// Steps of the tracker's frame in words: another log does not have them.
+fn steps_said(outcome: &Outcome) -> Vec<String> {
+    let found = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
+    let step = |f: &TrackerFrame| {
+        format!(
+            "the frame of the tracker jumps by {:.0} um ({}), as after a lost beam: the log has a frame before it and another one after it; the written model does not contain the step",
+            f.translation_m.norm() * UM,
+            f.said().split(':').next().unwrap_or_default()
+        )
+    };
+    found.filter_map(|p| p.effect.get::<TrackerFrame>()).filter(|f| f.only_log.is_some()).map(step).collect()
 }
 
 /// Effect and target of each found effect.

@@ -7,7 +7,7 @@ use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::story::NestedFit;
 use crate::diagnose::search::unnamed;
 use crate::diagnose::verdict::Member;
-use crate::effects::{AfterReversal, EffectInstance, Vibration};
+use crate::effects::{AfterReversal, EffectInstance, TrackerFrame, Vibration};
 use crate::numerics::normal::Z95;
 use indexmap::IndexMap;
 
@@ -133,6 +133,8 @@ fn place(outcome: &Outcome, placed: &EffectInstance, group: Option<&geometry::Gr
     } else if let Some(v) = placed.effect.get::<Vibration>() {
         let [x, y, z] = v.direction.into();
         place.description = format!("throughout: the TCP vibrates along ({x:.2}, {y:.2}, {z:.2})");
+    } else if let Some(f) = placed.effect.get::<TrackerFrame>() {
+        place.description = f.said();
     }
     place
 }

@@ -60,9 +60,9 @@ use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::cache::ScreeningCache;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext};
 use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
-use crate::diagnose::candidates::spectrum;
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::{spectrum, steps};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
@@ -73,7 +73,7 @@ use crate::diagnose::search::finding::{Alternative, Next, Refined, Step, flat};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::prepared::Prepared;
-use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
+use crate::effects::{Backlash, EffectInstance, TrackerFrame, backlash, catalogue};
 use crate::numerics::fisher;
 use rayon::prelude::*;
 
@@ -259,7 +259,7 @@ impl Search<'_> {
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
-        refined.retain(|r| r.placed.iter().all(|q| spectrum::is_seen(p, q)));
+        refined.retain(|r| r.placed.iter().all(|q| spectrum::is_seen(p, q) && is_seen_as_step(p, r, q)));
         // a gap that is the same at every knot is a plain gap, however exact the log
         let plain: Vec<String> = refined.iter().filter(|r| r.effect == PLAIN).map(|r| r.target.clone()).collect();
         refined.retain(|r| !(r.is_flat() && plain.contains(&r.target)));
@@ -416,8 +416,20 @@ impl Search<'_> {
     }
 }
 
-/// Number of found effects of the same name at the same place, this one among them.
+/// Is an effect of a refined fit seen as a step, if it is one?
+fn is_seen_as_step(problem: &Problem, r: &Refined, placed: &EffectInstance) -> bool {
+    if placed.effect.get::<TrackerFrame>().is_none() {
+        return true;
+    }
+    let Fit { hypothesis: h, state, .. } = &r.fit;
+    let step = problem.difference(h, state, &[], std::slice::from_ref(placed), 1.0);
+    let with: Vec<f64> = state.residual.iter().zip(&step).map(|(r, s)| r + s).collect();
+    steps::is_seen(problem, placed, &with)
+}
+
+/// Number of found effects of the same name at the same place, this one among them. A tracker may lock again at several times.
 fn alike(fit: &Fit, one: &EffectInstance) -> usize {
     let found = fit.free.iter().map(|&i| &fit.hypothesis.effects[i]);
-    found.filter(|p| p.effect.name() == one.effect.name() && p.target == one.target).count()
+    let when = |p: &EffectInstance| p.effect.get::<TrackerFrame>().map(|f| (f.from, f.only_log));
+    found.filter(|p| p.effect.name() == one.effect.name() && p.target == one.target && when(p) == when(one)).count()
 }
