@@ -17,7 +17,7 @@ pub static INFO: EffectInfo = EffectInfo {
     equation: "D (1 - exp(-t/tau)) in the base frame, t from the first row",
     reference: "Heisel, Richter, Wurst (1997), CIRP Annals 46(1)",
     parameters: &[("x_mm, y_mm, z_mm", "final displacement, within 10 mm"), ("tau_s", "1 s to 1e6 s")],
-    confused_with: &["joint_zero_offset"],
+    confused_with: &["joint_zero_offset", "thermal_growth", "tracker_frame"],
     decide_by: "return to one pose repeatedly over the whole log",
     action: "warm up before work, measure again when warm",
     undone: "nothing: it depends on time, not on the program",
@@ -56,6 +56,13 @@ fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
     }
 }
 
+impl ThermalDrift {
+    /// How far it has drifted after a time, m.
+    pub fn after_m(&self, t_s: f64) -> Vector3<f64> {
+        self.amplitude_m * -(-t_s.max(0.0) / self.tau_s).exp_m1()
+    }
+}
+
 impl EffectType for ThermalDrift {
     fn info(&self) -> &'static EffectInfo {
         &INFO
@@ -80,7 +87,7 @@ impl EffectType for ThermalDrift {
         if row.settled {
             return Vector3::zeros();
         }
-        self.amplitude_m * -(-row.t_s.max(0.0) / self.tau_s).exp_m1()
+        self.after_m(row.t_s)
     }
 
     fn displaces(&self) -> bool {

@@ -77,3 +77,18 @@ fn a_beam_that_was_locked_again_is_a_step_of_the_tracker_at_its_time() {
     let model = found["model"].as_str().unwrap();
     assert!(model.contains("backlash") && !model.contains("tracker_frame"), "{model}");
 }
+
+/// Growth of the gantry's Z axis by an hour's rate looks like a drift of the TCP: a set holds both, with intervals.
+#[test]
+fn growth_and_drift_that_a_log_cannot_tell_apart_stand_in_one_set() {
+    let found = diagnosed(|t| [0.0, 0.0, 1.5e-3 * t]);
+    assert_eq!(names(&found).len(), 2, "{found:#}");
+    let of_time = ["thermal_growth", "thermal_drift", "tracker_frame"];
+    let rounds = found["rounds"].as_array().unwrap();
+    let drift =
+        rounds.iter().find(|r| of_time.contains(&r["effect"].as_str().unwrap())).unwrap_or_else(|| panic!("{found:#}"));
+    let set: Vec<&str> = drift["set"].as_array().unwrap().iter().map(|m| m["effect"].as_str().unwrap()).collect();
+    assert!(set.len() > 1 && set.contains(&"thermal_growth"), "{drift:#}");
+    assert!(drift["parameters"].as_object().unwrap().values().all(|p| !p["ci95"].is_null()), "{drift:#}");
+    assert_eq!(found["verdict"], "named_set", "{found:#}");
+}
