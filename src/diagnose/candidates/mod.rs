@@ -141,7 +141,8 @@ pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate 
 /// A ripple at the frequency of a plain one that fades with the speed of its joint, for a few speeds. A slow wave that fades is any
 /// curve over position and speed: not tried.
 pub fn fading(problem: &Problem, plain: &Candidate) -> Vec<Candidate> {
-    let Some(axis) = plain.axis().filter(|_| plain.form.is_empty()) else { return Vec::new() };
+    let ripples = plain.form.is_empty() && plain.effect == transmission_error::INFO.name;
+    let Some(axis) = plain.axis().filter(|_| ripples) else { return Vec::new() };
     if !plain.at(&[1e-6, 0.0]).iter().all(|ripple| spectrum::identifiable(problem, ripple)) {
         return Vec::new();
     }

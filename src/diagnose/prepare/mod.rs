@@ -101,6 +101,7 @@ fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> LogData {
         block: 1,
         left_out: Vec::new(),
         jacobian: OnceLock::new(),
+        tilts: OnceLock::new(),
         log,
     }
 }
