@@ -173,6 +173,17 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         None
     }
 
+    /// The same with a shape that is no parameter of a fit, at most so many times `longest_s`, the length of the longest log, which does
+    /// not tell it; `None`: it has no such form.
+    fn with_held_shape(&self, _longest_s: f64, _times: f64) -> Option<Effect> {
+        None
+    }
+
+    /// Which value is the shape that [`Self::with_held_shape`] holds.
+    fn shape(&self) -> Option<usize> {
+        None
+    }
+
     /// What to do at the machine, where that depends on its form.
     fn action(&self) -> &'static str {
         self.info().action

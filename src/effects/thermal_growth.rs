@@ -180,6 +180,15 @@ impl EffectType for ThermalGrowth {
         all
     }
 
+    /// Growth whose end the log does not see is in proportion to time.
+    fn with_held_shape(&self, _longest_s: f64, _times: f64) -> Option<Effect> {
+        matches!(self.with, With::HoursUntil(_)).then(|| Self { with: With::Hours, ..*self }.into())
+    }
+
+    fn shape(&self) -> Option<usize> {
+        matches!(self.with, With::HoursUntil(_)).then_some(1)
+    }
+
     fn stage(&self) -> Stage {
         if self.of_joint { Stage::Link } else { Stage::Geometry }
     }

@@ -190,6 +190,8 @@ pub struct Parameter {
 pub struct Validation {
     pub rms_before_um: f64,
     pub rms_after_um: f64,
+    /// Gain in 2 ln L of this effect on parts that were not fitted, beside all the others.
+    pub gain_2lnl: f64,
 }
 
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]

@@ -41,6 +41,7 @@ pub(in crate::diagnose) fn round(
         validation: Validation {
             rms_before_um: digits(before.held_out * UM),
             rms_after_um: digits(after.held_out * UM),
+            gain_2lnl: digits(outcome.support.get(k).copied().unwrap_or(0.0)),
         },
         action: placed.effect.action().to_string(),
         joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),

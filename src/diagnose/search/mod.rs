@@ -14,6 +14,7 @@
 //! - `contradiction`: what is taken as known put in doubt: one frame for all logs, the model's registration, the sizes of its
 //!   own effects
 //! - `course`: what the search holds between its steps: the first finds, and what stays unexplained
+//! - `determined`: found effects that the logs do not determine, or that data which were not fitted do not support, go
 //! - `direction`: gaps from settled poses: an error that depends on the side of the approach
 //! - `elements`: several lost motions of one joint as the elements of one
 //! - `finding`: what the search is made of on its way: refined candidates, alternatives, accepted effects
@@ -38,6 +39,7 @@ pub(crate) mod across;
 pub(crate) mod arm;
 pub(crate) mod contradiction;
 pub(crate) mod course;
+pub(crate) mod determined;
 pub(crate) mod direction;
 pub(crate) mod doubt;
 pub(crate) mod elements;
@@ -180,6 +182,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut alternatives, &mut steps);
     }
     sandwich::widen(&problem, &mut fit, &whitening);
+    let support = determined::support(&problem, &fit, &whitening);
     unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
@@ -197,6 +200,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         alternatives,
         structure,
         remains,
+        support,
         next,
         last,
         outliers,
@@ -359,11 +363,10 @@ impl Search<'_> {
         with - without > LEAST_GAIN + r.parameters as f64
     }
 
-    /// What an effect explains that was found before on its joint, or more than [`MOST_ALIKE`] times elsewhere; of several the
-    /// smallest.
+    /// What an effect explains that was found before at its place; of several the smallest.
     pub(in crate::diagnose) fn repeated(&self, fit: &Fit, alternatives: &[Vec<Refined>]) -> Option<Ratio> {
         let placed = |k: usize| &fit.hypothesis.effects[fit.free[k]];
-        let again = |k: &usize| alike(fit, placed(*k)) > if placed(*k).axis().is_some() { 1 } else { MOST_ALIKE };
+        let again = |k: &usize| alike(fit, placed(*k)) > 1;
         let ratio = |k: usize| {
             let (p, target) = (placed(k), placed(k).target_text(&self.problem.robot));
             let own = alternatives.get(k)?.iter().find(|r| r.effect == p.effect.name() && r.target == target)?;

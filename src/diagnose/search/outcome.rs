@@ -38,6 +38,8 @@ pub struct Outcome {
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
     pub remains: Option<Ratio>,
+    /// Gain in 2 ln L of each free effect on blocks that were not fitted, beside all the others.
+    pub support: Vec<f64>,
     /// What a further round would have named, where the rounds ended at their limit.
     pub next: Option<Next>,
     /// Screening at the end: what is left and what would have been seen.

@@ -231,7 +231,7 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
 }
 
 /// Columns of each free effect.
-pub(super) fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
+pub(in crate::diagnose::search) fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
     let mut at = 0;
     fit.free
         .iter()
@@ -252,7 +252,7 @@ fn without(table: &Table, values: &[f64], columns: usize, out: &[std::ops::Range
 }
 
 /// What one of the fit's values stands for when its effect is taken out: the size times its column; a shape counts nothing.
-pub(super) fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
+pub(in crate::diagnose::search) fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
     fit.free
         .iter()
         .flat_map(|&i| {

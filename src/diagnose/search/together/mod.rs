@@ -114,7 +114,17 @@ pub fn run(problem: &mut Problem, start: &Hypothesis) -> (MachineFit, usize) {
         machine = machine.from(problem, &curved);
     }
     let kept = members::supported(problem, &machine);
-    (machine.keeping(problem, &kept).settled(problem), outliers)
+    machine = machine.keeping(problem, &kept).settled(problem);
+    for _ in 0..ROUNDS {
+        // under the noise of what is left now, a member of the geometry may support no more
+        let support = members::support(problem, &machine);
+        let kept: Vec<usize> = (0..support.len()).filter(|&k| support[k] > 0.0).collect();
+        if kept.len() == support.len() {
+            break;
+        }
+        machine = machine.keeping(problem, &kept).settled(problem);
+    }
+    (machine, outliers)
 }
 
 /// The groups that every machine has, without the outliers that stand out of them; how many were left out.

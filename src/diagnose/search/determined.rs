@@ -1,0 +1,152 @@
+//! Found effects that the logs do not determine, or that blocks which were not fitted do not support: they go.
+//!
+//! A name needs a size whose interval does not hold zero, and it must lessen what is left of data that it was not fitted to, beside all
+//! the others. The weakest goes first, the rest is refitted. A shape that the logs do not tell (the time constant of a drift whose end
+//! they do not see) is held instead of a value without meaning.
+
+use crate::diagnose::candidates;
+use crate::diagnose::candidates::sensitivities::Sensitivities;
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::search::course::Course;
+use crate::diagnose::search::doubt::mark;
+use crate::diagnose::search::finding::WITHIN;
+use crate::diagnose::search::fit::{self, Fit};
+use crate::diagnose::search::prepared::Prepared;
+use crate::diagnose::search::together::blocks::Blocks;
+use crate::diagnose::search::together::{members, prior};
+use crate::diagnose::search::{Search, freed, precise, remaining, sandwich};
+use crate::effects::EffectInstance;
+use crate::numerics::chi_squared;
+use crate::numerics::normal::Z95;
+use crate::numerics::normal_equations::pseudo_inverse;
+use nalgebra::{DMatrix, DVector};
+
+/// Chance that a size is zero above which its interval holds zero.
+const HOLDS_ZERO: f64 = 0.05;
+/// Eigenvalue, after scaling, below which a direction of the sizes is open.
+const OPEN: f64 = 1e-12;
+
+/// Gain in 2 ln L of each free effect on blocks that were not fitted, beside all the others.
+pub fn support(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Vec<f64> {
+    let s = Sensitivities::new(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let columns: Vec<&[f64]> = s.columns().map(|c| c.as_slice()).collect();
+    let blocks = Blocks::new(problem, &columns, &whitening.of(problem, &fit.state.residual));
+    let (values, none) = (members::linear_values(problem, fit), vec![0.0; columns.len()]);
+    let sum = |left: Vec<f64>| left.iter().sum::<f64>();
+    let all: Vec<usize> = (0..columns.len()).collect();
+    let now = sum(blocks.held_out(&all, &none, &none));
+    let without = |range: std::ops::Range<usize>| {
+        let gone: Vec<usize> = range.collect();
+        let pick: Vec<usize> = all.iter().copied().filter(|c| !gone.contains(c)).collect();
+        sum(blocks.held_out_without(&pick, &gone, &values, &none, &none))
+    };
+    members::columns_of(fit).into_iter().map(|range| without(range) - now).collect()
+}
+
+/// Chance that the sizes of the k-th free effect are all zero, by their covariance.
+fn chance_of_zero(problem: &Problem, fit: &Fit, k: usize) -> f64 {
+    let placed = &fit.hypothesis.effects[fit.free[k]];
+    let Some(range) = members::columns_of(fit).into_iter().nth(k) else { return 0.0 };
+    let kinds = prior::kinds(problem, placed);
+    let sizes: Vec<usize> = (0..kinds.len()).filter(|&v| kinds[v] == prior::Kind::Size).collect();
+    let values = placed.effect.values();
+    let x = DVector::from_iterator(sizes.len(), sizes.iter().map(|&v| values[v]));
+    let covariance = DMatrix::from_fn(sizes.len(), sizes.len(), |a, b| {
+        fit.covariance[(range.start + sizes[a], range.start + sizes[b])]
+    });
+    if sizes.is_empty() || covariance.iter().all(|v| *v == 0.0) {
+        return 0.0;
+    }
+    chi_squared::tail((x.transpose() * pseudo_inverse(&covariance, OPEN) * &x)[(0, 0)], sizes.len() as f64)
+}
+
+/// Lengths of the longest log at which a time constant may be held: the shortest that explains as much.
+const HELD_AT: [f64; 3] = [1.0, 3.0, 10.0];
+
+/// A free effect whose shape the logs do not tell, with the forms that hold it.
+fn with_open_shape(problem: &Problem, fit: &Fit) -> Option<(usize, Vec<EffectInstance>)> {
+    let longest_s = candidates::clock(problem).map_or(0.0, |c| c.1);
+    (0..fit.free.len()).find_map(|k| {
+        let placed = &fit.hypothesis.effects[fit.free[k]];
+        let shape = placed.effect.shape()?;
+        let (value, sigma) = (placed.effect.values()[shape], fit.sigma_of(k)[shape]);
+        let open = !fit.converged || sigma <= 0.0 || Z95 * sigma > value.abs();
+        let held =
+            |times: f64| Some(EffectInstance::new(placed.target, placed.effect.with_held_shape(longest_s, times)?));
+        let forms: Vec<EffectInstance> = HELD_AT.iter().filter(|_| open).filter_map(|times| held(*times)).collect();
+        (!forms.is_empty()).then_some((k, forms))
+    })
+}
+
+impl Search<'_> {
+    /// Takes out of a course what the logs do not determine or support. Returns whether that changed anything.
+    pub(in crate::diagnose) fn only_determined(
+        &self,
+        course: &mut Course,
+        prepared: &Prepared,
+        rms_nuisance: f64,
+    ) -> bool {
+        let p = self.problem;
+        let mut changed = false;
+        if course.group.is_some() {
+            return false;
+        }
+        for _ in 0..2 * self.limits.effects {
+            if course.fit.free.is_empty() {
+                break;
+            }
+            if !course.fit.converged {
+                course.fit = fit::refit(p, &course.fit.hypothesis, &course.fit.free, &course.whitening);
+            }
+            let mut wide = course.fit.clone();
+            sandwich::widen(p, &mut wide, &course.whitening);
+            if let Some((k, forms)) = with_open_shape(p, &wide) {
+                course.fit = held_in(p, &course.fit, k, forms, &course.whitening);
+                changed = true;
+                continue;
+            }
+            let Some((k, why)) = weakest(p, &wide, &course.whitening) else { break };
+            let mut h = course.fit.hypothesis.clone();
+            let old = h.effects.remove(course.fit.free[k]);
+            mark(&mut course.steps, &(old.effect.name(), old.target_text(&p.robot)), why);
+            let free: Vec<usize> = (self.known..h.effects.len()).collect();
+            course.fit = fit::refit(p, &h, &free, &course.whitening);
+            changed = true;
+        }
+        if changed {
+            let Course { fit, whitening, .. } = course;
+            *whitening = precise::noise_left(p, fit, whitening, &prepared.groups);
+            *fit = fit::refit(p, &fit.hypothesis, &fit.free, whitening);
+            course.structure = freed::tested(p, fit, &prepared.groups);
+            course.remains =
+                remaining::remaining(p, &course.structure, (&prepared.free, &prepared.groups), fit, rms_nuisance);
+        }
+        changed
+    }
+}
+
+/// The fit with the first of some forms of its k-th free effect that leaves as little as it does; else with the last.
+fn held_in(problem: &Problem, fit: &Fit, k: usize, forms: Vec<EffectInstance>, whitening: &Whitening) -> Fit {
+    let mut found = fit.clone();
+    for form in forms {
+        let mut h = fit.hypothesis.clone();
+        h.effects[fit.free[k]] = form;
+        found = fit::refit(problem, &h, &fit.free, whitening);
+        if found.cost < fit.cost + WITHIN {
+            break;
+        }
+    }
+    found
+}
+
+/// The free effect that is least determined, or least supported, if one is not; and why it goes.
+fn weakest(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Option<(usize, &'static str)> {
+    let all = 0..fit.free.len();
+    let zero = all.map(|k| (k, chance_of_zero(problem, fit, k))).max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((k, _)) = zero.filter(|z| z.1 > HOLDS_ZERO) {
+        return Some((k, "nothing: the interval of its size holds zero"));
+    }
+    let least = support(problem, fit, whitening).into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (least.1 <= 0.0).then_some((least.0, "nothing: it does not explain data that it was not fitted to"))
+}
