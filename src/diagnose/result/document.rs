@@ -15,7 +15,7 @@ use crate::diagnose::search::{story, unnamed};
 use crate::diagnose::verdict::{self, Member, Verdict};
 use crate::effects::{EffectInstance, Nature, TrackerFrame, entry};
 use crate::robot::JointKind;
-use hidden::{blind_spots, unexplained};
+use hidden::{blind_spots, slow_remainder, unexplained};
 pub use hidden::{of_motion, of_unseen_joints};
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -297,7 +297,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         geometry_tcp_um: outcome.told.as_ref().map(|story| digits(story.geometry * UM)),
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.as_ref().map(|s| unexplained(outcome, s)),
-        remainder: structured.as_ref().map(|s| unexplained(outcome, s)),
+        remainder: structured.as_ref().map(|s| unexplained(outcome, s)).or_else(|| slow_remainder(outcome)),
         blind_spots: blind_spots(outcome),
         notes: notes(outcome),
         contradicted: !outcome.contradictions.is_empty(),
@@ -336,6 +336,14 @@ fn notes(outcome: &Outcome) -> Vec<String> {
         ));
     }
     notes.extend(steps_said(outcome));
+    if let Some(slow) = &outcome.slow {
+        notes.push(format!(
+            "{:.1} um of what remains vary more slowly than the instrument scatters ({:.1} um from one sample to the next): the noise of this diagnosis includes them as wander of arm and air, but they may be structure, most of all with {}",
+            slow.rms * UM,
+            slow.instrument * UM,
+            verdict::structure_said(outcome, &slow.ratio)
+        ));
+    }
     if unit(outcome) == GapUnit::DEGREE {
         notes.push("only joints were measured: in the document, values in `_um` are microradians of a joint".into());
     }

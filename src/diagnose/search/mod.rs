@@ -28,6 +28,7 @@
 //!   structure
 //! - `remaining`: is there structure that remains beyond what was found?
 //! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
+//! - `slow`: what varies more slowly than the instrument scatters, which the noise model may hold for wander
 //! - `story`: the found effects one by one: what each leaves, and what it leaves of data that it was not fitted to
 //! - `supported`: effects of joint sensors must lessen what is left of blocks that were not fitted
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
@@ -52,6 +53,7 @@ pub(crate) mod precise;
 pub(crate) mod prepared;
 pub(crate) mod remaining;
 pub(crate) mod sandwich;
+pub(crate) mod slow;
 pub(crate) mod story;
 pub(crate) mod supported;
 pub(crate) mod together;
@@ -182,6 +184,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut alternatives, &mut steps);
     }
     sandwich::widen(&problem, &mut fit, &whitening);
+    let motion = prepared.recording != Recording::JointSensors && remains.is_none() && group.is_none();
+    let slow = motion.then(|| slow::beside_instrument(&problem, &fit, &structure)).flatten();
     let support = determined::support(&problem, &fit, &whitening);
     unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
@@ -200,6 +204,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         alternatives,
         structure,
         remains,
+        slow,
         support,
         next,
         last,

@@ -9,6 +9,7 @@ use crate::diagnose::search::contradiction::Contradiction;
 use crate::diagnose::search::finding::{Alternative, Next, Step};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry;
+use crate::diagnose::search::slow::SlowPart;
 use crate::diagnose::search::together::share::Story;
 use crate::effects::Family;
 
@@ -38,6 +39,8 @@ pub struct Outcome {
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
     pub remains: Option<Ratio>,
+    /// What varies more slowly than the instrument scatters, where nothing else remains.
+    pub slow: Option<SlowPart>,
     /// Gain in 2 ln L of each free effect on blocks that were not fitted, beside all the others.
     pub support: Vec<f64>,
     /// What a further round would have named, where the rounds ended at their limit.

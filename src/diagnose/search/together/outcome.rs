@@ -12,6 +12,7 @@ use crate::diagnose::problem::residual::{largest, rms};
 use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::Outcome;
+use crate::diagnose::search::slow;
 
 /// Fits everything together and tells it, where that finds many effects; with the number of its members that stand clear of the
 /// noise, geometry and all lags among them.
@@ -43,6 +44,8 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         }
         None => machine,
     };
+    let quiet = remains.is_none();
+    let slow = quiet.then(|| slow::beside_instrument(&problem, &machine.fit, &structure)).flatten();
     let support = members::support(&problem, &machine);
     let story = share::story(&problem, &machine, uncertainties);
     let alternatives = alternatives::of(&problem, &machine, &support);
@@ -67,6 +70,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         told: Some(story),
         structure,
         remains,
+        slow,
         support,
         next: None,
         last,
