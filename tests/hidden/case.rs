@@ -7,9 +7,9 @@ use crate::kinematics::rigid_fit;
 use crate::noise::{MDB, Metric, Noise, Spoiled};
 use crate::outside::{self, Outside};
 use crate::paths;
-use crate::physics::{Grid, STEP_S, registration, rms_um};
+use crate::physics::{Grid, STEP_S, registration, rms_um, torque};
 use crate::robots::{self, Robot, rounded};
-use crate::truth::{NAMES, Setting};
+use crate::truth::{FURTHER, NAMES, Setting};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -27,6 +27,8 @@ pub enum Kind {
     Pair,
     Triple,
     Outside(usize),
+    /// One of the effects that the mixed set does not draw.
+    Further(usize),
     Bad(usize),
 }
 
@@ -36,6 +38,8 @@ pub struct Log {
     pub t_s: Vec<f64>,
     pub cmd: Vec<Vec<f64>>,
     pub tcp_mm: Vec<Option<[f64; 3]>>,
+    /// Torques of the drives, Nm or N, where they are logged.
+    pub torque: Option<Vec<Vec<f64>>>,
     /// Of the commands.
     pub decimals: usize,
     pub tcp_decimals: usize,
@@ -138,7 +142,10 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     let mut logs = Vec::new();
     let mut stories = Vec::new();
     for course in [&train, &test] {
-        let (log, story) = log_of(&robot, frame, given, course, &known, &effects, &faults, &noise, rng);
+        // what happens to one log does not happen to the next
+        let here = |e: &&Effect| logs.is_empty() || e.name != "tracker_frame";
+        let here: Vec<Effect> = effects.iter().filter(here).cloned().collect();
+        let (log, story) = log_of(&robot, frame, given, course, &known, &here, &faults, &noise, rng);
         logs.push(log);
         stories.push(story);
     }
@@ -153,7 +160,9 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     }
     let (word, right) = match kind {
         Kind::Null => ("null", json!(["none", "not_observable"])),
-        Kind::Single(..) | Kind::Large(_) | Kind::Elements => ("single", json!(["named", "named_set"])),
+        Kind::Single(..) | Kind::Large(_) | Kind::Further(_) | Kind::Elements => {
+            ("single", json!(["named", "named_set"]))
+        }
         Kind::Pair => ("pair", json!(["named", "named_set"])),
         Kind::Triple => ("triple", json!(["named", "named_set"])),
         Kind::Outside(_) => ("unknown", json!(["unknown"])),
@@ -166,7 +175,7 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     };
     let size = match kind {
         Kind::Single(k, _) => format!("{k:.0}"),
-        Kind::Large(_) | Kind::Elements => "large".into(),
+        Kind::Large(_) | Kind::Further(_) | Kind::Elements => "large".into(),
         _ => String::new(),
     };
     let name = format!("{index:03}-{word}{size}{}{}", if what.is_empty() { "" } else { "-" }, what.join("-"));
@@ -225,6 +234,10 @@ fn content(
     match kind {
         Kind::Null => Some((vec![], vec![])),
         Kind::Single(multiple, k) => Some((vec![one(NAMES[k % 16], multiple, rng)?], vec![])),
+        Kind::Further(k) => {
+            let multiple = log_uniform(20.0, 80.0, rng);
+            Some((vec![one(FURTHER[k % FURTHER.len()], multiple, rng)?], vec![]))
+        }
         Kind::Large(k) => {
             let multiple = log_uniform(20.0, 150.0, rng);
             Some((vec![one(NAMES[k % 16], multiple, rng)?], vec![]))
@@ -332,6 +345,10 @@ fn log_of(
             .iter()
             .map(|&k| (!empty[k]).then(|| [0, 1, 2].map(|c| rounded(measured[k][c] * 1e3, decimals))))
             .collect(),
+        torque: effects.iter().any(|e| e.name.starts_with("torque_")).then(|| {
+            let row = |k: &usize| (0..robot.joints.len()).map(|j| torque(j, *k as f64 / course.rate_hz)).collect();
+            kept.iter().map(row).collect()
+        }),
         decimals: 6,
         tcp_decimals: decimals as usize,
     };
