@@ -3,7 +3,8 @@
 //! Method: the scalar product of the residual with a step at any sample is a sum over all samples after it, so that one pass gives it
 //! at all of them; divided by the norm that the step has after whitening, less what a free frame swallows of it, it is the gain in
 //! 2 ln L. A step that is named must be one: the level just before and just after it differs by its size, and by far more than
-//! it does at any other place. Gaps, slow drift and wander do not.
+//! it does at any other place, and nowhere jumps back by as much: a beam that is locked again does not undo what another lock did, while
+//! flanks that change sides and gaps come back. Slow drift and wander do not jump.
 //!
 //! Assumptions: the filter that whitens is the same all along a log; the screening computes the gain at the peaks exactly.
 
@@ -23,6 +24,8 @@ const SIDE: usize = 12;
 const MOST: usize = 2;
 /// How far the level beside a step may differ from its size, as a part of it.
 const APART: f64 = 0.4;
+/// Part of a step by which the level may jump back at another place: what comes back is a flank or a lost motion.
+const BACK: f64 = 0.6;
 /// Size of a step, in robust standard deviations of the difference of levels elsewhere in the log.
 const OUTSTANDING: f64 = 6.0;
 
@@ -36,7 +39,8 @@ pub fn tried(problem: &Problem) -> f64 {
     tracked(problem).map(|g| (g.len() / SIDE) as f64).sum()
 }
 
-/// Candidates at the largest steps of each log. `back`: the whitened residual taken back through the filters.
+/// Candidates at the largest steps of each log that are seen as such. `back`: the whitened residual taken back through the filters. What
+/// is not seen must not stand among the candidates: its gain may be far larger than that of what is really there.
 pub fn steps(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
     let problem = ground.problem;
     if tracked(problem).next().is_none() {
@@ -71,6 +75,10 @@ pub fn steps(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
             };
             let power: Vec<f64> = (SIDE..n - SIDE).map(gain).collect();
             peaks(&power, SIDE).into_iter().take(MOST).map(move |k| candidate(problem, g, SIDE + k.round() as usize))
+        })
+        .filter(|step| {
+            let size = ground.score(0, step).coefficients;
+            step.at(&size).iter().all(|placed| is_seen(problem, placed, &ground.state.residual))
         })
         .collect()
 }
@@ -127,5 +135,6 @@ pub fn is_seen(problem: &Problem, placed: &EffectInstance, residual: &[f64]) -> 
     let jump = |b: usize| levels[b] - levels[b - SIDE];
     let elsewhere: Vec<f64> = (SIDE..=n - SIDE).map(|b| jump(b).abs()).collect();
     let usual = median(&elsewhere) / 0.6745;
-    (jump(at) - size).abs() < APART * size && size > OUTSTANDING * usual
+    let comes_back = (SIDE..=n - SIDE).filter(|b| b.abs_diff(at) > 2 * SIDE).any(|b| jump(b) < -BACK * size);
+    (jump(at) - size).abs() < APART * size && size > OUTSTANDING * usual && !comes_back
 }
