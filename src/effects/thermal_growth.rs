@@ -45,9 +45,10 @@ pub static INFO: EffectInfo = EffectInfo {
         let rate = if size.is_revolute() { 0.002 } else { 0.05 };
         vec![(size.key("per_hour"), (rate * 3600.0 / size.duration_s.max(1.0)).into())]
     },
-    // where a drift of the TCP is tried: growth in proportion to time or temperature; that which levels off has more freedom
+    // where a drift of the TCP is tried: growth in proportion to time or temperature; that which levels off has more freedom. A joint
+    // sensor drifts itself, and its gear creeps
     candidates: |survey, list| {
-        if survey.clock.is_some() {
+        if survey.clock.is_some() && survey.points {
             tried(
                 survey,
                 list,
@@ -59,7 +60,9 @@ pub static INFO: EffectInfo = EffectInfo {
         let until = |(_, length): (f64, f64)| SHARES.map(|share| Some((With::HoursUntil(share * length), "until")));
         let kelvin = survey.clock.is_none() && survey.temperature;
         let without_clock = [Some((With::Rows, "rows")), kelvin.then_some((With::Kelvin, "kelvin"))];
-        tried(survey, list, &survey.clock.map_or(without_clock, until));
+        if survey.clock.is_none() || survey.points {
+            tried(survey, list, &survey.clock.map_or(without_clock, until));
+        }
     },
 };
 
