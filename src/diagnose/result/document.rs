@@ -259,8 +259,12 @@ fn gap(outcome: &Outcome) -> Gap {
 pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&EffectInstance> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named = named(outcome);
-    let sets: Vec<Vec<Member>> =
-        named.iter().zip(&outcome.alternatives).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
+    let sets: Vec<Vec<Member>> = (named.iter().zip(&outcome.alternatives).enumerate())
+        .map(|(k, (n, r))| {
+            let doubtful = outcome.doubtful.get(k).is_some_and(|d| *d);
+            verdict::set((&n.0, &n.1), r, outcome.price, doubtful)
+        })
+        .collect();
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let nested_fits = match &outcome.told {

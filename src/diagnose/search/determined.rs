@@ -1,19 +1,22 @@
 //! Found effects that the logs do not determine, or that blocks which were not fitted do not support: they go.
 //!
-//! A name needs a size whose interval does not hold zero, and it must lessen what is left of data that it was not fitted to, beside all
-//! the others. The weakest goes first, the rest is refitted. A shape that the logs do not tell (the time constant of a drift whose end
-//! they do not see) is held instead of a value without meaning.
+//! A name needs a size that is not zero for the shape that it has, and it must lessen what is left of data that it was not fitted to,
+//! beside all the others. The weakest goes first, the rest is refitted. A shape that the logs do not tell (the time constant of a drift
+//! whose end they do not see) is held instead of a value without meaning. Where the shape is known so badly that the interval of the size
+//! holds zero all the same, the effect stays, as it explains what it explains, but it is no name by itself ([`doubtful`]).
 
 use crate::diagnose::candidates;
 use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::course::Course;
 use crate::diagnose::search::doubt::mark;
 use crate::diagnose::search::finding::WITHIN;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::prepared::Prepared;
 use crate::diagnose::search::together::blocks::Blocks;
+use crate::diagnose::search::together::members::SUPPORTED;
 use crate::diagnose::search::together::{members, prior};
 use crate::diagnose::search::{Search, freed, precise, remaining, sandwich};
 use crate::effects::EffectInstance;
@@ -44,21 +47,37 @@ pub fn support(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Vec<f64> 
     members::columns_of(fit).into_iter().map(|range| without(range) - now).collect()
 }
 
+/// What the shape of an effect is while its sizes are compared with zero.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shape {
+    /// What it was found to be: where nothing is there, there is no shape.
+    Held,
+    /// Open, as for the interval of a size.
+    Open,
+}
+
 /// Chance that the sizes of the k-th free effect are all zero, by their covariance.
-fn chance_of_zero(problem: &Problem, fit: &Fit, k: usize) -> f64 {
+fn chance_of_zero(problem: &Problem, fit: &Fit, k: usize, shape: Shape) -> f64 {
     let placed = &fit.hypothesis.effects[fit.free[k]];
     let Some(range) = members::columns_of(fit).into_iter().nth(k) else { return 0.0 };
     let kinds = prior::kinds(problem, placed);
     let sizes: Vec<usize> = (0..kinds.len()).filter(|&v| kinds[v] == prior::Kind::Size).collect();
+    let beside: Vec<usize> = if shape == Shape::Held { (0..kinds.len()).collect() } else { sizes.clone() };
     let values = placed.effect.values();
-    let x = DVector::from_iterator(sizes.len(), sizes.iter().map(|&v| values[v]));
-    let covariance = DMatrix::from_fn(sizes.len(), sizes.len(), |a, b| {
-        fit.covariance[(range.start + sizes[a], range.start + sizes[b])]
-    });
+    let size = |v: usize| if kinds[v] == prior::Kind::Size { values[v] } else { 0.0 };
+    let x = DVector::from_iterator(beside.len(), beside.iter().map(|&v| size(v)));
+    let at = |v: usize| range.start + beside[v];
+    let covariance = DMatrix::from_fn(beside.len(), beside.len(), |a, b| fit.covariance[(at(a), at(b))]);
     if sizes.is_empty() || covariance.iter().all(|v| *v == 0.0) {
         return 0.0;
     }
+    // with a shape beside them, the inverse holds the sizes' own part given that shape
     chi_squared::tail((x.transpose() * pseudo_inverse(&covariance, OPEN) * &x)[(0, 0)], sizes.len() as f64)
+}
+
+/// Which free effects have sizes whose interval holds zero, by a covariance that knows of misfit: they are no names by themselves.
+pub fn doubtful(problem: &Problem, fit: &Fit) -> Vec<bool> {
+    (0..fit.free.len()).map(|k| chance_of_zero(problem, fit, k, Shape::Open) > HOLDS_ZERO).collect()
 }
 
 /// Lengths of the longest log at which a time constant may be held: the shortest that explains as much.
@@ -143,10 +162,12 @@ fn held_in(problem: &Problem, fit: &Fit, k: usize, forms: Vec<EffectInstance>, w
 /// The free effect that is least determined, or least supported, if one is not; and why it goes.
 fn weakest(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Option<(usize, &'static str)> {
     let all = 0..fit.free.len();
-    let zero = all.map(|k| (k, chance_of_zero(problem, fit, k))).max_by(|a, b| a.1.total_cmp(&b.1));
+    let zero = all.map(|k| (k, chance_of_zero(problem, fit, k, Shape::Held))).max_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((k, _)) = zero.filter(|z| z.1 > HOLDS_ZERO) {
-        return Some((k, "nothing: the interval of its size holds zero"));
+        return Some((k, "nothing: its size may be zero"));
     }
     let least = support(problem, fit, whitening).into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (least.1 <= 0.0).then_some((least.0, "nothing: it does not explain data that it was not fitted to"))
+    // of joint sensors a misfit stays, which any effect may follow a little
+    let needed = if problem.recording() == Recording::JointSensors { SUPPORTED } else { 0.0 };
+    (least.1 <= needed).then_some((least.0, "nothing: it does not explain data that it was not fitted to"))
 }

@@ -187,6 +187,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let motion = prepared.recording != Recording::JointSensors && remains.is_none() && group.is_none();
     let slow = motion.then(|| slow::beside_instrument(&problem, &fit, &structure)).flatten();
     let support = determined::support(&problem, &fit, &whitening);
+    let doubtful = if group.is_none() { determined::doubtful(&problem, &fit) } else { Vec::new() };
     unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
@@ -206,6 +207,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         remains,
         slow,
         support,
+        doubtful,
         next,
         last,
         outliers,

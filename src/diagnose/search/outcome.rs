@@ -43,6 +43,8 @@ pub struct Outcome {
     pub slow: Option<SlowPart>,
     /// Gain in 2 ln L of each free effect on blocks that were not fitted, beside all the others.
     pub support: Vec<f64>,
+    /// Whether the interval of a free effect's size holds zero; empty where effects stand as groups.
+    pub doubtful: Vec<bool>,
     /// What a further round would have named, where the rounds ended at their limit.
     pub next: Option<Next>,
     /// Screening at the end: what is left and what would have been seen.

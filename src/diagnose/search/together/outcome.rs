@@ -72,6 +72,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         remains,
         slow,
         support,
+        doubtful: Vec::new(),
         next: None,
         last,
         outliers: first + outliers,
