@@ -68,6 +68,13 @@ impl Course {
         let grid = Grid::new(paths::draw(kind, robot, count * stride + 500, rng));
         Course { kind, rate_hz, grid, rows: (0..count).map(|k| k * stride).collect() }
     }
+
+    /// The same with a joint that stands still.
+    fn holding(self, joint: usize, at: f64) -> Course {
+        let mut joints = self.grid.joints;
+        joints[joint].fill(at);
+        Course { grid: Grid::new(joints), ..self }
+    }
 }
 
 fn path_kind(rng: &mut ChaCha8Rng) -> &'static str {
@@ -102,9 +109,19 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     let frame = registration(xyz, angles);
     let rate_hz = [10.0, 20.0, 20.0, 25.0][rng.random_range(0..4)];
     let count = if rate_hz < 15.0 { rng.random_range(3000..3550) } else { rng.random_range(3400..5000) };
-    let train = Course::draw(&robot, path_kind(rng), rate_hz, count, rng);
+    let mut train = Course::draw(&robot, path_kind(rng), rate_hz, count, rng);
     let test_count = rng.random_range(2500..3700.min((350.0 * rate_hz) as usize));
-    let test = Course::draw(&robot, path_kind(rng), rate_hz, test_count, rng);
+    let mut test = Course::draw(&robot, path_kind(rng), rate_hz, test_count, rng);
+    // friction of a joint that moves turns the torque over with the movement: a loop over the torque is asked for where it is held
+    if matches!(kind, Kind::Further(k) if FURTHER[k % FURTHER.len()] == "torque_hysteresis") {
+        let all = paths::moving(&train.grid.joints);
+        if all.len() < 2 {
+            return None;
+        }
+        let joint = all[rng.random_range(0..all.len())];
+        let at = train.grid.joints[joint][0];
+        (train, test) = (train.holding(joint, at), test.holding(joint, at));
+    }
     let moving = paths::moving(&train.grid.joints);
 
     let known = known_effects(&robot, &moving, kind, rng);

@@ -266,8 +266,11 @@ impl Setting<'_> {
                 on(&[(stem, 2e-5 * length)])
             }
             _ => {
-                let torque = if joint.revolute { "torque_nm" } else { "force_n" };
-                on(&[(&key("half_width"), 0.001 * length), (torque, rng.random_range(5.0..30.0))])
+                let held: Vec<usize> = (0..r.joints.len()).filter(|j| !self.moving.contains(j)).collect();
+                let joint = held.get(rng.random_range(0..held.len().max(1))).map_or(joint, |&j| &r.joints[j]);
+                let (torque, length) = if joint.revolute { ("torque_nm", 1.0) } else { ("force_n", 15.0) };
+                let half_width = format!("half_width_{}", joint.suffix());
+                Effect::new(name, &joint.name, &[(&half_width, 0.001 * length), (torque, rng.random_range(5.0..30.0))])
             }
         }
     }
