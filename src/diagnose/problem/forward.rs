@@ -59,7 +59,7 @@ impl LogData {
     /// Measured point of a reflector in a row, tracker frame.
     pub fn measured(&self, reflector: usize, row: usize) -> Option<Vector3<f64>> {
         let column = if reflector == 0 { &self.log.tcp_m } else { self.log.reflectors_m.get(reflector - 1)? };
-        if self.left_out.get(reflector).is_some_and(|l| l[row]) {
+        if self.left_out.get(reflector).is_some_and(|l| l.get(row).is_some_and(|out| *out)) {
             return None;
         }
         column.get(row).copied().flatten()
