@@ -38,6 +38,8 @@ ENDINGS = {
     "rapid": {".mod", ".modx", ".prg", ".sys"},
     "urscript": {".script", ".urscript"},
 }
+# robot files of the makers, for --all-robots
+MAKERS = {"fanuc": "fanuc-", "inform": "motoman-", "krl": "kuka-", "rapid": "abb-", "urscript": "universal-robots-"}
 HALF_GAP_DEG, HALF_GAP_MM = 0.004, 0.01
 SIZES = (1.0, 0.5, 2.0)
 # of a G-code program it is not known which rotary axes the machine has: without, and with A, B and C
@@ -49,10 +51,18 @@ ROTARY = "".join(
 ASSUMED = []
 
 
-def bench(folder, language, size):
+def robots_of(language):
+    """The other six-axis arms of the maker among the bundled robot files."""
+    folder = pathlib.Path(__file__).parents[2] / "configs"
+    files = sorted(folder.glob(MAKERS[language] + "*.yaml")) if language in MAKERS else []
+    six = lambda f: len(re.findall(r"(?m)^  - \{name:(?!.*follows:)", f.read_text())) == 6
+    return [f.name for f in files if f.name != ROBOTS[language] and six(f)]
+
+
+def bench(folder, language, size, robot=None):
     """Robot with wide limits and its model, in `folder`."""
     folder.mkdir(exist_ok=True)
-    text = (pathlib.Path(__file__).parents[2] / "configs" / ROBOTS[language]).read_text()
+    text = (pathlib.Path(__file__).parents[2] / "configs" / (robot or ROBOTS[language])).read_text()
     text = re.sub(r"(limits_deg:) *(\[[^]]*\]|(\n *- [-.\d]+){2})", r"\1 [-720, 720]", text)
     text = re.sub(r"(limits_mm:) *(\[[^]]*\]|(\n *- [-.\d]+){2})", r"\1 [-100000, 100000]", text)
     text = re.sub(r"\b([da]_mm): *([-.\d]+)", lambda m: f"{m[1]}: {float(m[2]) * size}", text)
@@ -148,7 +158,7 @@ def recognised(binary, desk, program, frames, work):
     return again.returncode == 2
 
 
-def language_of(binary, corpus, language, prove, threads):
+def language_of(binary, corpus, language, prove, threads, all_robots=False):
     folder = corpus / language
     seen, programs = set(), []
     for path in sorted(p for p in folder.rglob("*") if p.suffix.lower() in ENDINGS[language]):
@@ -161,6 +171,9 @@ def language_of(binary, corpus, language, prove, threads):
         desks = [pathlib.Path(desk) / str(size) for size in sizes]
         for own, size in zip(desks, sizes):
             bench(own, language, size)
+        for robot in robots_of(language) if all_robots else ():
+            desks.append(pathlib.Path(desk) / robot)
+            bench(desks[-1], language, 1.0, robot)
 
         def one(k):
             best = None
@@ -170,6 +183,10 @@ def language_of(binary, corpus, language, prove, threads):
                 if best is None or (done.get("editable") or 0) > (best.get("editable") or 0):
                     best = done
                 if "failed" in best or best.get("editable") == best.get("moves"):
+                    break
+                # another arm helps where this one does not reach, or has not the configuration
+                reasons = str([r["why"] for r in best.get("not_edited") or []])
+                if own == desks[len(sizes) - 1] and not re.search("cannot reach|configuration", reasons):
                     break
             return best
 
@@ -186,6 +203,7 @@ def main():
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--top", type=int, default=12)
     parser.add_argument("--json", type=pathlib.Path)
+    parser.add_argument("--all-robots", action="store_true", help="try the maker's other bundled arms, too")
     parser.add_argument("--assume", help="modes in which a G-code control starts, such as G21,G90")
     given = parser.parse_args()
     ASSUMED.extend(["--assume", given.assume] if given.assume else [])
@@ -193,7 +211,7 @@ def main():
     for language in given.language.split(","):
         if not (given.corpus / language).is_dir():
             continue
-        results = language_of(given.binary, given.corpus, language, given.prove, given.threads)
+        results = language_of(given.binary, given.corpus, language, given.prove, given.threads, given.all_robots)
         kept[language] = {str(p): r for p, r in results}
         report(language, results, given)
     if given.json:

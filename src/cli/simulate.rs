@@ -158,19 +158,7 @@ pub fn run(args: Args) -> Result<()> {
     let (mut written, settled) = if map.is_some() || text.is_recording || predicted::is_log(input, &model) {
         again(&args, &model, &mut options, &text, &mut out)?
     } else {
-        let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
-        let reading = Reading {
-            robot: &model.robot,
-            frames: &frames,
-            tcp_speed_m_s: args.speed_mm_s.map(|v| v * 1e-3),
-            format: None,
-        };
-        let program = reading.load(&args.input, text.input)?;
-        let (t_s, notes) = times(&args, &model, &program, &options);
-        let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz)?;
-        let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;
-        written.notes.extend(notes);
-        (written, false)
+        (of_program(&args, &model, &options, text.input, &mut out)?, false)
     };
     for e in &model.effects {
         if let Some(why) = e.effect.idle(&e.site(&model.robot), settled) {
@@ -198,6 +186,24 @@ pub fn run(args: Args) -> Result<()> {
     }
     eprintln!("{}", counted(written.rows, "row"));
     Ok(())
+}
+
+/// Runs the program of `input` on the machine.
+fn of_program(
+    args: &Args,
+    model: &Model,
+    options: &Options,
+    input: input::Input,
+    out: &mut Output,
+) -> Result<predicted::Written> {
+    let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
+    let reading = Reading::new(&model.robot, &frames, args.speed_mm_s);
+    let program = reading.load(&args.input, input)?;
+    let (t_s, notes) = times(args, model, &program, options);
+    let motion = Motion::of_program(model, &program, &t_s, options.rate_hz)?;
+    let mut written = predicted::write_program_log(model, &motion, options, &program.name, out)?;
+    written.notes.extend(notes);
+    Ok(written)
 }
 
 /// Options of the run in SI.

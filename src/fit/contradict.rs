@@ -145,6 +145,7 @@ mod tests {
             spikes_ci95: vec![[0.0, half_gap_deg.to_radians()]; 3],
             scatter: 0.0,
             trust: Trust { compensate: true, before_m: 1e-5, after_m: 1e-6, reversals: 9, reason: Why::Helps },
+            agreement: None,
         };
         let estimate = Estimate { joints: vec![joint], predicted: Vec::new(), reversals: Vec::new(), covariance: None };
         Gaps { estimate: Some(estimate), ..document(half_gap_deg, wide_deg, "null") }

@@ -172,6 +172,7 @@ mod tests {
             spikes_ci95: Vec::new(),
             scatter: 0.0,
             trust,
+            agreement: None,
         };
         let reversal = |t_s: f64, at: f64, ratio: f64| LocalReversal {
             axis: 0,

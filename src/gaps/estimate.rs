@@ -1,7 +1,7 @@
 //! What a joint estimate over all logs of a machine adds to the gaps: friction's response, the scatter of single reversals,
 //! trust, local evidence, covariance. Values are SI; the document holds degrees or millimetres, seconds, micrometres.
 //!
-//! In the document: `response`, `scatter` and `trust` of each joint, and at the top `reversals` and `covariance`. A
+//! In the document: `response`, `scatter`, `trust` and `agreement` of each joint, and at the top `reversals` and `covariance`. A
 //! document without them is one of a single kind of test.
 
 use crate::effects::response::{MOST_SPIKES, MOST_WINDUPS, Response, Spike, Windup};
@@ -41,6 +41,36 @@ pub struct JointEstimate {
     pub scatter: f64,
     /// Whether the estimate reduces the errors of the logs it was not fitted to.
     pub trust: Trust,
+    /// The fit of all logs against the single reversals; `None` where too few of these can be judged.
+    pub agreement: Option<Agreement>,
+}
+
+/// Lost motion after a reversal (half gap, spikes and wind-up together) by the fit of all logs, which a compensator uses, and by the single
+/// reversals, each estimated from its window alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreement {
+    /// By the fit of all logs, rad or m, with its 95 % interval.
+    pub all_logs: f64,
+    /// Its 95 % interval.
+    pub all_logs_ci95: [f64; 2],
+    /// By the single reversals, rad or m.
+    pub single: f64,
+    /// Its 95 % interval.
+    pub single_ci95: [f64; 2],
+    /// Whether they differ by no more than their uncertainties allow (95 %).
+    pub agree: bool,
+}
+
+impl Agreement {
+    /// Which of the two a compensator uses, and why.
+    pub fn reason(&self) -> &'static str {
+        if self.agree {
+            "both agree; the fit of all logs also has the course of a stroke"
+        } else {
+            "they differ; the fit of all logs is used because it has the course of a stroke and every log, and `trust` tells by the single \
+             reversals whether its offset helps"
+        }
+    }
 }
 
 /// What compensating a joint does, predicted on parts of the logs that were not fitted.
@@ -139,6 +169,36 @@ pub(super) struct JointFields<'a> {
     response: ResponseFields,
     scatter: Value,
     trust: TrustFields<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    agreement: Option<AgreementFields>,
+}
+
+/// Lost motion by both estimates.
+#[derive(Serialize)]
+struct AgreementFields {
+    #[serde(flatten)]
+    all_logs: Keyed<Value>,
+    all_logs_ci95: Value,
+    #[serde(flatten)]
+    single: Keyed<Value>,
+    single_reversals_ci95: Value,
+    agree: bool,
+    used: &'static str,
+    reason: &'static str,
+}
+
+impl AgreementFields {
+    fn new(a: &Agreement, kind: JointKind) -> Self {
+        Self {
+            all_logs: keyed("all_logs", a.all_logs, kind),
+            all_logs_ci95: in_user_unit(&a.all_logs_ci95, kind),
+            single: keyed("single_reversals", a.single, kind),
+            single_reversals_ci95: in_user_unit(&a.single_ci95, kind),
+            agree: a.agree,
+            used: "all_logs",
+            reason: a.reason(),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -176,6 +236,7 @@ impl<'a> JointFields<'a> {
                 reversals: t.reversals,
                 reason: t.reason.words(),
             },
+            agreement: e.agreement.as_ref().map(|a| AgreementFields::new(a, kind)),
         }
     }
 }
@@ -328,6 +389,17 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
         reversals: finite(of_trust("reversals")).unwrap_or(0.0).max(0.0) as usize,
         reason: Why::read(of_trust("reason").and_then(Value::as_str).unwrap_or_default()),
     };
+    let agreement = v.get("agreement").and_then(|a| {
+        let all_logs = finite(a.get(format!("all_logs_{unit}")))?;
+        let single = finite(a.get(format!("single_reversals_{unit}")))?;
+        Some(Agreement {
+            all_logs: all_logs * si,
+            all_logs_ci95: pair(a.get("all_logs_ci95"), all_logs),
+            single: single * si,
+            single_ci95: pair(a.get("single_reversals_ci95"), single),
+            agree: a.get("agree")?.as_bool()?,
+        })
+    });
     Some(Ok(JointEstimate {
         axis,
         response: Response { presliding: presliding * si, windups, spikes },
@@ -336,6 +408,7 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
         spikes_ci95,
         scatter: finite(v.get("scatter")).unwrap_or(0.0),
         trust,
+        agreement,
     }))
 }
 

@@ -10,7 +10,7 @@ use super::guard::{self, is_note};
 use super::job::Job;
 use super::outcome::Target;
 use super::refusal::Refusal;
-use super::summary::{Line, Status};
+use super::summary::{Line, PathErrors, Status};
 use crate::error::{Error, Place, Result, shown};
 use crate::io::folder::{self, Kind};
 use crate::io::input;
@@ -205,8 +205,30 @@ pub enum Results<'a> {
     Check(&'a Path),
 }
 
-/// Rewrites every program of a folder; `done` hears of each as it finishes. The lines are in the order of `programs`.
-pub fn run(job: &Job, folder: &Path, programs: &[PathBuf], results: Results, done: &(dyn Fn() + Sync)) -> Vec<Line> {
+/// Names and bytes of a rewritten program and of the files that belong to it.
+pub type Texts = Vec<(String, Vec<u8>)>;
+
+/// What a program that was rewritten does to its path.
+#[derive(Debug)]
+pub struct Judged {
+    pub path_error: PathErrors,
+    /// Why it must not be put in place.
+    pub astray: Option<String>,
+}
+
+/// Works out the verdict on a program: its original, the number of its points, and what is written.
+pub type Judge<'a> = dyn Fn(&Path, u64, &mut dyn FnMut() -> Result<Texts>) -> Option<Judged> + Sync + 'a;
+
+/// Rewrites every program of a folder; `done` hears of each as it finishes. The lines are in the order of `programs`. A program that goes into
+/// a folder is judged before it is put in place, and one that stands there from an earlier run as it stands.
+pub fn run(
+    job: &Job,
+    folder: &Path,
+    programs: &[PathBuf],
+    results: Results,
+    judge: Option<&Judge>,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Line> {
     let shared = shared(folder, programs, &job.files);
     if let Results::Folder(output) = results {
         // the first program that needs a folder reports that it cannot be made
@@ -219,7 +241,7 @@ pub fn run(job: &Job, folder: &Path, programs: &[PathBuf], results: Results, don
         let from = folder.join(relative);
         let result = match shared.get(relative) {
             Some(with) => Err(Refusal::Shared { name: shown(&from), with: with.to_string() }.into()),
-            None => one(job, &from, relative, results),
+            None => one(job, &from, relative, results, judge),
         };
         let line = match result {
             Ok(line) => line,
@@ -243,7 +265,7 @@ fn shared(folder: &Path, programs: &[PathBuf], there: &Files) -> BTreeMap<PathBu
     several.flat_map(|(file, list)| list.into_iter().map(move |p| (p.clone(), shown(&file)))).collect()
 }
 
-fn one(job: &Job, from: &Path, relative: &Path, results: Results) -> Result<Line> {
+fn one(job: &Job, from: &Path, relative: &Path, results: Results, judge: Option<&Judge>) -> Result<Line> {
     let to = match results {
         Results::DryRun => return Ok(Line::of(&job.run(from, Target::DryRun, &|_| {})?)),
         Results::Check(golden) => {
@@ -255,14 +277,23 @@ fn one(job: &Job, from: &Path, relative: &Path, results: Results) -> Result<Line
         }
         Results::Folder(output) => output.join(relative),
     };
-    if let Some(line) = finished(job, from, &to) {
-        return Ok(line);
+    if let Some((line, files)) = finished(job, from, &to) {
+        let mut texts = || files.iter().map(|f| Ok((shown(f), input::read(f)?.bytes.to_vec()))).collect();
+        let judged = judge.and_then(|j| j(from, line.moves, &mut texts));
+        return Ok(Line { path_error: judged.map(|j| j.path_error), ..line });
     }
-    Ok(Line::of(&job.run(from, Target::File(&to), &|_| {})?))
+    let mut ready = job.prepare(from, Target::File(&to), &|_| {})?;
+    let judge = judge.filter(|_| !ready.outcome.unchanged && ready.outcome.refusal.is_none());
+    let judged = judge.and_then(|j| j(from, ready.outcome.points, &mut || ready.texts()));
+    let (path_error, astray) = judged.map_or((None, None), |j| (Some(j.path_error), j.astray));
+    if let Some(why) = astray {
+        ready.refuse(why);
+    }
+    Ok(Line { path_error, ..Line::of(&ready.commit()?) })
 }
 
-/// The line of a program that was finished by an earlier run; `None`: it has to be done.
-fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
+/// The line of a program that was finished by an earlier run, and the files that it wrote; `None`: it has to be done.
+fn finished(job: &Job, from: &Path, to: &Path) -> Option<(Line, Vec<PathBuf>)> {
     if job.force {
         return None;
     }
@@ -280,7 +311,9 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
         && stands(&note.output, to, &note.sha256_out)
         && note.companions.iter().all(|c| stands(&c.input, from, &c.sha256_in) && stands(&c.output, to, &c.sha256_out))
         && note.context == job.context_sum(from);
-    same.then(|| Line {
+    let companions = note.companions.iter().filter_map(|c| Some(to.with_file_name(path_of(&c.output)?)));
+    let files = std::iter::once(to.to_path_buf()).chain(companions).collect();
+    let line = Line {
         key: None,
         input: shown(from),
         output: Some(shown(to)),
@@ -293,9 +326,11 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
         missing: None,
         reversals: note.reversals,
         inserted: note.inserted,
+        path_error: None,
         sha256_in: note.sha256_in,
         sha256_out: Some(note.sha256_out),
-    })
+    };
+    same.then_some((line, files))
 }
 
 /// SHA-256 of a file that could not be used, where it can be read.

@@ -211,3 +211,6 @@ pub fn already(name: &str, how: &str) -> Error {
         expected: "the original program".into(),
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -219,3 +219,6 @@ fn add(stats: &mut RewriteStats, violation: Violation) {
         stats.violations.push(violation);
     }
 }
+
+#[cfg(test)]
+mod tests;

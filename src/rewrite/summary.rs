@@ -49,8 +49,28 @@ pub struct Line {
     pub missing: Option<Missing>,
     pub reversals: u64,
     pub inserted: u64,
+    /// Of a program of a folder, where the verdict was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path_error: Option<PathErrors>,
     pub sha256_in: Option<String>,
     pub sha256_out: Option<String>,
+}
+
+/// Path error of a program on the machine that its offsets rest on: before and after.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct PathErrors {
+    /// `better`, `unchanged` or `worse`; null where it could not be worked out.
+    pub verdict: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_um: Option<BeforeAfter>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub largest_um: Option<BeforeAfter>,
+    /// Why there is no verdict.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The verdict is `worse`.
+    #[serde(skip)]
+    pub worse: bool,
 }
 
 /// A reason of several lines, one for each number or limit, as one line.
@@ -80,6 +100,7 @@ impl Line {
             missing: o.vendor.as_ref().map(|v| v.missing.clone()).filter(|m| !m.is_empty()),
             reversals: o.stats.reversals.iter().sum(),
             inserted: o.stats.inserted,
+            path_error: None,
             sha256_in: o.sha256_in.clone(),
             sha256_out: o.sha256_out.clone(),
         }
@@ -117,6 +138,7 @@ impl Line {
             missing: None,
             reversals: 0,
             inserted: 0,
+            path_error: None,
             sha256_in,
             sha256_out: None,
         }
@@ -145,10 +167,10 @@ pub struct Document {
 }
 
 /// A figure of the original and of the rewritten program.
-#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
-struct BeforeAfter {
-    before: f64,
-    after: f64,
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct BeforeAfter {
+    pub before: f64,
+    pub after: f64,
 }
 
 /// One joint of the document; the unit of a length or an angle stands in its key.

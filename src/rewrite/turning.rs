@@ -334,3 +334,6 @@ impl Tracker {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -194,11 +194,27 @@ fn column_map() -> Shape {
 
 fn gaps() -> Shape {
     let joint = || open([("joint", text())]).requires(&["joint"]);
+    let pair = || list(number()).of_length(2);
+    let agreement = open([
+        ("all_logs_deg", number()),
+        ("all_logs_mm", number()),
+        ("all_logs_ci95", pair()),
+        ("single_reversals_deg", number()),
+        ("single_reversals_mm", number()),
+        ("single_reversals_ci95", pair()),
+        ("agree", Shape::typed("boolean")),
+        ("used", text()),
+        ("reason", text()),
+    ])
+    .requires(&["agree", "used"])
+    .described(
+        "lost motion after a reversal by the fit of all logs and by single reversals, and which of them is used",
+    );
     open([
         ("robot", robot_reference()),
         ("registration", union([frame(), Shape::typed("null")])),
         ("points", list(joint())),
-        ("joints", list(joint())),
+        ("joints", list(open([("joint", text()), ("agreement", agreement)]).requires(&["joint"]))),
     ])
     .requires(&["schema", "robot", "joints"])
 }

@@ -292,3 +292,23 @@ fn val_new_machines_are_compensated() {
     assert!(median(&|r| r.0) >= 0.82 && median(&|r| r.1) >= 0.87, "{reductions:?}");
     assert!(reductions.iter().all(|r| r.0.min(r.1) >= 0.6), "{reductions:?}");
 }
+
+#[test]
+fn local_and_global_estimates_are_compared_and_the_document_says_which_is_used() {
+    let bench = Bench::new("gantry");
+    let gaps = bench.identify();
+    let text = std::fs::read_to_string(bench.out("machine.yaml")).unwrap();
+    let joints = &gaps.estimate.as_ref().unwrap().joints;
+    assert!(joints.iter().filter(|j| j.agreement.is_some()).count() >= 3, "{text}");
+    for j in joints.iter().filter(|j| j.agreement.is_some()) {
+        let (name, a) = (&bench.robot.axis(j.axis).name, j.agreement.unwrap());
+        assert!(a.all_logs_ci95[0] < a.all_logs && a.all_logs < a.all_logs_ci95[1], "{name}: {a:?}");
+        assert!(a.single_ci95[0] < a.single && a.single < a.single_ci95[1], "{name}: {a:?}");
+        let apart = (a.single - a.all_logs).abs();
+        let [both, one] = [a.all_logs_ci95, a.single_ci95].map(|ci| 0.5 * (ci[1] - ci[0]));
+        assert_eq!(a.agree, apart <= both.hypot(one) * (1.0 + 1e-9), "{name}: {a:?}");
+        let said = gaps.notes.iter().any(|n| n.starts_with(&format!("{name}: the lost motion after single reversals")));
+        assert_eq!(said, !a.agree, "{name}: {:?}", gaps.notes);
+    }
+    assert!(text.contains("used: all_logs"), "{text}");
+}

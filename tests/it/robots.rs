@@ -132,3 +132,98 @@ fn j2_alone_leaves_the_forearm_level_on_the_arms_whose_controller_counts_it_so()
         assert!(!level(name), "{name}");
     }
 }
+
+/// Standard Denavit-Hartenberg parameters that Universal Robots publishes ("DH Parameters for calculations of kinematics and dynamics",
+/// universal-robots.com/articles/ur/application-installation): robot file, `a` of joints 2 and 3, `d` of joints 1, 4, 5 and 6, m. `alpha` is
+/// 90, 0, 0, 90, -90, 0 deg.
+const PUBLISHED: [(&str, [f64; 2], [f64; 4]); 4] = [
+    ("universal-robots-ur3e", [-0.24355, -0.2132], [0.15185, 0.13105, 0.08535, 0.0921]),
+    ("universal-robots-ur5e", [-0.425, -0.3922], [0.1625, 0.1333, 0.0997, 0.0996]),
+    ("universal-robots-ur10e", [-0.6127, -0.57155], [0.1807, 0.17415, 0.11985, 0.11655]),
+    ("universal-robots-ur20", [-0.8620, -0.7287], [0.2363, 0.2010, 0.1593, 0.1543]),
+];
+
+/// Pose of the flange by published parameters.
+fn by_parameters([a2, a3]: [f64; 2], [d1, d4, d5, d6]: [f64; 4], q: &[f64]) -> nalgebra::Isometry3<f64> {
+    use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let links =
+        [(d1, 0.0, quarter), (0.0, a2, 0.0), (0.0, a3, 0.0), (d4, 0.0, quarter), (d5, 0.0, -quarter), (d6, 0.0, 0.0)];
+    links.iter().zip(q).fold(Isometry3::identity(), |pose, ((d, a, alpha), q)| {
+        let turn = Isometry3::from_parts(
+            Translation3::new(0.0, 0.0, *d),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), *q),
+        );
+        let lean = Isometry3::from_parts(
+            Translation3::new(*a, 0.0, 0.0),
+            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), *alpha),
+        );
+        pose * turn * lean
+    })
+}
+
+/// Joints, rad, and the pose without a tool, m and a rotation vector, rad, that the maker's controller in simulation (URSim) wrote side by
+/// side into programs: UR10e of `Move_Circle.script` of github.com/rparak/URScript_Examples, UR5e of an article on URSim's image for
+/// the e-Series (masayuki-kono, 2023-03-29).
+const WRITTEN: [(&str, [f64; 6], [f64; 6]); 3] = [
+    (
+        "universal-robots-ur10e",
+        [
+            -1.3196121919157342,
+            -1.756599685698049,
+            -2.0634078196113883,
+            -0.8922170360694253,
+            1.572415943754062,
+            0.2949248755915077,
+        ],
+        [0.000027413165, -0.700008089541, 0.307642439671, 0.068667031305, 3.139237750912, 0.000437121225],
+    ),
+    (
+        "universal-robots-ur5e",
+        [-1.6007, -1.7271, -2.203, -0.808, 1.5951, -0.031],
+        [-0.143968656714, -0.435620060803, 0.202030025428, -0.001221359682, 3.116276528482, 0.038891915637],
+    ),
+    (
+        "universal-robots-ur5e",
+        [
+            -1.6006999999466975,
+            -1.5433880589507778,
+            -2.04162795671306,
+            -1.1530839843348648,
+            1.5951000000013709,
+            -0.030999999946700108,
+        ],
+        [-0.143968656711, -0.435620060727, 0.316972358784, -0.001221359682, 3.116276528482, 0.038891915637],
+    ),
+];
+
+#[test]
+fn arms_of_universal_robots_are_those_of_the_parameters_and_poses_that_their_maker_publishes() {
+    use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+    let pose_of = |robot: &Robot, q: &[f64]| {
+        let at = robot.forward(q);
+        let rotation = UnitQuaternion::from_rotation_matrix(&at.rotation);
+        Isometry3::from_parts(Translation3::from(at.position), rotation)
+    };
+    let near = |a: &Isometry3<f64>, b: &Isometry3<f64>, m: f64, rad: f64| {
+        let by = a.inverse() * b;
+        by.translation.vector.norm() < m && by.rotation.angle() < rad
+    };
+    for (name, a, d) in PUBLISHED {
+        let (robot, _) = load(name);
+        for k in 0..50_u32 {
+            let q: Vec<f64> = (0..6_u32).map(|i| 2.0 * f64::from(k * (7 + 3 * i) + 11 * i).sin()).collect();
+            let [ours, theirs] = [pose_of(&robot, &q), by_parameters(a, d, &q)];
+            // the URDF's own numbers have lengths to 25 pm and an angle to 1e-10 rad
+            assert!(near(&ours, &theirs, 1e-8, 1e-8), "{name} at {q:?}: {ours} and {theirs}");
+        }
+    }
+    for (name, q, pose) in WRITTEN {
+        let (robot, _) = load(name);
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(pose[3], pose[4], pose[5]));
+        let theirs = Isometry3::from_parts(Translation3::new(pose[0], pose[1], pose[2]), turn);
+        let ours = pose_of(&robot, &q);
+        // twelve decimals are written
+        assert!(near(&ours, &theirs, 3e-9, 3e-9), "{name}: {ours} and {theirs}");
+    }
+}

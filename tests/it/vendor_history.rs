@@ -41,7 +41,7 @@ fn the_first_point_in_a_loop_stays_as_from_the_second_turn_on_the_robot_comes_fr
     let body = format!("PROC main()\nWHILE TRUE DO\n{}{}ENDWHILE\nENDPROC\n", absj(0.0, AXES), absj(90.0, AXES));
     let (out, said) = rewritten(&desk, "loop.mod", &module(&body), "");
     assert!(out.contains("[[0,0,0,0,30,0]") && out.contains("[[90.0200,0"), "{out}");
-    assert!(said.contains("in a loop whose first pass"), "{said}");
+    assert!(said.contains("reached from other sides on its other ways"), "{said}");
     // at the start of a program it carries its offset, and takes the direction that is asked for
     let straight = module(&format!("PROC main()\n{}{}ENDPROC\n", absj(0.0, AXES), absj(90.0, AXES)));
     assert!(rewritten(&desk, "straight.mod", &straight, "").0.contains("[[0.0200,0"));

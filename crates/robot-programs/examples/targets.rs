@@ -1,6 +1,6 @@
 //! Lists the joint targets of a program, with their lines: `cargo run -p robot-programs --example targets PROGRAM [AXES]`.
 //!
-//! `AXES` names the axes and their units: `A1:deg,A2:deg,E1:mm`. Without it the program is read for six revolute axes A1 to A6.
+//! `AXES` names the axes and their units: `A1:deg,A2:deg,E1:mm`; `A1:pulse` shows joints that a program holds in pulses as they are. Without it the program is read for six revolute axes A1 to A6.
 
 use robot_programs::axes::{Axes, Axis, JointKind};
 use robot_programs::files::Files;
@@ -12,7 +12,11 @@ fn axis(text: &str) -> Result<Axis, String> {
     match text.split_once(':') {
         Some((name, "deg")) => Ok(Axis::new(name, JointKind::Revolute)),
         Some((name, "mm")) => Ok(Axis::new(name, JointKind::Prismatic)),
-        _ => Err(format!("found `{text}`; expected a name and a unit: `A1:deg` or `X:mm`")),
+        // one pulse is shown as one degree
+        Some((name, "pulse")) => {
+            Ok(Axis { pulses: Some(1.0_f64.to_degrees()), ..Axis::new(name, JointKind::Revolute) })
+        }
+        _ => Err(format!("found `{text}`; expected a name and a unit: `A1:deg`, `A1:pulse` or `X:mm`")),
     }
 }
 

@@ -9,6 +9,9 @@ use crate::program::Program;
 /// point of a joint has such steps there, and the joint does not follow them.
 const CREEP: f64 = 0.1;
 
+/// A change of a target by more half gaps is no offset for its gap alone.
+const MOST_OFFSET: f64 = 1.5;
+
 /// Points that do not move by more than this (rad or m) are stationary.
 pub(super) const REST: f64 = 1e-9;
 
@@ -48,6 +51,18 @@ impl Source<'_> {
             Self::Log(l) => &l.name,
         }
     }
+}
+
+/// Sides of their gaps for which the first point of the program after has offsets, per axis; 0: it has none, or one of another size.
+pub(super) fn sides_of_offsets(model: &Model, before: &Source, after: &Source) -> Vec<i8> {
+    let (Source::Program(before), Source::Program(after)) = (before, after) else { return vec![0; model.robot.dof()] };
+    let side = |(axis, (b, a)): (usize, (&Vec<f64>, &Vec<f64>))| {
+        let (Some(b), Some(a)) = (b.first(), a.first()) else { return 0 };
+        let (by, gap) = (a - b, half_gap(model, axis, *b));
+        let is_offset = by.abs() > CREEP * gap && by.abs() < MOST_OFFSET * gap;
+        if is_offset { by.signum() as i8 } else { 0 }
+    };
+    before.q.iter().zip(&after.q).enumerate().map(side).collect()
 }
 
 /// Half gap of an axis at a position, rad or m.

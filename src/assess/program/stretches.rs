@@ -25,6 +25,8 @@ pub struct Pair {
     pub after: Program,
     /// Length of the path before, m.
     pub length_m: f64,
+    /// It does not start where the program starts.
+    pub anew: bool,
 }
 
 /// A stretch and where its TCP goes.
@@ -72,6 +74,7 @@ pub fn of(robot: &Robot, before: &Source, after: &Source, notes: &mut Vec<String
             before: before.stretch(stretch.points.clone()),
             after: after.stretch(theirs[k].points.clone()),
             length_m: stretch.length_m,
+            anew: stretch.points.start > 0,
         });
     }
     if pairs.len() < ours.len() {

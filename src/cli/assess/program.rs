@@ -112,12 +112,7 @@ pub fn run(args: Args) -> Result<()> {
     let options =
         Options { speed_m_s: args.speed_mm_s.map_or(default, |v| v * 1e-3), at_speed: args.speed_mm_s.is_some() };
     let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
-    let reading = Reading {
-        robot: &model.robot,
-        frames: &frames,
-        tcp_speed_m_s: args.speed_mm_s.map(|v| v * 1e-3),
-        format: None,
-    };
+    let reading = Reading::new(&model.robot, &frames, args.speed_mm_s);
     let before = load(&texts[0], &model, map.as_ref(), &args.before, &reading)?;
     let after = load(&texts[1], &model, map.as_ref(), &args.after, &reading)?;
     let mut result = assess(&model, &before.source(), &after.source(), &options)?;

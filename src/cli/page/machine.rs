@@ -4,7 +4,7 @@
 use super::{gaps, milli, milli2};
 use crate::gaps::Gaps;
 use crate::gaps::after_reversal::AfterReversal;
-use crate::gaps::estimate::{Estimate, JointEstimate};
+use crate::gaps::estimate::{Agreement, Estimate, JointEstimate};
 use crate::numerics::normal::Z95;
 use crate::report::{
     BarRow, BarsView, GapPointView, GapsOver, GapsView, JointGapView, Page, Role, Run, ScheduleView, TableView, Tile,
@@ -53,6 +53,14 @@ fn of_estimate(robot: &Robot, found: &Gaps, estimate: &Estimate, command: &str) 
         );
     }
     page.section("Which joints are compensated, and why", "", decisions(robot, estimate));
+    let compared = agreements(robot, estimate);
+    if let Some(compared) = compared {
+        page.section(
+            "The fit of all logs and the single reversals",
+            "Half gap, friction spike and wind-up together, right after a reversal: by the fit of all logs, which a compensator uses, and by single reversals, each estimated only from a window around it.",
+            compared,
+        );
+    }
     gaps::sections(&mut page, robot, found, "all logs");
     page.section(
         "Each reversal by itself",
@@ -163,6 +171,33 @@ fn decisions(robot: &Robot, estimate: &Estimate) -> TableView {
         ]
     };
     TableView::new(&columns, estimate.joints.iter().map(row))
+}
+
+/// Both estimates of each joint's lost motion; `None` where no joint has enough reversals.
+fn agreements(robot: &Robot, estimate: &Estimate) -> Option<TableView> {
+    let columns = [
+        ("joint", false),
+        ("all logs", true),
+        ("95 %", true),
+        ("single reversals", true),
+        ("95 %", true),
+        ("agree", false),
+    ];
+    let row = |(axis, a): (usize, Agreement)| {
+        let joint = robot.axis(axis);
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_user_unit(v));
+        let span = |[low, high]: [f64; 2]| format!("{} to {}", edge(low), edge(high));
+        vec![
+            joint.name.clone(),
+            format!("{} {}", edge(a.all_logs), joint.kind.unit()),
+            span(a.all_logs_ci95),
+            format!("{} {}", edge(a.single), joint.kind.unit()),
+            span(a.single_ci95),
+            if a.agree { "yes" } else { "no" }.into(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = estimate.joints.iter().filter_map(|j| Some((j.axis, j.agreement?))).map(row).collect();
+    (!rows.is_empty()).then(|| TableView::new(&columns, rows))
 }
 
 /// Single reversals, those that stand out marked.

@@ -8,7 +8,7 @@ use crate::report::{BarRow, BarsView, Page, Role, Run, TableView, Tile, Tone};
 use crate::rewrite::outcome::{Outcome, Vendor};
 use crate::rewrite::script::change::Change;
 use crate::rewrite::script::coverage::Reason;
-use crate::rewrite::summary::{Line, Status};
+use crate::rewrite::summary::{BeforeAfter, Line, PathErrors, Status};
 use crate::robot::Robot;
 
 /// The verdict on the rewritten program, as a page shows it.
@@ -123,7 +123,7 @@ fn reversals(robot: &Robot, all: &[ReversalError]) -> BarsView {
     }
 }
 
-/// Programs that the figure of a folder shows: those of which the least is edited.
+/// Programs that a figure of a folder shows.
 const DRAWN: usize = 40;
 
 /// Page of a folder of programs; `what` was done with them, in a word.
@@ -132,15 +132,23 @@ pub fn of_folder(robot: &Robot, compensator: &Compensator, folder: &str, lines: 
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
     let done = count(Status::Written) + count(Status::WouldBeWritten);
     let (refused, failed) = (count(Status::Refused), count(Status::Failed));
+    let judged = |verdict: &str| lines.iter().filter(|l| verdict_of(l) == Some(verdict)).count();
+    let (better, worse) = (judged("better"), judged("worse"));
     let tone = match refused + failed {
-        0 => Tone::Good,
+        0 if worse == 0 => Tone::Good,
         n if n < lines.len() => Tone::Mixed,
         _ => Tone::Bad,
+    };
+    let verdicts = match better + worse + judged("unchanged") {
+        0 => String::new(),
+        n => {
+            format!(" On a machine with the compensator's gaps and friction {better} of {n} get better, {worse} worse.")
+        }
     };
     page.verdict(
         tone,
         format!(
-            "{done} of {} {what}, {} unchanged, {refused} refused, {failed} failed.",
+            "{done} of {} {what}, {} unchanged, {refused} refused, {failed} failed.{verdicts}",
             counted(lines.len(), "program"),
             count(Status::Unchanged)
         ),
@@ -149,28 +157,75 @@ pub fn of_folder(robot: &Robot, compensator: &Compensator, folder: &str, lines: 
     page.tile(Tile::text("moves edited", format!("{} of {}", sum(|l| l.editable), sum(|l| l.moves)), ""));
     page.tile(Tile::text("reversals", sum(|l| l.reversals).to_string(), ""));
     page.tile(Tile::text("points added", sum(|l| l.inserted).to_string(), ""));
-    let share = |l: &Line| (l.moves > 0).then(|| 100.0 * l.editable as f64 / l.moves as f64);
-    let mut least: Vec<&Line> = lines.iter().filter(|l| share(l).is_some()).collect();
-    least.sort_by(|a, b| share(a).unwrap_or(0.0).total_cmp(&share(b).unwrap_or(0.0)));
-    if !least.is_empty() {
-        let more = least.len().saturating_sub(DRAWN);
-        let note = if more > 0 { format!("The {DRAWN} programs with the lowest share.") } else { String::new() };
-        let bars = BarsView {
-            quantity: "moves edited".into(),
-            unit: "%".into(),
-            runs: vec![Run::new("edited", Role::After)],
-            rows: (least.iter().take(DRAWN))
-                .map(|l| BarRow { label: l.input.clone(), values: vec![share(l)] })
-                .collect(),
-        };
-        page.section("Share of the moves whose targets are edited", note, bars);
-    }
+    folder_figures(&mut page, folder, lines);
     let stopped = lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed));
     let reasons: Vec<String> =
         stopped.map(|l| format!("{}: {}", l.input, l.reason.as_deref().unwrap_or("no reason"))).collect();
     if !reasons.is_empty() {
         page.section("Refused and failed", "", reasons);
     }
+    page.section("Every program", "", every_program(lines));
+    super::compensator::sections(&mut page, robot, compensator);
+    page.section("", "", super::compensator::methods());
+    page
+}
+
+fn verdict_of(line: &Line) -> Option<&'static str> {
+    line.path_error.as_ref().and_then(|p| p.verdict)
+}
+
+/// Share of a program's moves that are edited, %.
+fn edited(l: &Line) -> Option<f64> {
+    (l.moves > 0).then(|| 100.0 * l.editable as f64 / l.moves as f64)
+}
+
+/// Path errors of the programs with the largest, where verdicts are known, and the share of moves of those with the least.
+fn folder_figures(page: &mut Page, folder: &str, lines: &[Line]) {
+    let label = |l: &Line| {
+        let within = l.input.strip_prefix(folder).map(|n| n.trim_start_matches(['/', '\\'])).filter(|n| !n.is_empty());
+        within.unwrap_or(&l.input).to_string()
+    };
+    let first = |n: usize, which: &str| match n.saturating_sub(DRAWN) {
+        0 => String::new(),
+        _ => format!("The {DRAWN} programs with the {which}."),
+    };
+    let rms = |l: &Line| l.path_error.as_ref().and_then(|p| p.rms_um);
+    let mut errors: Vec<(&Line, BeforeAfter)> = lines.iter().filter_map(|l| Some((l, rms(l)?))).collect();
+    errors.sort_by(|a, b| b.1.after.total_cmp(&a.1.after));
+    if !errors.is_empty() {
+        let row = |(l, rms): &(&Line, BeforeAfter)| BarRow {
+            label: label(l),
+            values: vec![Some(rms.before), Some(rms.after)],
+        };
+        let bars = BarsView {
+            quantity: "rms path error".into(),
+            unit: "µm".into(),
+            runs: vec![Run::new("before", Role::Before), Run::new("after", Role::After)],
+            rows: errors.iter().take(DRAWN).map(row).collect(),
+        };
+        page.section(
+            "Path error on a machine with these gaps and friction",
+            first(errors.len(), "largest errors after"),
+            bars,
+        );
+    }
+    let mut least: Vec<(&Line, f64)> = lines.iter().filter_map(|l| Some((l, edited(l)?))).collect();
+    least.sort_by(|a, b| a.1.total_cmp(&b.1));
+    if !least.is_empty() {
+        let row = |(l, share): &(&Line, f64)| BarRow { label: label(l), values: vec![Some(*share)] };
+        let bars = BarsView {
+            quantity: "moves edited".into(),
+            unit: "%".into(),
+            runs: vec![Run::new("edited", Role::After)],
+            rows: least.iter().take(DRAWN).map(row).collect(),
+        };
+        page.section("Share of the moves whose targets are edited", first(least.len(), "lowest share"), bars);
+    }
+}
+
+/// The table of a folder; verdicts where they are known.
+fn every_program(lines: &[Line]) -> TableView {
+    let known = lines.iter().any(|l| l.path_error.is_some());
     let row = |l: &Line| {
         let status = match l.status {
             Status::Written => "written",
@@ -179,11 +234,19 @@ pub fn of_folder(robot: &Robot, compensator: &Compensator, folder: &str, lines: 
             Status::Refused => "refused",
             Status::Failed => "failed",
         };
-        let edited = share(l).map_or("-".into(), |s| format!("{s:.0}"));
-        let numbers = [l.moves.to_string(), edited, l.reversals.to_string(), l.inserted.to_string()];
-        [l.input.clone(), status.into()].into_iter().chain(numbers).collect::<Vec<_>>()
+        let share = edited(l).map_or("-".into(), |s| format!("{s:.0}"));
+        let mut row = vec![l.input.clone(), status.into(), l.moves.to_string(), share];
+        row.extend([l.reversals.to_string(), l.inserted.to_string()]);
+        if known {
+            let of = |figure: fn(&PathErrors) -> Option<BeforeAfter>| {
+                let figure = l.path_error.as_ref().and_then(figure);
+                figure.map_or("-".into(), |p| format!("{:.1} \u{2192} {:.1}", p.before, p.after))
+            };
+            row.extend([verdict_of(l).unwrap_or("-").into(), of(|p| p.rms_um), of(|p| p.largest_um)]);
+        }
+        row
     };
-    let columns = [
+    let mut columns = vec![
         ("program", false),
         ("result", false),
         ("moves", true),
@@ -191,10 +254,10 @@ pub fn of_folder(robot: &Robot, compensator: &Compensator, folder: &str, lines: 
         ("reversals", true),
         ("points added", true),
     ];
-    page.section("Every program", "", TableView::new(&columns, lines.iter().map(row)));
-    super::compensator::sections(&mut page, robot, compensator);
-    page.section("", "", super::compensator::methods());
-    page
+    if known {
+        columns.extend([("verdict", false), ("rms, µm", true), ("largest, µm", true)]);
+    }
+    TableView::new(&columns, lines.iter().map(row))
 }
 
 /// Changes that a page lists.

@@ -77,6 +77,12 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = FailOn::Refused)]
     pub fail_on: FailOn,
 
+    /// Also work out the verdict on every rewritten program of a folder, as it is always done for a single program: its path
+    /// error before and after on a machine with the compensator's gaps and friction. A program that leaves its path is
+    /// refused. Takes longer; always done with --report
+    #[arg(long, requires = "output_dir")]
+    pub verdict: bool,
+
     /// Exit with code 3 if no program needed a change
     #[arg(long)]
     pub exit_code: bool,

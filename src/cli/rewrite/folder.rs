@@ -1,6 +1,8 @@
 //! `rewrite` on a folder: every program by itself, a line of JSON for each.
 
-use super::args::usage;
+use super::args::{LawArg, usage};
+use super::job::Source;
+use super::proof::{self, Proof};
 use super::{Args, FailOn, printed, style, summarise};
 use crate::cli::console::{say, shows_progress};
 use crate::cli::exit::Finished;
@@ -13,18 +15,18 @@ use crate::io::name::text_of;
 use crate::io::output;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
-use crate::rewrite::batch::{self, Results};
+use crate::rewrite::batch::{self, Judge, Judged, Results, Texts};
 use crate::rewrite::guard::{note_path, read_note};
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
-use crate::rewrite::summary::{Line, Status};
+use crate::rewrite::summary::{BeforeAfter, Line, PathErrors, Status};
 use anyhow::Result;
 use indicatif::ProgressBar;
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Runs the command on a folder of programs.
-pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
+pub(super) fn run(args: &Args, source: &Source, mut job: Job) -> Result<Finished> {
     let results = results_of(args)?;
     let output = match results {
         Results::Folder(output) => Some(output),
@@ -46,21 +48,20 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     if let (Some(output), Some(_)) = (output, part) {
         batch::refuse_busy_below(output, &programs)?;
     }
-    let beside = output.or(args.check.as_deref());
-    for (option, file) in [("--summary", &args.summary), ("--report", &args.report)] {
-        if let Some(file) = file {
-            refuse_program(option, file, &args.input, beside, &programs, &job.files)?;
-        }
-    }
+    refuse_programs(args, output, &programs, &job.files)?;
     let mut summary = output::create(args.summary.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
     let bar = match shows_progress() {
         true => ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
         false => ProgressBar::hidden(),
     };
+    let judge = |original: &Path, points: u64, texts: &mut dyn FnMut() -> crate::error::Result<Texts>| {
+        judged(args, proof::of_texts(args, source, &job, (original, points), texts)?, original)
+    };
+    let judge: Option<&Judge> = (args.verdict || args.report.is_some()).then_some(&judge);
     let mut lines = match &entries {
-        None => batch::run(&job, &args.input, &programs, results, &|| bar.inc(1)),
-        Some(entries) => run_entries(&job, &args.input, entries, &programs, results, &|| bar.inc(1)),
+        None => batch::run(&job, &args.input, &programs, results, judge, &|| bar.inc(1)),
+        Some(entries) => run_entries(&job, &args.input, (entries, &programs), results, judge, &|| bar.inc(1)),
     };
     bar.finish_and_clear();
     if args.list_frames {
@@ -84,6 +85,12 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         Results::Check(golden) => conclude_check(args, golden, &programs, &lines),
         _ => conclude(args, &lines),
     }
+}
+
+/// The verdict of a program, as a line has it. A program that leaves its path is refused as a single one is.
+fn judged(args: &Args, proof: Proof, original: &Path) -> Option<Judged> {
+    let minds = !args.force && matches!(args.law, LawArg::SymmetricHalfGap);
+    Some(Judged { path_error: proof.of_line(), astray: proof.astray(&shown(original)).filter(|_| minds) })
 }
 
 /// What `--json` prints of a folder.
@@ -125,6 +132,23 @@ fn print_reasons(lines: &[Line]) {
     }
 }
 
+/// Names the programs of whose rewritten path the verdict is `worse`.
+fn print_worse(lines: &[Line]) {
+    let um = |p: Option<BeforeAfter>| p.map_or(String::new(), |p| format!("{:.1} -> {:.1} um", p.before, p.after));
+    for (line, p) in lines.iter().filter_map(|l| l.path_error.as_ref().filter(|p| p.worse).map(|p| (l, p))) {
+        let (rms, largest) = (um(p.rms_um), um(p.largest_um));
+        eprintln!("{}: worse: rms {rms}, largest {largest} (`assess program` shows where)", line.input);
+    }
+    let known: Vec<&PathErrors> = lines.iter().filter_map(|l| l.path_error.as_ref()).collect();
+    if known.is_empty() {
+        return;
+    }
+    let count = |what: &str| known.iter().filter(|p| p.verdict == Some(what)).count();
+    let unknown = known.iter().filter(|p| p.verdict.is_none()).count();
+    let [better, same, worse] = ["better", "unchanged", "worse"].map(count);
+    eprintln!("verdicts: {better} better, {same} unchanged, {worse} worse, {unknown} not computed");
+}
+
 /// Of a check: an error where a program differs from its golden file.
 fn conclude_check(args: &Args, golden: &Path, programs: &[PathBuf], lines: &[Line]) -> Result<Finished> {
     print_reasons(lines);
@@ -163,6 +187,7 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
         counted(lines.len(), "program"),
         count(Status::Unchanged)
     );
+    print_worse(lines);
     let bad = match args.fail_on {
         FailOn::Refused => refused + failed,
         FailOn::Failed => failed,
@@ -231,15 +256,15 @@ fn of_manifest(file: &Path, part: Option<(usize, usize)>) -> Result<Planned> {
 fn run_entries(
     job: &Job,
     folder: &Path,
-    entries: &[Entry],
-    programs: &[PathBuf],
+    (entries, programs): (&[Entry], &[PathBuf]),
     results: Results,
+    judge: Option<&Judge>,
     done: &(dyn Fn() + Sync),
 ) -> Vec<Line> {
     let mut changed = manifest::changed(folder, entries);
     let same = entries.iter().zip(programs).filter(|(e, _)| !changed.contains_key(&e.key));
     let same: Vec<PathBuf> = same.map(|(_, p)| p.clone()).collect();
-    let mut lines = batch::run(job, folder, &same, results, done).into_iter();
+    let mut lines = batch::run(job, folder, &same, results, judge, done).into_iter();
     let line = |e: &Entry| {
         let line = changed.remove(&e.key).or_else(|| lines.next())?;
         Some(Line { key: Some(e.key.clone()), ..line })
@@ -268,7 +293,18 @@ fn earlier_results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSe
     found
 }
 
-/// Refuses a summary or a page that would go over a program, or over a result.
+/// Refuses a summary and a page that would go over a program, or over a result.
+fn refuse_programs(args: &Args, output: Option<&Path>, programs: &[PathBuf], files: &Files) -> Result<()> {
+    let beside = output.or(args.check.as_deref());
+    for (option, file) in [("--summary", &args.summary), ("--report", &args.report)] {
+        if let Some(file) = file {
+            refuse_program(option, file, &args.input, beside, programs, files)?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a file that would go over a program, or over a result.
 fn refuse_program(
     option: &str,
     summary: &Path,

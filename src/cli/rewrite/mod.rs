@@ -62,7 +62,7 @@ pub fn run(args: Args) -> Result<Finished> {
         eprintln!("note: {}: not written (--dry-run)", shown(output));
     }
     if folder {
-        return folder::run(&args, job);
+        return folder::run(&args, &source, job);
     }
     if args.manifest.is_some() {
         return Err(usage("--manifest with a single program", "the folder of its programs as IN"));

@@ -14,9 +14,11 @@ use crate::compensator::Predicted;
 use crate::error::is_stdio;
 use crate::io::input;
 use crate::numerics::robust::median_of;
+use crate::rewrite::batch::Texts;
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{self, Outcome, Ready};
 use crate::rewrite::script::path::Reading;
+use crate::rewrite::summary::{BeforeAfter, PathErrors};
 use crate::robot::Robot;
 use crate::simulate;
 use serde::Serialize;
@@ -76,11 +78,22 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
     if outcome.unchanged || outcome.refusal.is_some() || !can_be_read_again(&args.input) {
         return None;
     }
+    of_texts(args, source, job, (&args.input, outcome.points), &mut || ready.texts())
+}
+
+/// The same of the program at `original`, of so many points, and of what is written instead.
+pub(super) fn of_texts(
+    args: &Args,
+    source: &Source,
+    job: &Job,
+    (original, points): (&Path, u64),
+    texts: &mut dyn FnMut() -> crate::error::Result<Texts>,
+) -> Option<Proof> {
     let Some(model) = source.machine.as_ref() else {
         let counted = source.compensator.is_measured() && source.compensator.counts_points();
         return counted.then(|| Proof::None("its friction is counted in points, which describes no machine".into()));
     };
-    if outcome.points > MOST_POINTS {
+    if points > MOST_POINTS {
         return Some(Proof::None(format!("more than {MOST_POINTS} points; `assess program` compares them")));
     }
     let speed = args.speed_mm_s.map(|v| v * 1e-3).or(source.compensator.evidence.tcp_speed_m_s);
@@ -90,9 +103,9 @@ pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> 
     };
     let reading =
         Reading { robot: &source.robot, frames: &job.choices.frames, tcp_speed_m_s: speed, format: job.format };
-    let assessed = input::read(&args.input).and_then(|bytes| {
-        let before = reading.load(&args.input, bytes)?;
-        let after = reading.written(&args.input, ready.texts()?)?;
+    let assessed = input::read(original).and_then(|bytes| {
+        let before = reading.load(original, bytes)?;
+        let after = reading.written(original, texts()?)?;
         program::assess(model, &program::Source::Program(&before), &program::Source::Program(&after), &options)
     });
     Some(match assessed {
@@ -250,6 +263,32 @@ impl Proof {
                 expected_rms_um: p.expected.as_ref().map(|e| e.0 * 1e6),
                 notes: p.notes.clone(),
             },
+        }
+    }
+
+    /// For the line of a program of a folder.
+    pub(super) fn of_line(&self) -> PathErrors {
+        match self {
+            Self::None(why) => PathErrors {
+                verdict: None,
+                rms_um: None,
+                largest_um: None,
+                reason: Some(why.to_string()),
+                worse: false,
+            },
+            Self::Proven(p) => {
+                let um = |pair: [f64; 2]| {
+                    let [before, after] = pair.map(|v| (v * 1e7).round() / 10.0);
+                    Some(BeforeAfter { before, after })
+                };
+                PathErrors {
+                    verdict: Some(p.verdict.text()),
+                    rms_um: um(p.figures.rms_m),
+                    largest_um: um(p.figures.largest_m),
+                    reason: None,
+                    worse: p.verdict == Verdict::Worse,
+                }
+            }
         }
     }
 

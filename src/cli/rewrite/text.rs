@@ -67,24 +67,7 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
             }
         );
     }
-    if a.largest_change_m > 0.0 {
-        let odd = if a.largest_change_m > UNUSUAL_M {
-            ", far more than lost motion usually is: check the offsets"
-        } else {
-            ""
-        };
-        let _ = writeln!(text, "  largest change at the TCP: {:.1} um{odd}", a.largest_change_m * 1e6);
-    }
-    if let Some(why) = a.unchecked_rates.filter(|_| !outcome.unchanged) {
-        let mended = if why.wants_speed() { " (--speed-mm-s gives one)" } else { "" };
-        let why = why.text();
-        let _ = writeln!(text, "  limits of speed and acceleration were not checked everywhere: {why}{mended}");
-    }
-    if a.looks_like_radians && outcome.vendor.is_none() {
-        text.push_str(
-            "  note: the columns are named deg, but the values look like radians: no angle is beyond 6.29, and several joints start or end at multiples of 0.7854, or no angle is beyond 3.15 in many rows; if they are radians, convert them: the offsets would be 57 times too large\n",
-        );
-    }
+    checks_text(&mut text, outcome);
     if let Some(duration_s) = a.duration_s {
         cycle_time_text(&mut text, outcome, duration_s);
     } else if outcome.vendor.is_some() && !outcome.unchanged {
@@ -105,6 +88,29 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
         let _ = writeln!(text, "  nothing to compensate: the output {is} the input, byte for byte");
     }
     text
+}
+
+/// The largest change, and what could not be checked or looks odd.
+fn checks_text(text: &mut String, outcome: &Outcome) {
+    let a = &outcome.stats;
+    if a.largest_change_m > 0.0 {
+        let odd = if a.largest_change_m > UNUSUAL_M {
+            ", far more than lost motion usually is: check the offsets"
+        } else {
+            ""
+        };
+        let _ = writeln!(text, "  largest change at the TCP: {:.1} um{odd}", a.largest_change_m * 1e6);
+    }
+    if let Some(why) = a.unchecked_rates.filter(|_| !outcome.unchanged) {
+        let mended = if why.wants_speed() { " (--speed-mm-s gives one)" } else { "" };
+        let why = why.text();
+        let _ = writeln!(text, "  limits of speed and acceleration were not checked everywhere: {why}{mended}");
+    }
+    if a.looks_like_radians && outcome.vendor.is_none() {
+        text.push_str(
+            "  note: the columns are named deg, but the values look like radians: no angle is beyond 6.29, and several joints start or end at multiples of 0.7854, or no angle is beyond 3.15 in many rows; if they are radians, convert them: the offsets would be 57 times too large\n",
+        );
+    }
 }
 
 /// Moves, reversals, added points.

@@ -7,7 +7,7 @@ use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
 use crate::effects::{GapCurve, curve::Pchip};
-use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust, Why};
+use crate::gaps::estimate::{Agreement, Estimate, JointEstimate, LocalReversal, Trust, Why};
 use crate::gaps::{GapPoint, JointGap};
 use crate::numerics::fisher;
 use crate::numerics::normal::Z95;
@@ -148,6 +148,7 @@ pub fn joint(
         spikes_ci95: (0..SPIKES).map(|k| around(knots + k, law.spikes[k])).collect(),
         scatter,
         trust: trust(&own, &ratio),
+        agreement: agreement(problem, evidence, axis, &ratio),
     };
     let points = (0..knots)
         .map(|k| (problem.splines[axis].knot(k), k))
@@ -168,6 +169,39 @@ pub fn joint(
         })
         .collect();
     Some((gap, estimate, points))
+}
+
+/// Lost motion after a reversal by the fit of all logs and by the single reversals.
+///
+/// Each reversal is judged by an estimate that did not use its stretch of the log, as a multiple of that estimate's lost motion; the
+/// mean of the multiples is a random effect. Of the fit the sum counts: gap, spikes and wind-up are known together far better than each.
+fn agreement(problem: &Problem, evidence: &Evidence, axis: usize, ratio: &Ratio) -> Option<Agreement> {
+    let law = problem.laws[axis].as_ref()?;
+    let (weights, _, n) = mean_weights(problem, axis);
+    if n == 0 || !ratio.sigma.is_finite() {
+        return None;
+    }
+    let mut each = DVector::zeros(law.parameters());
+    each.rows_mut(0, weights.len()).copy_from(&weights);
+    each.rows_mut(weights.len(), SPIKES + WINDUPS).fill(1.0);
+    let lost = each.dot(&DVector::from_vec(law.to_vec()));
+    let at = problem.offset(axis);
+    let within = evidence.within.view((at, at), (each.len(), each.len()));
+    let sigma = each.dot(&(within * &each)).max(0.0).sqrt();
+    Some(compared(lost, sigma, ratio))
+}
+
+/// Lost motion by all logs, with its standard deviation, against the multiple of it that single reversals show.
+fn compared(lost: f64, sigma: f64, ratio: &Ratio) -> Agreement {
+    let (single, single_sigma) = (ratio.mean * lost, ratio.sigma * lost.abs());
+    let around = |value: f64, sigma: f64| [value - Z95 * sigma, value + Z95 * sigma];
+    Agreement {
+        all_logs: lost,
+        all_logs_ci95: around(lost, sigma),
+        single,
+        single_ci95: around(single, single_sigma),
+        agree: (single - lost).abs() <= Z95 * sigma.hypot(single_sigma),
+    }
 }
 
 /// The fitted spline as a curve of the document; never below zero.
@@ -357,6 +391,16 @@ mod tests {
         assert!((found.mean - 0.97).abs() < 1e-9, "{found:?}");
         assert!((found.scatter - 0.06).abs() < 0.005, "{found:?}");
         assert!((found.sigma - 0.06 / 41f64.sqrt()).abs() < 0.001, "{found:?}");
+    }
+
+    #[test]
+    fn single_reversals_agree_with_all_logs_within_the_uncertainty_of_both() {
+        let of = |mean: f64| compared(2e-4, 4e-6, &Ratio { mean, sigma: 0.03, scatter: 0.1 });
+        let (close, far) = (of(1.05), of(1.2));
+        assert!(close.agree && close.reason().contains("both agree"));
+        assert!(!far.agree && far.reason().contains("the fit of all logs is used because"));
+        assert!((far.single - 2.4e-4).abs() < 1e-12 && far.all_logs == 2e-4);
+        assert!((far.single_ci95[1] - far.single - Z95 * 6e-6).abs() < 1e-12, "{far:?}");
     }
 
     #[test]

@@ -128,6 +128,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     }
     let whole = estimate::whole(&problem, &evidence, estimates);
     notes.extend(whole.joints.iter().map(|j| trust_note(robot, j)));
+    notes.extend(whole.joints.iter().filter_map(|j| disagreement(robot, j)));
     for (log, before, after) in &whole.predicted {
         let (before, after) = (before * 1e6, after * 1e6);
         notes.push(format!(
@@ -159,6 +160,23 @@ fn trust_note(robot: &Robot, joint: &JointEstimate) -> String {
         "{name}: {before:.1} um at its {} reversals without compensation, {after:.1} um predicted with it; compensation {}",
         t.reversals, t.reason
     )
+}
+
+/// What to say where the single reversals of a joint do not agree with the fit of all logs.
+fn disagreement(robot: &Robot, joint: &JointEstimate) -> Option<String> {
+    let a = joint.agreement.as_ref().filter(|a| !a.agree)?;
+    let (name, kind) = (&robot.axis(joint.axis).name, robot.axis(joint.axis).kind);
+    let shown = |value: f64, [low, high]: [f64; 2]| {
+        let [value, low, high] = [value, low, high].map(|v| kind.to_user_unit(v));
+        format!("{value:.5} {} [{low:.5}, {high:.5}]", kind.unit())
+    };
+    let left = if a.single > 0.0 { 100.0 * (a.all_logs / a.single - 1.0).abs() } else { 100.0 };
+    Some(format!(
+        "{name}: the lost motion after single reversals, {}, is not that of all logs together, {}; {}. It leaves {left:.0} % of the error there",
+        shown(a.single, a.single_ci95),
+        shown(a.all_logs, a.all_logs_ci95),
+        a.reason()
+    ))
 }
 
 /// A machine's problem, solved.

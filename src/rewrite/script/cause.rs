@@ -24,8 +24,8 @@ pub enum Cause {
         "the first target after a label, a loop, a call or an unknown move: from which side its joints reach it is not known"
     )]
     SideUnknown,
-    /// On the first pass of a loop it would need other offsets than on the next ones.
-    #[error("in a loop whose first pass reaches it from other sides than the next ones")]
+    /// Several ways lead to it (passes of a loop, branches, jumps), and on one of them it would need other offsets than on another.
+    #[error("several ways lead to it, and it is reached from other sides on its other ways (a loop, branches, jumps)")]
     PassesDiffer,
     /// A move that is not known follows it, and may count from where it ends.
     #[error("before a target that cannot be determined, which may count from this one")]

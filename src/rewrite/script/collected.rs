@@ -58,8 +58,10 @@ impl Collected {
                 options.initial_direction.fill(0);
             }
             let task = &Task { compensator: by_clock.on(run), ..*task };
+            let alone = options.clone();
             let (emitted, done) =
                 all.rates.within(script, task, run, options, &|options| through(task, run, options))?;
+            let done = own(task, run, alone, done)?;
             let (lost, added) = edits::collect(document, task.robot, run, &emitted, solve, &mut all.edits);
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
@@ -141,6 +143,28 @@ fn through(task: &Task, run: &Run, options: Options) -> Result<(OutputPoints, Re
     }
     let stats = engine.finish(&mut out)?;
     Ok((out, stats))
+}
+
+/// The statistics of a run without those of the points before it, which are another run's; where others lead through the same moves, theirs
+/// alone count.
+fn own(task: &Task, run: &Run, options: Options, done: RewriteStats) -> Result<RewriteStats> {
+    let kept = run.before();
+    if kept == 0 {
+        return Ok(done);
+    }
+    let before = Run { vertices: run.vertices[..kept].to_vec(), ..run.clone() };
+    let (_, before) = through(task, &before, options)?;
+    let mut done = done;
+    done.violations.retain(|v| {
+        let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
+        n as usize >= kept
+    });
+    done.violations_total = done.violations_total.saturating_sub(before.violations_total);
+    done.out_of_range = done.out_of_range.saturating_sub(before.out_of_range);
+    for (all, before) in done.reversals.iter_mut().zip(&before.reversals) {
+        *all = if run.is_again() { 0 } else { all.saturating_sub(*before) };
+    }
+    Ok(done)
 }
 
 fn empty(axes: usize) -> RewriteStats {

@@ -70,7 +70,8 @@ pub fn collect(
     let mut span: Vec<Out> = Vec::new();
     let mut unplaced = Unplaced::default();
     let mut added = 0;
-    let mut at = 0;
+    let before = |i: &usize| matches!(emitted.origin[*i], Origin::Point(n) if (n as usize) < run.before());
+    let mut at = (0..emitted.len()).rev().find(before).map_or(0, |i| i + 1);
     while at < emitted.len() {
         // all that lies after the goal before, up to the goal of this step
         let Some(end) = (at..emitted.len()).find(|&i| goal(run, &out(i)).is_some()) else { break };
@@ -238,7 +239,7 @@ fn on_way(run: &Run, o: &Out, step: usize) -> bool {
             let on_way = |r: Role| matches!(r, Role::Way | Role::Approach | Role::Crossing);
             run.vertices.get(o.vertex).is_some_and(|v| v.step == step && on_way(v.role))
         }
-        Some(_) => run.vertices.get(o.vertex + 1).is_some_and(|v| v.step == step),
+        Some(_) => run.vertices.get(o.vertex + 1).is_some_and(|v| v.step == step && v.role != Role::Before),
     }
 }
 

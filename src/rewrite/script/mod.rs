@@ -148,6 +148,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         ),
         sides_given: task.options.initial_direction.iter().any(|d| *d != 0),
         rounds: true,
+        joins: true,
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
     known.unknown_arm = notes::unknown_arm(format, task.robot);
@@ -163,13 +164,14 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let (changes, changes_total) =
         as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
     // an estimate of a part would read as one of the whole
-    let loops = runs.iter().any(|r| !r.entered.is_empty());
+    let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
     let whole = gaps.is_empty() && partial.is_empty() && !loops;
     stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
     let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
     let clockless = by_clock.note(&runs);
     notes.extend(notes::unplaced(script, task.robot, &runs));
-    let (anew, count) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
+    let (anew, count) =
+        (runs.iter().filter(|r| !r.entry && !r.goes_on()).count(), runs.iter().filter(|r| !r.is_again()).count());
     // what is written needs the edits alone
     if !choice.approach.any() {
         runs = Vec::new();

@@ -55,6 +55,13 @@ pub struct Reading<'a> {
     pub format: Option<Recognised>,
 }
 
+impl<'a> Reading<'a> {
+    /// For a robot, with a TCP speed in mm/s where the user gives one.
+    pub fn new(robot: &'a Robot, frames: &'a Frames, tcp_speed_mm_s: Option<f64>) -> Self {
+        Self { robot, frames, tcp_speed_m_s: tcp_speed_mm_s.map(|v| v * 1e-3), format: None }
+    }
+}
+
 impl Reading<'_> {
     /// Reads the program at `path`, whose bytes are `input`'s: rows of joints as they are, a vendor's with the files that belong to it.
     ///
@@ -113,6 +120,7 @@ impl Reading<'_> {
             crossing_s: &[],
             sides_given: true,
             rounds: true,
+            joins: false,
         };
         let mut poses = Poses::new(self.robot, self.frames);
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);

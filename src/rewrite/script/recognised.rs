@@ -18,8 +18,9 @@ pub(super) fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clo
     if script.targets.iter().filter_map(|t| t.name).any(is_clone) {
         return true;
     }
-    for run in runs {
-        let mut q: Vec<f64> = run.vertices.iter().flat_map(|v| v.q.iter().copied()).collect();
+    // what several runs lead through counts once
+    for run in runs.iter().filter(|run| !run.is_again()) {
+        let mut q: Vec<f64> = run.own().iter().flat_map(|v| v.q.iter().copied()).collect();
         q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
         evidence.add(Rows { q: &q, axes }, &digits, by_clock.on(run), task.options.step_fraction);
     }

@@ -124,7 +124,7 @@ fn number(word: &[u8]) -> Option<u64> {
 /// Labels that a statement names besides being one: all to which it may jump.
 ///
 /// `statement = ... ("LBL" | "MRK") "[" number ... "]" ...`
-fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
+pub(super) fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
     let mut out = Vec::new();
     for word in words {
         let bytes = text.slice(word.clone());

@@ -154,8 +154,14 @@ impl<'a> Reader<'a> {
                 self.push(at, StepKind::Pragma(on));
             }
         } else if let (false, Some(said)) = (statement.nested, motion::read(self.text, statement, words)) {
+            // `SKIP,LBL[1]` leaves the motion where a signal comes
+            let labels = flow::named(self.text, words);
+            labels.into_iter().for_each(|n| self.steps.jumps_on_the_way(n.map(|n| n.to_string())));
             self.motion(at, said);
         } else {
+            let label = matches!(flow::read(self.text, words), Flow::Label(_));
+            let labels = if label { Vec::new() } else { flow::named(self.text, words) };
+            labels.into_iter().for_each(|n| self.steps.jumps_to(n.map(|n| n.to_string())));
             if statement.nested {
                 if let Some(kind @ StepKind::Break(_)) = instruction::read(self.text, words) {
                     self.push(at, kind);
@@ -170,9 +176,11 @@ impl<'a> Reader<'a> {
         match flow {
             Flow::On => {}
             Flow::Label(Some(n)) if self.quiet.contains(&n) => {}
-            Flow::Label(_) => self.push(at, StepKind::Break(Break::Jump)),
-            // what follows is reached by a label
-            Flow::Jump(jump) if jump.always => self.steps.middle(at, Break::Jump),
+            Flow::Label(n) => {
+                self.before = None;
+                self.steps.label(at, n.map(|n| n.to_string()));
+            }
+            Flow::Jump(jump) if jump.always => self.steps.jump(at),
             Flow::Jump(_) => {}
             Flow::Open(kind) => {
                 self.blocks.push(self.before.take());
@@ -182,9 +190,10 @@ impl<'a> Reader<'a> {
                 self.blocks.push(self.before.take());
                 self.steps.open_loop(at, true);
             }
+            // there is no `ELSE IF`
             Flow::Middle => {
                 self.before = None;
-                self.steps.middle(at, Break::Jump);
+                self.steps.branch(at, true);
             }
             Flow::Close(kind) => {
                 let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));

@@ -153,8 +153,7 @@ impl Reader<'_> {
         match flow::read(&words) {
             Flow::Label(name) if self.quiet.contains(&name) => {}
             Flow::Label(_) => self.step(k, StepKind::Break(Break::Jump), None),
-            // what follows is reached by a label
-            Flow::Jump { always: true, .. } => self.steps.middle(at, Break::Jump),
+            Flow::Jump { always: true, .. } => self.steps.jump(at),
             Flow::Jump { .. } => {}
             Flow::Open(kind) => {
                 self.blocks.push(self.still.take());
@@ -162,7 +161,7 @@ impl Reader<'_> {
             }
             Flow::Middle => {
                 self.still = None;
-                self.steps.middle(at, Break::Jump);
+                self.steps.branch(at, words.first().is_some_and(|w| w == "ELSE" || w == "DEFAULT"));
             }
             Flow::Close(kind) => {
                 let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));

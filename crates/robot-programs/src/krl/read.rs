@@ -60,7 +60,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let sites = steps.finish(&mut script);
     script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
     script.keep_before_reading("the program reads where it ends", &reads_place(text));
-    let mut steps = script.steps;
+    let mut steps = std::mem::take(&mut script.steps);
     external_axes(&mut steps, &sites, &others);
     let motions = sites.filter_map(|site| site.motion);
     if no_list(&texts, &data) && targets.is_empty() && motions.values().next().is_some() {
@@ -74,7 +74,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     // only where nothing in the program itself tells the arm's configuration
     let asks = targets.iter().all(|t| t.pose.is_some()) && steps.iter().any(without);
     let stance = asks.then(|| stance(&texts, &data, &named)).flatten();
-    let script = Script { steps, targets, notes, stance, ..Script::default() };
+    let script = Script { steps, targets, notes, stance, ..script };
     let mut program = Program { script, kinds, axes, motions, data, sources };
     program.script.texts = texts;
     Ok(program)
@@ -305,7 +305,7 @@ impl<'a> Reader<'a> {
             return self.stop(k, Break::Start);
         }
         if is_label(line) {
-            return self.stop(k, Break::Jump);
+            return self.label(k, word);
         }
         if self.flow(k, line, word, second) {
             return;

@@ -44,6 +44,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         literals: Vec::with_capacity(text.likely_steps()),
         externals: Vec::with_capacity(text.likely_steps()),
         external: None,
+        external_before: Vec::new(),
         configured: Configured { joint: true, linear: true },
         configured_first: configured_first(p),
         going: Going::default(),
@@ -108,6 +109,8 @@ pub struct Builder<'a> {
     pub externals: Vec<Arc<External>>,
     /// ... and of the goal before, on the same stretch.
     pub external: Option<Arc<External>>,
+    /// The same before each block that is open: there its branches begin.
+    external_before: Vec<Option<Arc<External>>>,
     /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text of a routine, and at its start.
     pub configured: Configured,
     configured_first: Configured,
@@ -152,15 +155,23 @@ impl Builder<'_> {
         let token = item.span.start;
         self.going.follow(self.f.text, self.f.p, item);
         match item.kind {
-            ItemKind::Start => self.led_before.clear(),
-            ItemKind::Branch | ItemKind::Loop => self.led_before.push(self.going.led),
+            ItemKind::Start => {
+                self.led_before.clear();
+                self.external_before.clear();
+            }
+            ItemKind::Branch | ItemKind::Loop => {
+                self.led_before.push(self.going.led);
+                self.external_before.push(self.external.clone());
+            }
             ItemKind::Middle => {
+                self.external = self.external_before.last().cloned().flatten();
                 if let Some(before) = self.led_before.last_mut() {
                     *before = before.or(self.going.led);
                 }
             }
             ItemKind::EndBranch | ItemKind::EndLoop => {
                 self.going.led = self.going.led.or(self.led_before.pop().flatten());
+                self.external_before.pop();
             }
             _ => {}
         }
@@ -192,7 +203,7 @@ impl Builder<'_> {
                 let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
                 self.steps.open_loop(self.at(token), is_entered(self.f.text.slice(bytes)));
             }
-            ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
+            ItemKind::Middle => self.steps.branch(self.at(token), item.span.is_empty()),
             ItemKind::EndBranch => self.close(token, Break::Jump),
             ItemKind::EndLoop => self.close(token, Break::Loop),
             ItemKind::Label => {

@@ -1,5 +1,6 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
+use super::joins::{Join, Labels, through_still};
 use super::{At, Break, Goal, Move, Script, Step, StepKind, Text, pragma};
 
 /// Values that are looked at before the place of a step is searched for.
@@ -110,6 +111,8 @@ pub struct Steps<S> {
     sites: BySteps<S>,
     open: Vec<Block>,
     rounds: Vec<Round>,
+    joins: Vec<Join>,
+    labels: Labels,
     /// Next comment to look at.
     comment: usize,
     /// The start with which the program starts, where that is known.
@@ -125,6 +128,14 @@ struct Block {
     round: bool,
     /// Something in it may lead out of it.
     left: bool,
+    /// It is a loop in which something leads to its next pass.
+    skipped: bool,
+    /// Something may move while its conditions are looked at.
+    unsure: bool,
+    /// One of its branches is taken whatever the conditions are.
+    whole: bool,
+    /// Where its branches but the last one end.
+    ends: Vec<usize>,
 }
 
 impl<S> Default for Steps<S> {
@@ -135,6 +146,8 @@ impl<S> Default for Steps<S> {
             sites: BySteps::default(),
             open: Vec::new(),
             rounds: Vec::new(),
+            joins: Vec::new(),
+            labels: Labels::default(),
             comment: 0,
             entry: None,
         }
@@ -169,6 +182,14 @@ impl<S> Steps<S> {
     pub fn push(&mut self, at: At, kind: StepKind) -> usize {
         if !matches!(kind, StepKind::Dwell(_)) {
             self.busy();
+        }
+        let next = self.next();
+        if matches!(kind, StepKind::Break(_))
+            && let Some(block) = self.open.last_mut()
+            && block.breaks.last().is_some_and(|k| k + 1 == next)
+        {
+            // what its condition calls stands after its break
+            block.unsure = true;
         }
         self.add(at, kind)
     }
@@ -225,15 +246,19 @@ impl<S> Steps<S> {
         }
     }
 
-    /// A routine starts: no block is open.
+    /// A routine starts: no block is open, and its labels are others.
     pub fn start(&mut self) {
         self.open.clear();
+        self.joins.extend(std::mem::take(&mut self.labels).joins());
     }
 
-    /// A block opens, with a break.
+    /// A block opens, with a break: its condition is looked at where the robot stands.
     pub fn open(&mut self, at: At, kind: Break) {
         self.open.push(Block::default());
-        self.middle(at, kind);
+        let k = self.own_break(at, kind);
+        if kind == Break::Jump {
+            self.joins.push(Join { at: k, from: vec![k] });
+        }
     }
 
     /// A loop opens; `entered`: see [`is_entered`].
@@ -246,7 +271,7 @@ impl<S> Steps<S> {
 
     /// Something may lead from inside of the loops that are open to their next pass.
     pub fn skips(&mut self) {
-        self.open.iter_mut().for_each(|block| block.round = false);
+        self.open.iter_mut().for_each(|block| (block.round, block.skipped) = (false, true));
     }
 
     /// Something may lead out of the blocks that are open.
@@ -254,12 +279,52 @@ impl<S> Steps<S> {
         self.open.iter_mut().for_each(|block| block.left = true);
     }
 
+    /// The next branch of the innermost block begins, with a break; `whole`: it has no condition of its own.
+    pub fn branch(&mut self, at: At, whole: bool) {
+        let next = self.next();
+        // what a condition calls may stand before its break
+        let called = !whole && matches!(self.last().map(|s| &s.kind), Some(StepKind::Break(Break::Call)));
+        if let Some(block) = self.open.last_mut() {
+            block.unsure |= called;
+            block.whole |= whole;
+            block.ends.push(next);
+            if let Some(open) = block.breaks.first().filter(|_| !block.unsure) {
+                self.joins.push(Join { at: next, from: vec![*open] });
+            }
+        }
+        self.own_break(at, Break::Jump);
+    }
+
+    /// A jump away: nothing leads to what follows but a label, or the end of its block.
+    pub fn jump(&mut self, at: At) {
+        let k = self.own_break(at, Break::Jump);
+        self.joins.push(Join { at: k, from: Vec::new() });
+    }
+
     /// A break that belongs to the innermost block.
-    pub fn middle(&mut self, at: At, kind: Break) {
+    fn own_break(&mut self, at: At, kind: Break) -> usize {
         let k = self.add(at, StepKind::Break(kind));
         if let Some(block) = self.open.last_mut() {
             block.breaks.push(k);
         }
+        k
+    }
+
+    /// A label; `None`: its name is not known.
+    pub fn label(&mut self, at: At, name: Option<String>) {
+        let k = self.push(at, StepKind::Break(Break::Jump));
+        self.labels.stands(name, k);
+    }
+
+    /// Something may jump to a label from here, where the robot stands; `None`: to any.
+    pub fn jumps_to(&mut self, name: Option<String>) {
+        let from = self.next();
+        self.labels.jumps_to(name, from);
+    }
+
+    /// Something may jump to a label while the robot moves; `None`: to any.
+    pub fn jumps_on_the_way(&mut self, name: Option<String>) {
+        self.labels.jumps_on_the_way(name);
     }
 
     /// The innermost block closes, with a break (`true`) unless nothing in it moves: then its own breaks go.
@@ -271,18 +336,43 @@ impl<S> Steps<S> {
             }
             block => {
                 let close = self.push(at, StepKind::Break(kind));
-                if let Some(Block { breaks, round: true, left, .. }) = block
-                    && let [open] = breaks[..]
-                {
-                    self.rounds.push(Round { open, close, goes_on: !left });
+                if let Some(block) = block {
+                    self.closed(&block, kind, close);
                 }
                 true
             }
         }
     }
 
+    /// From where control comes to the break that closes a block, and to the one that opens a loop.
+    fn closed(&mut self, block: &Block, kind: Break, close: usize) {
+        let Some(&open) = block.breaks.first() else { return };
+        if let ([_], true) = (&block.breaks[..], block.round) {
+            self.rounds.push(Round { open, close, goes_on: !block.left });
+        }
+        match kind {
+            _ if block.unsure => {}
+            Break::Loop => {
+                if !block.skipped {
+                    self.joins.push(Join { at: open, from: vec![open, close] });
+                }
+                if !(block.left || block.skipped) {
+                    let from = if block.round { vec![close] } else { vec![open, close] };
+                    self.joins.push(Join { at: close, from });
+                }
+            }
+            _ => {
+                let mut from = block.ends.clone();
+                from.push(close);
+                from.extend((!block.whole).then_some(open));
+                self.joins.push(Join { at: close, from });
+            }
+        }
+    }
+
     /// Gives the steps that stay to the script; the places of its moves, by step.
     pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
+        self.joins.extend(std::mem::take(&mut self.labels).joins());
         // inner blocks close before outer ones
         self.gone.sort_unstable();
         let gone = &self.gone;
@@ -294,12 +384,16 @@ impl<S> Steps<S> {
         }
         let rounds = self.rounds.iter().map(|r| Round { open: moved(r.open), close: moved(r.close), ..*r });
         script.rounds = rounds.collect();
+        let joins = self.joins.iter().filter(|j| stays(&j.at));
+        script.joins =
+            joins.map(|j| Join { at: moved(j.at), from: j.from.iter().map(|k| moved(*k)).collect() }).collect();
         if !gone.is_empty() {
             let mut k = 0..;
             self.steps.retain(|_| k.next().is_some_and(|k| stays(&k)));
             self.sites.0.iter_mut().for_each(|site| site.0 = moved(site.0 as usize) as u32);
         }
         script.steps = self.steps;
+        through_still(script);
         self.sites
     }
 }
@@ -355,7 +449,7 @@ mod tests {
         steps.push(at, StepKind::Break(Break::Start));
         steps.open(at, Break::Jump);
         steps.push(at, StepKind::Dwell(None));
-        steps.middle(at, Break::Jump);
+        steps.branch(at, true);
         assert!(!steps.close(at, Break::Jump));
         steps.open(at, Break::Loop);
         steps.open(at, Break::Jump);

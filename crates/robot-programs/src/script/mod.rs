@@ -9,8 +9,8 @@
 //! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
 //! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
 //! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
-//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`] expressions of plain numbers;
-//! [`called`] programs that a program calls.
+//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; `joins` from where control comes to them;
+//! [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
 //!
 //! # Example
 //!
@@ -40,6 +40,7 @@ pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod held;
+mod joins;
 mod kept;
 pub mod lex;
 pub mod number;
@@ -56,6 +57,7 @@ use crate::axes::Axes;
 use crate::error::Result;
 pub use blocks::Round;
 pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
+pub use joins::Join;
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::path::{Path, PathBuf};
@@ -163,6 +165,8 @@ pub struct Script {
     pub entry: Option<usize>,
     /// Loops whose every pass goes the same way, innermost ones alone.
     pub rounds: Vec<Round>,
+    /// Breaks of which it is known from where alone control comes there, ascending.
+    pub joins: Vec<Join>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
 }

@@ -203,10 +203,12 @@ mod tests {
     fn insertions_at_one_place_keep_their_order_in_every_file() {
         let t = vec![Text::new("a", b"ab".to_vec()), Text::new("b", b"cd".to_vec())];
         let mut patches = Patches::default();
+        assert!(patches.is_empty());
         for (file, span, new) in [(1, 1..1, "2"), (0, 1..2, "B"), (1, 1..1, "3"), (0, 1..1, "1")] {
             patches.put(file, span, new.as_bytes());
         }
         assert_eq!(apply(&t, &patches).unwrap(), vec![b"a1B".to_vec(), b"c23d".to_vec()]);
         assert_eq!(patches.iter().map(|p| p.bytes.len()).sum::<usize>(), 4);
+        assert!(!patches.is_empty() && patches.len() == 4);
     }
 }

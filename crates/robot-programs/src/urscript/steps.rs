@@ -304,7 +304,7 @@ impl Builder<'_> {
                 let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
                 self.steps.open_loop(self.at(token), is_entered(&[b"while ", self.text.slice(bytes)].concat()));
             }
-            ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
+            ItemKind::Middle => self.steps.branch(self.at(token), item.span.is_empty()),
             ItemKind::EndBranch => self.close(token, Break::Jump),
             ItemKind::EndLoop => self.close(token, Break::Loop),
             ItemKind::Assign { .. } => {}

@@ -8,6 +8,7 @@
 //! - `arm`: what the script says of the arm's configuration as a whole
 //! - `joints`: joint values of one point
 //! - `rounds`: loops whose passes are alike
+//! - `joins`: breaks of which it is known from where control comes
 //! - `elsewhere`: axes that go, or count from, nobody knows where, while the others go on
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
 //! - `ways`: duration and turning points of a move between two known places
@@ -15,6 +16,7 @@
 mod arm;
 mod elsewhere;
 mod goals;
+mod joins;
 mod joints;
 mod rounds;
 mod ways;
@@ -46,6 +48,8 @@ pub enum Role {
     Approach,
     /// The place where the robot stands, once more: there joints cross their gaps before they turn back.
     Crossing,
+    /// A point of the way to where the run begins, which another run writes: it says from which side joints come.
+    Before,
 }
 
 /// A point of a run.
@@ -102,6 +106,26 @@ impl Run {
             (Some(line), _) => line.at(share),
             (None, start) => Some(start?.iter().zip(goal.q.iter()).map(|(a, b)| a + share * (b - a)).collect()),
         }
+    }
+
+    /// It goes on from a place that another run leads to.
+    pub fn goes_on(&self) -> bool {
+        self.vertices.first().is_some_and(|v| v.role == Role::Before)
+    }
+
+    /// Its points without those of another run before them.
+    pub fn own(&self) -> &[Vertex] {
+        self.vertices.get(self.before()..).unwrap_or_default()
+    }
+
+    /// Number of points of another run before its own.
+    pub fn before(&self) -> usize {
+        self.vertices.iter().take_while(|v| v.role == Role::Before).count()
+    }
+
+    /// What it writes another run has written: both have to agree.
+    pub fn is_again(&self) -> bool {
+        self.goes_on() && self.own().first().is_some_and(|v| v.again)
     }
 
     /// Goals of moves, each once.
@@ -182,6 +206,8 @@ pub struct Choice<'a> {
     pub sides_given: bool,
     /// Go through loops whose passes are alike.
     pub rounds: bool,
+    /// Go on where it is known from where control comes to a break.
+    pub joins: bool,
 }
 
 /// The runs of a script, and where directions are lost.
@@ -260,32 +286,23 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         again: false,
         failed: Vec::new(),
     };
-    for (k, step) in script.steps.iter().enumerate() {
-        match &step.kind {
-            StepKind::Move(m) => cutter.take(script, k, step.at, m),
-            StepKind::Dwell(seconds) => cutter.dwell(*seconds),
-            // what moves nothing leaves a program at its start
-            StepKind::Break(Break::Frame | Break::Interrupt) => {
-                let still = cutter.run.vertices.is_empty() && cutter.run.entry && cutter.known.is_empty();
-                cutter.end(still);
-            }
-            StepKind::Break(Break::Loop) => {
-                let goes_on = match rounds.iter().find(|r| r.open == k || r.close == k) {
-                    Some(round) if round.open == k => cutter.enter(*round),
-                    Some(round) => cutter.second_pass(script, *round) && round.goes_on,
-                    None => false,
-                };
-                if !goes_on {
-                    cutter.end(false);
-                }
-            }
-            StepKind::Break(Break::Axes(axes)) => cutter.slip(*axes),
-            StepKind::Break(_) => cutter.end(entry == Some(k)),
-            StepKind::Process(_) | StepKind::Pragma(_) => {}
+    let join = choice.joins && script.joins.len() <= joins::MOST;
+    let wanted = if join { joins::places(&script.joins) } else { BTreeSet::new() };
+    let mut places = joins::Places::default();
+    for k in 0..script.steps.len() {
+        if wanted.contains(&k) {
+            places.extend(cutter.standing().map(|standing| (k, standing)));
         }
+        cutter.follow(script, k, rounds, entry);
     }
     cutter.end(false);
-    let Cutter { mut out, over, failed, .. } = cutter;
+    let failed = std::mem::take(&mut cutter.failed);
+    if !wanted.is_empty() {
+        cutter.join(script, rounds, places);
+    }
+    let Cutter { mut out, mut over, .. } = cutter;
+    over.sort_unstable();
+    over.dedup();
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
     out.notes.extend(arm::goes_over(script, &over));
     (out, over, failed)
@@ -350,6 +367,33 @@ struct Cutter<'a> {
 }
 
 impl Cutter<'_> {
+    /// Goes on over a step; the program starts with the break `entry`.
+    fn follow(&mut self, script: &Script, k: usize, rounds: &[Round], entry: Option<usize>) {
+        let Some(step) = script.steps.get(k) else { return };
+        match &step.kind {
+            StepKind::Move(m) => self.take(script, k, step.at, m),
+            StepKind::Dwell(seconds) => self.dwell(*seconds),
+            // what moves nothing leaves a program at its start
+            StepKind::Break(Break::Frame | Break::Interrupt) => {
+                let still = self.run.vertices.is_empty() && self.run.entry && self.known.is_empty();
+                self.end(still);
+            }
+            StepKind::Break(Break::Loop) => {
+                let goes_on = match rounds.iter().find(|r| r.open == k || r.close == k) {
+                    Some(round) if round.open == k => self.enter(*round),
+                    Some(round) => self.second_pass(script, *round) && round.goes_on,
+                    None => false,
+                };
+                if !goes_on {
+                    self.end(false);
+                }
+            }
+            StepKind::Break(Break::Axes(axes)) => self.slip(*axes),
+            StepKind::Break(_) => self.end(entry == Some(k)),
+            StepKind::Process(_) | StepKind::Pragma(_) => {}
+        }
+    }
+
     /// Ends the run; `entry`: the next one is the program's first.
     fn end(&mut self, entry: bool) {
         if let Some(pass) = self.pass.take() {
@@ -374,7 +418,7 @@ impl Cutter<'_> {
             still.editable = false;
             self.out.left.entry(still.step).or_insert(Cause::SideUnknown);
         }
-        if !run.vertices.is_empty() {
+        if !run.own().is_empty() {
             self.out.runs.push(run);
         }
     }

@@ -18,16 +18,27 @@ pub(super) struct Block {
 
 impl Reader<'_> {
     pub(super) fn push(&mut self, k: usize, kind: StepKind) {
-        if let StepKind::Break(b) = kind
-            && b != Break::Frame
-        {
-            self.set = self.later_settings(b);
-            self.set.lists.merge_all(&self.ahead.lists, b != Break::Call);
-        }
-        if matches!(kind, StepKind::Break(_)) {
-            self.stands = None;
+        if let StepKind::Break(b) = kind {
+            self.breaks(b);
         }
         self.steps.push(At::of_line(k), kind);
+    }
+
+    /// What a break leaves of the settings.
+    fn breaks(&mut self, kind: Break) {
+        if kind != Break::Frame {
+            self.set = self.later_settings(kind);
+            self.set.lists.merge_all(&self.ahead.lists, kind != Break::Call);
+        }
+        self.stands = None;
+    }
+
+    /// A label.
+    ///
+    /// `label = name ":"`
+    pub(super) fn label(&mut self, k: usize, word: &str) {
+        self.breaks(Break::Jump);
+        self.steps.label(At::of_line(k), Some(word.to_ascii_uppercase()));
     }
 
     /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
@@ -57,10 +68,13 @@ impl Reader<'_> {
     pub(super) fn flow(&mut self, k: usize, line: &[Token], word: &str, second: &str) -> bool {
         match word {
             "IF" | "SWITCH" => self.open(k, line, Break::Jump),
-            "ELSE" | "CASE" | "DEFAULT" => self.middle(k, line),
+            "ELSE" | "CASE" | "DEFAULT" => self.middle(k, line, word != "CASE"),
             "ENDIF" | "ENDSWITCH" => self.close(k, line, Break::Jump),
             "GOTO" | "EXIT" => {
                 self.jumps = true;
+                if word == "GOTO" {
+                    self.steps.jumps_to(Some(second.to_ascii_uppercase()).filter(|name| !name.is_empty()));
+                }
                 self.leave(k);
             }
             "RETURN" => {
@@ -98,10 +112,10 @@ impl Reader<'_> {
         self.called(k, line);
     }
 
-    /// Its next branch begins.
-    fn middle(&mut self, k: usize, line: &[Token]) {
+    /// Its next branch begins; `whole`: whatever the conditions are.
+    fn middle(&mut self, k: usize, line: &[Token], whole: bool) {
         self.stands = None;
-        self.steps.middle(At::of_line(k), Break::Jump);
+        self.steps.branch(At::of_line(k), whole);
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
             // the other branch begins with what was there before, or with both
@@ -136,7 +150,7 @@ impl Reader<'_> {
     fn leave(&mut self, k: usize) {
         self.stands = None;
         self.steps.leaves();
-        if self.blocks.is_empty() { self.stop(k, Break::Jump) } else { self.steps.middle(At::of_line(k), Break::Jump) }
+        if self.blocks.is_empty() { self.stop(k, Break::Jump) } else { self.steps.jump(At::of_line(k)) }
     }
 
     pub(super) fn stop(&mut self, k: usize, kind: Break) {
