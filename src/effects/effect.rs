@@ -158,6 +158,11 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         self.phase() == Some(value)
     }
 
+    /// Is this value a threshold, beyond which something else happens? What it does comes in steps: a derivative tells little of it.
+    fn is_threshold(&self, _value: usize) -> bool {
+        false
+    }
+
     /// It is a form with more freedom, which a diagnosis tries where the plain ones leave something.
     fn is_wider(&self) -> bool {
         false

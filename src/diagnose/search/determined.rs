@@ -37,7 +37,10 @@ pub fn support(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Vec<f64> 
     let blocks = Blocks::new(problem, &columns, &whitening.of(problem, &fit.state.residual));
     let (values, none) = (members::linear_values(problem, fit), vec![0.0; columns.len()]);
     let sum = |left: Vec<f64>| left.iter().sum::<f64>();
-    let all: Vec<usize> = (0..columns.len()).collect();
+    // a threshold is held: what a few samples say of it tells nothing of others
+    let kinds = fit.free.iter().flat_map(|&i| prior::kinds(problem, &fit.hypothesis.effects[i]));
+    let all: Vec<usize> =
+        kinds.enumerate().filter(|(_, kind)| *kind != prior::Kind::Threshold).map(|(c, _)| c).collect();
     let now = sum(blocks.held_out(&all, &none, &none));
     let without = |range: std::ops::Range<usize>| {
         let gone: Vec<usize> = range.collect();
