@@ -2,7 +2,7 @@
 
 use super::blocks::{self, Blocks};
 use super::contribution::{contribution, contributions};
-use super::{MachineFit, considered, members, prior};
+use super::{MachineFit, considered, members, prior, triage};
 use crate::diagnose::candidates::is_geometry;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::residual::rms;
@@ -37,12 +37,16 @@ pub(super) type Uncertainties = (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>);
 const ROUNDS: usize = 4;
 
 /// The fit without the friction, ripple, drift and steps whose interval holds zero, with the uncertainties of the rest. Of several the
-/// best determined one stays for another round, as two may cancel each other.
+/// best determined one stays for another round, as two may cancel each other. Friction and ripple that data support far beyond chance
+/// which were not fitted stay: it is their shape that is not known.
 pub fn determined(problem: &Problem, machine: MachineFit) -> (MachineFit, Uncertainties) {
     let mut machine = machine;
     let mut known = uncertainties(problem, &machine);
     for _ in 0..ROUNDS {
+        let support = members::support(problem, &machine);
+        let shown = |k: usize| support[k] > triage::CLEAR && !is_of_time(&machine.fit, k);
         let mut open: Vec<(usize, f64)> = (0..machine.fit.free.len())
+            .filter(|k| !shown(*k))
             .filter_map(|k| Some((k, ratio(problem, &machine.fit, k, &known.0[k])?)))
             .filter(|(_, ratio)| *ratio < Z95)
             .collect();
@@ -58,6 +62,11 @@ pub fn determined(problem: &Problem, machine: MachineFit) -> (MachineFit, Uncert
         known = uncertainties(problem, &machine);
     }
     (machine, known)
+}
+
+/// Whether a free effect is of time: drifts and steps can cancel each other to any size.
+fn is_of_time(fit: &Fit, k: usize) -> bool {
+    matches!(fit.hypothesis.effects[fit.free[k]].effect.info().family, Family::Drift | Family::Tracker)
 }
 
 /// Size of a free effect in its uncertainties, root mean square over its sizes; `None` where it stays whatever it is: lags, gaps (whose
