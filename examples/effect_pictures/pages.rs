@@ -174,6 +174,15 @@ fn form(f: &EffectForm, md: &mut String) {
 }
 
 const TAIL: &str = "
+## What is not in the catalogue
+
+- Refraction: the beam of a tracker bends where the temperature changes with height, by about 0.5 um per K/m and m^2 of distance (7 um over
+  4 m at 1 K/m). Only its part along the beam is here ([`tracker_scale`](#tracker_scale)). The part across the beam is, over the space
+  that an arm fills, mostly a rotation and a bow of the frame, which the frame and the geometry of a free fit already hold: without a measured
+  gradient it would be one more name for what they explain.
+- The force of a process (milling, grinding): logs have no columns for it, and the joints yield to its torque, which
+  [`torque_windup`](#torque_windup) takes from the drives where these are logged.
+
 ## How it was checked
 
 `tests/oracle/catalogue_oracle.py` was written from the equations alone. It steps every joint in time at 0.25 ms, with commands known as

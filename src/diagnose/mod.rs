@@ -68,9 +68,11 @@ pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     if search::together::triage::many(model, logs)
         && let Some((many, members)) = search::together::outcome::of_many(problem.copy(), start.clone())
     {
-        // what fewer parameters explain whole needs no lag and no geometry beside them
+        // what fewer parameters explain whole needs no lag and no geometry beside them; more of them are needed where fewer leave something
         let few = (members <= search::MOST_EFFECTS).then(|| search::run(problem, start));
-        let simpler = |few: &Outcome| few.explains_all() && few.fit.parameters() <= many.fit.parameters();
+        let leaves_less = |few: &Outcome| !many.explains_all() && few.rms_named < many.rms_named;
+        let simpler =
+            |few: &Outcome| few.explains_all() && (few.fit.parameters() <= many.fit.parameters() || leaves_less(few));
         return Ok(few.filter(simpler).unwrap_or(many));
     }
     Ok(search::run(problem, start))

@@ -4,7 +4,7 @@
 //! candidate for each of a few values, and a refit frees it later. The sensitivity of a coefficient is the difference of the
 //! prediction with and without its trial, divided by the trial's size; the diagnosis computes it with the whole chain.
 
-use super::{Effect, EffectInstance, Stage, Target};
+use super::{Effect, EffectInstance, Family, Stage, Target};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
@@ -149,7 +149,9 @@ impl Candidate {
 
     /// It is linear and depends on the pose alone: geometry, couplings, gravity.
     pub fn depends_on_pose(&self) -> bool {
-        let of_pose = |p: &EffectInstance| matches!(p.effect.stage(), Stage::Link | Stage::Geometry);
+        let of_pose = |p: &EffectInstance| {
+            matches!(p.effect.stage(), Stage::Link | Stage::Geometry) && p.effect.info().family != Family::Drift
+        };
         self.shape_parameters == 0 && self.trial.iter().flat_map(|t| &t.0).all(of_pose)
     }
 

@@ -158,6 +158,11 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         self.phase() == Some(value)
     }
 
+    /// Is this value a threshold, beyond which something else happens? What it does comes in steps: a derivative tells little of it.
+    fn is_threshold(&self, _value: usize) -> bool {
+        false
+    }
+
     /// It is a form with more freedom, which a diagnosis tries where the plain ones leave something.
     fn is_wider(&self) -> bool {
         false
@@ -170,6 +175,17 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
 
     /// The next form with less freedom, with values near its own; `None`: there is none.
     fn plainer(&self) -> Option<Effect> {
+        None
+    }
+
+    /// The same with a shape that is no parameter of a fit, at most so many times `longest_s`, the length of the longest log, which does
+    /// not tell it; `None`: it has no such form.
+    fn with_held_shape(&self, _longest_s: f64, _times: f64) -> Option<Effect> {
+        None
+    }
+
+    /// Which value is the shape that [`Self::with_held_shape`] holds.
+    fn shape(&self) -> Option<usize> {
         None
     }
 

@@ -117,6 +117,10 @@ impl EffectType for LoadedPlay {
         true
     }
 
+    fn is_threshold(&self, value: usize) -> bool {
+        value == 1
+    }
+
     fn has_memory(&self) -> bool {
         true
     }

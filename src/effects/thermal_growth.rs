@@ -28,7 +28,7 @@ pub static INFO: EffectInfo = EffectInfo {
         ("per_row_mm or per_row_deg", "instead of per_hour, for poses without times: within 0.1 mm or 1 mrad"),
         ("tau_s", "with per_hour, time constant with which the growth levels off: 1 s to 1e6 s"),
     ],
-    confused_with: &["thermal_drift", "link_error", "joint_zero_offset"],
+    confused_with: &["thermal_drift", "tracker_frame", "link_error", "joint_zero_offset"],
     decide_by: "log the temperature; visit the same poses cold and warm, in another order",
     action: "warm up before work; measure and calibrate at the working temperature",
     undone: "nothing: it depends on time, not on the program",
@@ -45,8 +45,25 @@ pub static INFO: EffectInfo = EffectInfo {
         let rate = if size.is_revolute() { 0.002 } else { 0.05 };
         vec![(size.key("per_hour"), (rate * 3600.0 / size.duration_s.max(1.0)).into())]
     },
-    candidates: |_, _| {},
-    further,
+    // where a drift of the TCP is tried: growth in proportion to time or temperature; that which levels off has more freedom. A joint
+    // sensor drifts itself, and its gear creeps
+    candidates: |survey, list| {
+        if survey.clock.is_some() && survey.points {
+            tried(
+                survey,
+                list,
+                &[Some((With::Hours, "hours")), survey.temperature.then_some((With::Kelvin, "kelvin"))],
+            );
+        }
+    },
+    further: |survey, list| {
+        let until = |(_, length): (f64, f64)| SHARES.map(|share| Some((With::HoursUntil(share * length), "until")));
+        let kelvin = survey.clock.is_none() && survey.temperature;
+        let without_clock = [Some((With::Rows, "rows")), kelvin.then_some((With::Kelvin, "kelvin"))];
+        if survey.clock.is_none() || survey.points {
+            tried(survey, list, &survey.clock.map_or(without_clock, until));
+        }
+    },
 };
 
 /// What it grows with.
@@ -97,18 +114,8 @@ fn read(f: &mut Fields) -> Result<Effect> {
 /// Time constants that are tried, as shares of the longest log.
 const SHARES: [f64; 2] = [0.1, 0.4];
 
-fn further(survey: &Survey, list: &mut Vec<Candidate>) {
-    let mut ways = Vec::new();
-    if survey.temperature {
-        ways.push((With::Kelvin, "kelvin"));
-    }
-    match survey.clock {
-        Some((_, length)) => {
-            ways.push((With::Hours, "hours"));
-            ways.extend(SHARES.map(|share| (With::HoursUntil(share * length), "until")));
-        }
-        None => ways.push((With::Rows, "rows")),
-    }
+/// Growth of every joint and of every length, with each of some inputs.
+fn tried(survey: &Survey, list: &mut Vec<Candidate>, ways: &[Option<(With, &'static str)>]) {
     let joints = survey.all_axes().map(Target::Joint);
     let link = |joint| [DhParameter::A, DhParameter::D].map(|parameter| Target::Link { joint, parameter });
     // a length of zero does not grow
@@ -120,7 +127,7 @@ fn further(survey: &Survey, list: &mut Vec<Candidate>) {
     let links = (0..survey.robot.joints.len()).flat_map(link).filter(long).filter(|_| survey.points);
     for target in joints.chain(links) {
         let of_joint = matches!(target, Target::Joint(_));
-        for (with, form) in ways.iter().copied() {
+        for (with, form) in ways.iter().flatten().copied() {
             let shape = usize::from(matches!(with, With::HoursUntil(_)));
             let make = move |rate| ThermalGrowth { rate, with, of_joint };
             list.push(Candidate::of_size(survey.robot, target, 1e-5, make).with_shape(shape).with_form(form));
@@ -174,6 +181,15 @@ impl EffectType for ThermalGrowth {
             all.push(Parameter::seconds("tau_s", (1.0, 1e6), 1800.0));
         }
         all
+    }
+
+    /// Growth whose end the log does not see is in proportion to time.
+    fn with_held_shape(&self, _longest_s: f64, _times: f64) -> Option<Effect> {
+        matches!(self.with, With::HoursUntil(_)).then(|| Self { with: With::Hours, ..*self }.into())
+    }
+
+    fn shape(&self) -> Option<usize> {
+        matches!(self.with, With::HoursUntil(_)).then_some(1)
     }
 
     fn stage(&self) -> Stage {

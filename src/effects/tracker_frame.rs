@@ -4,8 +4,9 @@
 //! `(rx, ry, rz)` about the tracker's station, in the axes of the base; with `over_s` the movement builds up in proportion over that
 //! time. Reference: ISO 10360-10:2021 (two-face and drift tests); Nasr, Forbes, Sun, Lewis (2012), NPL Report ENG 36.
 //!
-//! Parameters: at most 10 mm and 0.01 rad either way; typical 5 to 50 um. The time of a step is held, not fitted. Action: fix the
-//! tripod, wait for the tracker to warm up, measure fixed nests before and after.
+//! Parameters: at most 10 mm and 0.01 rad either way; typical 5 to 50 um. The time of a step is held, not fitted: a diagnosis finds it
+//! where the level of what is left jumps (`diagnose::candidates::steps`). It acts in every log, or in the one that `log` names. Action:
+//! fix the tripod, wait for the tracker to warm up, measure fixed nests before and after.
 
 use super::site::within;
 use super::*;
@@ -27,6 +28,7 @@ pub static INFO: EffectInfo = EffectInfo {
         ("rx_urad, ry_urad, rz_urad", "rotation about the station, within 10,000 urad"),
         ("t_s or at_row", "time since the first row, or the row, at which the effect begins"),
         ("over_s", "time over which it builds up; without it, a step"),
+        ("log", "number of the log in which it acts, from 1; without it, in every log"),
     ],
     confused_with: &["thermal_drift", "thermal_growth"],
     decide_by: "measure a fixed nest before, during and after; a drift of the robot does not move it",
@@ -45,8 +47,12 @@ pub static INFO: EffectInfo = EffectInfo {
         }
         keys
     },
-    candidates: |_, _| {},
     // the place of a step is found by a search: [`step`]
+    candidates: |survey, list| {
+        if let Some((_, length_s)) = survey.clock.filter(|_| survey.points) {
+            list.push(drift(survey.robot, length_s));
+        }
+    },
     further: |_, _| {},
 };
 
@@ -72,6 +78,8 @@ pub struct TrackerFrame {
     pub from: From,
     /// Time over which it grows, s; `None`: a step.
     pub over_s: Option<f64>,
+    /// The one log in which it acts, from 0; `None`: in all.
+    pub only_log: Option<usize>,
 }
 
 const UM: [&str; 3] = ["x_um", "y_um", "z_um"];
@@ -103,16 +111,59 @@ fn read(f: &mut Fields) -> Result<Effect> {
         _ => return Err(f.bad("t_s", "no time, or two", "either `t_s` or `at_row`")),
     };
     let over_s = f.number("over_s", f64::MIN_POSITIVE)?;
-    Ok(TrackerFrame { translation_m, rotation_rad, turns, from, over_s }.into())
+    let only_log = f.number("log", 1.0)?.map(|log| log as usize - 1);
+    Ok(TrackerFrame { translation_m, rotation_rad, turns, from, over_s, only_log }.into())
 }
 
-/// A step of the frame at a time or row: three movements, and three rotations where points far apart determine them.
-pub fn step(robot: &crate::robot::Robot, from: From, turns: bool) -> Candidate {
-    let trials = vec![1e-6; if turns { 6 } else { 3 }];
-    Candidate::of_sizes(robot, Target::Log, &trials, move |c| {
-        let rotation_rad = if turns { Vector3::new(c[3], c[4], c[5]) } else { Vector3::zeros() };
-        TrackerFrame { translation_m: Vector3::new(c[0], c[1], c[2]), rotation_rad, turns, from, over_s: None }
+/// A step of the frame in one log, at a time or row.
+pub fn step(robot: &crate::robot::Robot, from: From, log: usize) -> Candidate {
+    Candidate::of_vector(robot, Target::Log, 1e-6, move |translation_m| TrackerFrame {
+        translation_m,
+        rotation_rad: Vector3::zeros(),
+        turns: false,
+        from,
+        over_s: None,
+        only_log: Some(log),
     })
+    .with_shape(1)
+}
+
+/// Drift of the frame over the whole of the longest log: three movements and three rotations.
+fn drift(robot: &crate::robot::Robot, length_s: f64) -> Candidate {
+    Candidate::of_sizes(robot, Target::Log, &[1e-6; 6], move |c| TrackerFrame {
+        rotation_rad: Vector3::new(c[3], c[4], c[5]),
+        turns: true,
+        ..TrackerFrame::moving(Vector3::new(c[0], c[1], c[2]), length_s)
+    })
+    .with_form("drift")
+}
+
+impl TrackerFrame {
+    /// Movement in proportion to time, which ends at `translation_m` after `length_s`.
+    pub fn moving(translation_m: Vector3<f64>, length_s: f64) -> Self {
+        let rotation_rad = Vector3::zeros();
+        Self {
+            translation_m,
+            rotation_rad,
+            turns: false,
+            from: From::Time(0.0),
+            over_s: Some(length_s),
+            only_log: None,
+        }
+    }
+
+    /// From when on it acts, in words.
+    pub fn said(&self) -> String {
+        let log = self.only_log.map_or(String::new(), |log| format!(" in log {}", log + 1));
+        let from = match self.from {
+            From::Time(t) => format!("{t:.2} s"),
+            From::Row(row) => format!("row {}", row as usize + 1),
+        };
+        match self.over_s {
+            None => format!("from {from} on{log}: the frame of the tracker jumps"),
+            Some(over) => format!("from {from} on, over {over:.0} s{log}: the frame of the tracker drifts"),
+        }
+    }
 }
 
 impl EffectType for TrackerFrame {
@@ -149,6 +200,19 @@ impl EffectType for TrackerFrame {
         if let Some(over) = self.over_s {
             entry.insert("over_s".into(), over.into());
         }
+        if let Some(log) = self.only_log {
+            entry.insert("log".into(), (log + 1).into());
+        }
+    }
+
+    fn in_log(&self, log: usize) -> Option<Effect> {
+        let elsewhere = self.only_log.is_some_and(|own| own != log);
+        elsewhere.then(|| Self { translation_m: Vector3::zeros(), rotation_rad: Vector3::zeros(), ..*self }.into())
+    }
+
+    /// What happened while one log was recorded does not happen in the next.
+    fn of_its_logs_alone(&self) -> bool {
+        self.only_log.is_some()
     }
 
     fn displacement_m(&self, _target: Target, row: &Row, point_m: &Vector3<f64>) -> Vector3<f64> {

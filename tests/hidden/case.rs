@@ -7,9 +7,9 @@ use crate::kinematics::rigid_fit;
 use crate::noise::{MDB, Metric, Noise, Spoiled};
 use crate::outside::{self, Outside};
 use crate::paths;
-use crate::physics::{Grid, STEP_S, registration, rms_um};
+use crate::physics::{Grid, STEP_S, registration, rms_um, torque};
 use crate::robots::{self, Robot, rounded};
-use crate::truth::{NAMES, Setting};
+use crate::truth::{FURTHER, NAMES, Setting};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -27,6 +27,8 @@ pub enum Kind {
     Pair,
     Triple,
     Outside(usize),
+    /// One of the effects that the mixed set does not draw.
+    Further(usize),
     Bad(usize),
 }
 
@@ -36,6 +38,8 @@ pub struct Log {
     pub t_s: Vec<f64>,
     pub cmd: Vec<Vec<f64>>,
     pub tcp_mm: Vec<Option<[f64; 3]>>,
+    /// Torques of the drives, Nm or N, where they are logged.
+    pub torque: Option<Vec<Vec<f64>>>,
     /// Of the commands.
     pub decimals: usize,
     pub tcp_decimals: usize,
@@ -63,6 +67,13 @@ impl Course {
         let stride = (1.0 / rate_hz / STEP_S).round() as usize;
         let grid = Grid::new(paths::draw(kind, robot, count * stride + 500, rng));
         Course { kind, rate_hz, grid, rows: (0..count).map(|k| k * stride).collect() }
+    }
+
+    /// The same with a joint that stands still.
+    fn holding(self, joint: usize, at: f64) -> Course {
+        let mut joints = self.grid.joints;
+        joints[joint].fill(at);
+        Course { grid: Grid::new(joints), ..self }
     }
 }
 
@@ -98,9 +109,19 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     let frame = registration(xyz, angles);
     let rate_hz = [10.0, 20.0, 20.0, 25.0][rng.random_range(0..4)];
     let count = if rate_hz < 15.0 { rng.random_range(3000..3550) } else { rng.random_range(3400..5000) };
-    let train = Course::draw(&robot, path_kind(rng), rate_hz, count, rng);
+    let mut train = Course::draw(&robot, path_kind(rng), rate_hz, count, rng);
     let test_count = rng.random_range(2500..3700.min((350.0 * rate_hz) as usize));
-    let test = Course::draw(&robot, path_kind(rng), rate_hz, test_count, rng);
+    let mut test = Course::draw(&robot, path_kind(rng), rate_hz, test_count, rng);
+    // friction of a joint that moves turns the torque over with the movement: a loop over the torque is asked for where it is held
+    if matches!(kind, Kind::Further(k) if FURTHER[k % FURTHER.len()] == "torque_hysteresis") {
+        let all = paths::moving(&train.grid.joints);
+        if all.len() < 2 {
+            return None;
+        }
+        let joint = all[rng.random_range(0..all.len())];
+        let at = train.grid.joints[joint][0];
+        (train, test) = (train.holding(joint, at), test.holding(joint, at));
+    }
     let moving = paths::moving(&train.grid.joints);
 
     let known = known_effects(&robot, &moving, kind, rng);
@@ -138,7 +159,10 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     let mut logs = Vec::new();
     let mut stories = Vec::new();
     for course in [&train, &test] {
-        let (log, story) = log_of(&robot, frame, given, course, &known, &effects, &faults, &noise, rng);
+        // what happens to one log does not happen to the next
+        let here = |e: &&Effect| logs.is_empty() || e.name != "tracker_frame";
+        let here: Vec<Effect> = effects.iter().filter(here).cloned().collect();
+        let (log, story) = log_of(&robot, frame, given, course, &known, &here, &faults, &noise, rng);
         logs.push(log);
         stories.push(story);
     }
@@ -153,7 +177,9 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     }
     let (word, right) = match kind {
         Kind::Null => ("null", json!(["none", "not_observable"])),
-        Kind::Single(..) | Kind::Large(_) | Kind::Elements => ("single", json!(["named", "named_set"])),
+        Kind::Single(..) | Kind::Large(_) | Kind::Further(_) | Kind::Elements => {
+            ("single", json!(["named", "named_set"]))
+        }
         Kind::Pair => ("pair", json!(["named", "named_set"])),
         Kind::Triple => ("triple", json!(["named", "named_set"])),
         Kind::Outside(_) => ("unknown", json!(["unknown"])),
@@ -166,7 +192,7 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     };
     let size = match kind {
         Kind::Single(k, _) => format!("{k:.0}"),
-        Kind::Large(_) | Kind::Elements => "large".into(),
+        Kind::Large(_) | Kind::Further(_) | Kind::Elements => "large".into(),
         _ => String::new(),
     };
     let name = format!("{index:03}-{word}{size}{}{}", if what.is_empty() { "" } else { "-" }, what.join("-"));
@@ -225,6 +251,10 @@ fn content(
     match kind {
         Kind::Null => Some((vec![], vec![])),
         Kind::Single(multiple, k) => Some((vec![one(NAMES[k % 16], multiple, rng)?], vec![])),
+        Kind::Further(k) => {
+            let multiple = log_uniform(20.0, 80.0, rng);
+            Some((vec![one(FURTHER[k % FURTHER.len()], multiple, rng)?], vec![]))
+        }
         Kind::Large(k) => {
             let multiple = log_uniform(20.0, 150.0, rng);
             Some((vec![one(NAMES[k % 16], multiple, rng)?], vec![]))
@@ -332,6 +362,10 @@ fn log_of(
             .iter()
             .map(|&k| (!empty[k]).then(|| [0, 1, 2].map(|c| rounded(measured[k][c] * 1e3, decimals))))
             .collect(),
+        torque: effects.iter().any(|e| e.name.starts_with("torque_")).then(|| {
+            let row = |k: &usize| (0..robot.joints.len()).map(|j| torque(j, *k as f64 / course.rate_hz)).collect();
+            kept.iter().map(row).collect()
+        }),
         decimals: 6,
         tcp_decimals: decimals as usize,
     };

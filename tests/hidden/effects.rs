@@ -33,7 +33,14 @@ const SIZES: [&str; 16] = [
     "offset_s",
     "x_mm",
 ];
-const MORE_SIZES: [&str; 8] = [
+const MORE_SIZES: [&str; 15] = [
+    "x_um",
+    "y_um",
+    "z_um",
+    "x_rad_per_nm",
+    "y_rad_per_nm",
+    "per_hour_mm",
+    "per_hour_deg",
     "y_mm",
     "z_mm",
     "delta_mm",
@@ -78,7 +85,8 @@ impl Effect {
     pub fn scaled(&self, factor: f64) -> Effect {
         let mut e = self.clone();
         for (k, v) in &mut e.values {
-            if is_size(k) {
+            // how a gear is driven is no size of its play
+            if is_size(k) && !(k == "ratio" && self.name == "coupled_play") {
                 *v *= factor;
             }
         }
@@ -130,7 +138,8 @@ impl Effect {
         let name = text("effect").unwrap_or_default();
         let target = text("target").or_else(|| text("joint")).unwrap_or_else(|| match name.as_str() {
             "tool_error" => "tool".into(),
-            "time_offset" => "log".into(),
+            "time_offset" | "tracker_scale" | "tracker_frame" => "log".into(),
+            "base_tilt" => "base".into(),
             _ => "tcp".into(),
         });
         let skip = ["mdb_multiple", "mdb_conditional"];
@@ -159,7 +168,7 @@ impl Effect {
     pub fn yaml(&self) -> String {
         let mut s = format!("{{effect: {}", self.name);
         match self.target.as_str() {
-            "tool" | "tcp" | "log" => {}
+            "tool" | "tcp" | "log" | "base" => {}
             t if t.contains("<-") || t.contains('.') => s += &format!(", target: \"{t}\""),
             t => s += &format!(", joint: \"{t}\""),
         }

@@ -21,11 +21,17 @@ fn csv(robot: &Robot, log: &Log) -> String {
     for j in &robot.joints {
         let _ = write!(s, ",cmd_{}_{}", j.name, j.suffix());
     }
+    for j in robot.joints.iter().filter(|_| log.torque.is_some()) {
+        let _ = write!(s, ",torque_{}_{}", j.name, if j.revolute { "nm" } else { "n" });
+    }
     s.push_str(",x_mm,y_mm,z_mm\n");
-    for ((t, cmd), tcp) in log.t_s.iter().zip(&log.cmd).zip(&log.tcp_mm) {
+    for (row, ((t, cmd), tcp)) in log.t_s.iter().zip(&log.cmd).zip(&log.tcp_mm).enumerate() {
         let _ = write!(s, "{t:.4}");
         for c in cmd {
             let _ = write!(s, ",{c:.*}", log.decimals);
+        }
+        for v in log.torque.iter().flat_map(|t| &t[row]) {
+            let _ = write!(s, ",{v:.4}");
         }
         match tcp {
             Some(p) => {
@@ -62,7 +68,7 @@ pub fn read_log(path: &Path, robot: &Robot) -> Log {
         .collect();
     let tcp = ["x_mm", "y_mm", "z_mm"].map(|n| column(n.into()).expect("TCP columns"));
     let t = column("t_s".into()).expect("t_s");
-    let mut log = Log { t_s: vec![], cmd: vec![], tcp_mm: vec![], decimals: 6, tcp_decimals: 4 };
+    let mut log = Log { t_s: vec![], cmd: vec![], tcp_mm: vec![], torque: None, decimals: 6, tcp_decimals: 4 };
     for row in reader.records() {
         let row = row.expect("a CSV row");
         let number = |k: usize| row.get(k).and_then(|v| v.trim().parse::<f64>().ok());

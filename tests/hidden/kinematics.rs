@@ -46,6 +46,8 @@ pub fn apply(pose: &Pose, p: &Vector3<f64>) -> Vector3<f64> {
 pub struct Frames {
     pub axis: Vec<Vector3<f64>>,
     pub origin: Vec<Vector3<f64>>,
+    /// Directions of x and y of each joint before its turn.
+    pub across: Vec<[Vector3<f64>; 2]>,
     pub link: Vec<Pose>,
     pub tcp: Vector3<f64>,
 }
@@ -56,6 +58,7 @@ pub fn frames(robot: &Robot, tool: &Pose, q: &[f64]) -> Frames {
     let mut f = Frames {
         axis: Vec::with_capacity(n),
         origin: Vec::with_capacity(n),
+        across: Vec::with_capacity(n),
         link: Vec::with_capacity(n),
         tcp: Vector3::zeros(),
     };
@@ -71,6 +74,7 @@ pub fn frames(robot: &Robot, tool: &Pose, q: &[f64]) -> Frames {
         let before = if robot.modified { at * rot_x(j.alpha_rad) * translation([j.a_m, 0., 0.]) } else { at };
         f.axis.push(before.fixed_view::<3, 1>(0, 2).into_owned());
         f.origin.push(position(&before));
+        f.across.push([0, 1].map(|c| before.fixed_view::<3, 1>(0, c).into_owned()));
         at = before * rot_z(theta) * translation([0., 0., d]);
         if !robot.modified {
             at = at * translation([j.a_m, 0., 0.]) * rot_x(j.alpha_rad);

@@ -13,8 +13,8 @@
 //! LOSTMOTION_CASES_DIR=dir cargo test --test hidden -- --ignored validate_folder --nocapture our physics against it
 //! ```
 //!
-//! `LOSTMOTION_HIDDEN_CASES` and `LOSTMOTION_HIDDEN_SEED` set number and seed, `LOSTMOTION_HIDDEN_KIND` (`outside`, `elements`) one kind
-//! alone; `LOSTMOTION_BIN` another built program.
+//! `LOSTMOTION_HIDDEN_CASES` and `LOSTMOTION_HIDDEN_SEED` set number and seed, `LOSTMOTION_HIDDEN_KIND` (`outside`, `elements`, `further`) one
+//! kind alone; `LOSTMOTION_BIN` another built program.
 
 mod alternatives;
 mod badfile;
@@ -82,6 +82,7 @@ fn asked_kind(k: usize) -> case::Kind {
     match std::env::var("LOSTMOTION_HIDDEN_KIND").as_deref() {
         Ok("outside") => case::Kind::Outside(k),
         Ok("elements") => case::Kind::Elements,
+        Ok("further") => case::Kind::Further(k),
         _ => case::kind_of(k),
     }
 }
@@ -198,6 +199,15 @@ fn elements_of_one_loop_are_one_hysteresis() {
     assert!(scores.iter().all(|s| s.false_alarms.is_empty() || !s.verdict_right));
     let closed: Vec<f64> = scores.iter().filter_map(|s| s.closed).collect();
     assert!(table::quantile(&closed, 0.5) >= 0.95, "{closed:?}");
+}
+
+/// Effects that the mixed set does not draw, one of each.
+#[test]
+#[ignore = "takes minutes"]
+fn further_effects() {
+    let scores = made_and_scored(&(0..truth::FURTHER.len()).map(case::Kind::Further).collect::<Vec<_>>(), 31);
+    println!("{}", table::report(&scores));
+    assert!(scores.iter().filter(|s| s.effects[0].right).count() >= 6);
 }
 
 /// LOSTMOTION_HIDDEN_CASES (300) new cases of seed LOSTMOTION_HIDDEN_SEED (1000), and the table.

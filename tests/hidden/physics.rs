@@ -4,10 +4,10 @@
 //! geometry effects through those that the log samples. Written from the table of effects alone.
 
 use crate::effects::Effect;
-use crate::kinematics::{Pose, apply, forward, frames, gravity_load, rpy, translation};
+use crate::kinematics::{GRAVITY_M_S2, Pose, apply, forward, frames, gravity_load, rpy, translation};
 use crate::outside::Outside;
 use crate::robots::Robot;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -60,25 +60,108 @@ impl Machine<'_> {
     /// The TCP in the tracker's frame (m) at the grid's steps `rows`, without noise.
     pub fn run(&self, grid: &Grid, rows: &[usize]) -> Vec<Vector3<f64>> {
         let joints = self.gears(grid);
+        let hysteresis = self.torque_loops(grid);
         let last = grid.joints[0].len() - 1;
         let offset_s: f64 = self.on("time_offset").map(|e| e.get("offset_s")).sum();
-        let robot = self.with_geometry();
-        let tool = robot.tool();
+        let fixed = self.with_geometry();
+        let tool = fixed.tool();
         rows.iter()
             .map(|&row| {
                 let at = (row as f64 + offset_s / STEP_S).clamp(0.0, last as f64);
                 let (k, u) = ((at as usize).min(last - 1), 0.0);
                 let u = u + at - k as f64;
                 let mut q: Vec<f64> = joints.iter().map(|c| c[k] + (c[k + 1] - c[k]) * u).collect();
+                let robot = self.grown(&fixed, &mut q, at * STEP_S);
                 self.links(&robot, &tool, &mut q);
-                let mut p = forward(&robot, &tool, &q);
+                self.torques(at * STEP_S, &hysteresis, k, &mut q);
+                let command: Vec<f64> = grid.joints.iter().map(|c| c[k] + (c[k + 1] - c[k]) * u).collect();
+                let mut p = self.tilted(&robot, &tool, &q, &command);
                 self.tcp(&mut p, at * STEP_S);
                 for o in &self.outside {
                     p += o.tcp(at * STEP_S);
                 }
-                apply(&self.registration, &p)
+                let scale: f64 = self.on("tracker_scale").map(|e| e.get("scale_ppm") * 1e-6).sum();
+                apply(&self.registration, &p) * (1.0 + scale)
             })
             .collect()
+    }
+
+    /// The robot as it has grown by a time; zeros of joints grow in `q`.
+    fn grown<'r>(&self, robot: &'r Robot, q: &mut [f64], t_s: f64) -> Cow<'r, Robot> {
+        let mut grown = Cow::Borrowed(robot);
+        for e in self.on("thermal_growth") {
+            match e.target.rsplit_once('.') {
+                Some((joint, _)) => {
+                    let Some(j) = self.robot.index(joint) else { continue };
+                    grown.to_mut().joints[j].a_m += e.get("per_hour_mm") * 1e-3 * t_s / 3600.0;
+                }
+                None => {
+                    let Some(j) = self.robot.index(&e.target) else { continue };
+                    q[j] += e.of("per_hour") * self.robot.joints[j].unit() * t_s / 3600.0;
+                }
+            }
+        }
+        grown
+    }
+
+    /// What the torques of the drives do to the joints; `loops`: the state of each hysteresis on the fine grid.
+    fn torques(&self, t_s: f64, loops: &[Vec<f64>], step: usize, q: &mut [f64]) {
+        for e in self.on("torque_windup") {
+            let Some(j) = self.robot.index(&e.target) else { continue };
+            let joint = &self.robot.joints[j];
+            let c = e.get("compliance_deg_per_nm") + e.get("compliance_mm_per_n");
+            q[j] += c * joint.unit() * torque(j, t_s);
+        }
+        for (e, z) in self.on("torque_hysteresis").zip(loops) {
+            let Some(j) = self.robot.index(&e.target) else { continue };
+            q[j] -= e.of("half_width") * self.robot.joints[j].unit() * z[step];
+        }
+    }
+
+    /// The state of each hysteresis over torque, step by step of the grid.
+    fn torque_loops(&self, grid: &Grid) -> Vec<Vec<f64>> {
+        let one = |e: &Effect| {
+            let j = self.robot.index(&e.target).unwrap_or(0);
+            let over = (e.get("torque_nm") + e.get("force_n")).max(1e-9);
+            let (mut z, mut before) = (0.0f64, torque(j, 0.0));
+            (0..grid.joints[0].len())
+                .map(|k| {
+                    let now = torque(j, k as f64 * STEP_S);
+                    let (step, side) = (now - before, (now - before).signum());
+                    before = now;
+                    if step != 0.0 {
+                        z = side + (z - side) * (-step.abs() / over).exp();
+                    }
+                    z
+                })
+                .collect()
+        };
+        self.on("torque_hysteresis").map(one).collect()
+    }
+
+    /// The TCP where axes tilt as their joints turn, and the base under the weights.
+    fn tilted(&self, robot: &Robot, tool: &Pose, q: &[f64], command: &[f64]) -> Vector3<f64> {
+        let f = frames(robot, tool, q);
+        let mut p = f.tcp;
+        let turned = |p: Vector3<f64>, about: Vector3<f64>, origin: Vector3<f64>| {
+            Rotation3::from_scaled_axis(about) * (p - origin) + origin
+        };
+        for e in self.on("bearing_wobble") {
+            let (Some(j), Some([x, y, _])) = (self.robot.index(&e.target), e.direction) else { continue };
+            let joint = &self.robot.joints[j];
+            let turn = if joint.revolute { TAU } else { joint.lead_m };
+            let wave = TAU * e.get("cycles_per_rev") * command[j] / turn + e.get("phase_deg").to_radians();
+            let tilt = e.get("amplitude_deg").to_radians() * wave.sin();
+            p = turned(p, (f.across[j][0] * x + f.across[j][1] * y) * tilt, f.origin[j]);
+        }
+        for e in self.on("base_tilt") {
+            let weight = |m: f64| Vector3::new(0.0, 0.0, -GRAVITY_M_S2 * m);
+            let moment: Vector3<f64> =
+                robot.links.iter().zip(&f.link).map(|(l, pose)| apply(pose, &l.com_m).cross(&weight(l.mass_kg))).sum();
+            let turn = Vector3::new(e.get("x_rad_per_nm") * moment.x, e.get("y_rad_per_nm") * moment.y, 0.0);
+            p = turned(p, turn, Vector3::zeros());
+        }
+        p
     }
 
     fn on<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s Effect> {
@@ -104,6 +187,10 @@ impl Machine<'_> {
                         q.iter_mut().for_each(|p| *p += amplitude * (rate * *p + phase).sin());
                     }
                     "backlash" => play(q, |_, _| e.of("half_gap") * u),
+                    "loaded_play" => {
+                        let load = self.load(grid, j);
+                        loaded_play(q, &load, e.of("half_gap") * u, e.get("torque_nm") + e.get("force_n"));
+                    }
                     "backlash_position" => {
                         let curve = Pchip::new(&e.knots.iter().map(|k| k.map(|v| v * u)).collect::<Vec<_>>());
                         play(q, |_, p| curve.at(p));
@@ -119,10 +206,27 @@ impl Machine<'_> {
                 }
             }
         }
+        for e in self.on("coupled_play") {
+            let Some((to, from)) = e.target.split_once("<-") else { continue };
+            let (Some(to), Some(from)) = (self.robot.index(to), self.robot.index(from)) else { continue };
+            let driven = grid.joints[to].iter().zip(&grid.joints[from]);
+            let u: Vec<f64> = driven.map(|(p, other)| p - e.get("ratio") * other).collect();
+            let mut out = u.clone();
+            play(&mut out, |_, _| e.of("half_gap") * self.robot.joints[to].unit());
+            joints[to].to_mut().iter_mut().zip(out.iter().zip(&u)).for_each(|(q, (out, u))| *q += out - u);
+        }
         for o in &self.outside {
             o.gear(&grid.joints, &mut joints);
         }
         joints
+    }
+
+    /// Torque of gravity about a joint at every 25th step.
+    fn load(&self, grid: &Grid, j: usize) -> Vec<f64> {
+        let tool = self.robot.tool();
+        let pose = |k: usize| grid.joints.iter().map(|q| q[k]).collect::<Vec<f64>>();
+        let steps = (0..grid.joints[0].len()).step_by(LOADS);
+        steps.map(|k| gravity_load(self.robot, &frames(self.robot, &tool, &pose(k)), j)).collect()
     }
 
     /// Offsets of the links at one pose.
@@ -180,6 +284,9 @@ impl Machine<'_> {
             let full = Vector3::new(e.get("x_mm"), e.get("y_mm"), e.get("z_mm")) * 1e-3;
             *p += full * (1.0 - (-t_s / e.get("tau_s").max(1e-9)).exp());
         }
+        for e in self.on("tracker_frame").filter(|e| t_s >= e.get("t_s")) {
+            *p += Vector3::new(e.get("x_um"), e.get("y_um"), e.get("z_um")) * 1e-6;
+        }
         for e in self.on("vibration") {
             let d = Vector3::from(e.direction.unwrap_or([1., 0., 0.])).normalize();
             let phase = TAU * e.get("frequency_hz") * t_s + e.get("phase_deg").to_radians();
@@ -188,8 +295,39 @@ impl Machine<'_> {
     }
 }
 
-const GEAR: [&str; 6] =
-    ["encoder_scale", "transmission_error", "backlash", "backlash_position", "backlash_speed", "hysteresis"];
+/// Steps between two loads.
+const LOADS: usize = 25;
+
+/// Torque (Nm or N) of the drive of a joint at a time, as it is logged: it knows nothing of the path.
+pub fn torque(joint: usize, t_s: f64) -> f64 {
+    let j = joint as f64;
+    40.0 * ((0.31 + 0.02 * j) * t_s + j).sin() + 25.0 * ((1.13 - 0.05 * j) * t_s + 2.0 * j).sin()
+}
+
+/// Play whose flank a load above `most` picks; else the movement does.
+fn loaded_play(q: &mut [f64], load: &[f64], half_gap: f64, most: f64) {
+    let mut out = q[0];
+    for (k, p) in q.iter_mut().enumerate() {
+        let (at, u) = (k / LOADS, (k % LOADS) as f64 / LOADS as f64);
+        let load = load[at] + (load[(at + 1).min(load.len() - 1)] - load[at]) * u;
+        out = match () {
+            () if load > most => *p + half_gap,
+            () if load < -most => *p - half_gap,
+            () => out.clamp(*p - half_gap, *p + half_gap),
+        };
+        *p = out;
+    }
+}
+
+const GEAR: [&str; 7] = [
+    "loaded_play",
+    "encoder_scale",
+    "transmission_error",
+    "backlash",
+    "backlash_position",
+    "backlash_speed",
+    "hysteresis",
+];
 
 /// First-order lag of a command that is linear within a step; exact for that.
 fn lag(q: &mut [f64], lag_s: f64) {

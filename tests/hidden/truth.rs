@@ -30,6 +30,19 @@ pub const NAMES: [&str; 16] = [
     "time_offset",
 ];
 
+/// Effects of the catalogue that the mixed set does not draw: they are asked for by their own kind.
+pub const FURTHER: [&str; 9] = [
+    "bearing_wobble",
+    "tracker_scale",
+    "tracker_frame",
+    "base_tilt",
+    "coupled_play",
+    "loaded_play",
+    "thermal_growth",
+    "torque_windup",
+    "torque_hysteresis",
+];
+
 /// One log of one machine, as far as sizes and alternatives need it.
 pub struct Setting<'a> {
     pub robot: &'a Robot,
@@ -175,13 +188,93 @@ impl Setting<'_> {
                 e.direction = Some(direction(rng).into());
                 e
             }
-            _ => Effect::new("time_offset", "log", &[("offset_s", sign * 0.003)]),
+            "time_offset" => Effect::new("time_offset", "log", &[("offset_s", sign * 0.003)]),
+            _ => self.draw_further(name, any, rng),
         }
         .printed()
     }
 }
 
 impl Setting<'_> {
+    /// One of the further effects, on the joint `any` or where it acts.
+    fn draw_further(&self, name: &str, any: usize, rng: &mut ChaCha8Rng) -> Effect {
+        let r = self.robot;
+        let (joint, q) = (&r.joints[any], &self.grid.joints[any]);
+        let key = |stem: &str| format!("{stem}_{}", joint.suffix());
+        let length = if joint.revolute { 1.0 } else { 15.0 };
+        let on = |values: &[(&str, f64)]| Effect::new(name, &joint.name, values);
+        let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+        let end_s = self.rows.last().map_or(0.0, |k| *k as f64 * STEP_S);
+        match name {
+            "bearing_wobble" => {
+                let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |s, v| (s.0.min(*v), s.1.max(*v)));
+                let turn = if joint.revolute { std::f64::consts::TAU } else { joint.lead_m };
+                // three to eight periods over the travel
+                let cycles = (rng.random_range(3.0..8.0) * turn / (high - low)).ceil();
+                let phase = rng.random_range(-180.0..180.0);
+                let mut e = on(&[("amplitude_deg", 0.001), ("cycles_per_rev", cycles), ("phase_deg", phase)]);
+                let about: f64 = rng.random_range(0.0..std::f64::consts::TAU);
+                e.direction = Some([about.cos(), about.sin(), 0.0]);
+                e
+            }
+            "tracker_scale" => Effect::new(name, "log", &[("scale_ppm", sign * 8.0)]),
+            "tracker_frame" => {
+                let d = Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0f64)).normalize() * 20.0;
+                let t_s = end_s * rng.random_range(0.25..0.75);
+                Effect::new(name, "log", &[("x_um", d.x), ("y_um", d.y), ("z_um", d.z), ("t_s", t_s)])
+            }
+            "base_tilt" => Effect::new(name, "base", &[("x_rad_per_nm", 1e-8), ("y_rad_per_nm", 1.5e-8)]),
+            "coupled_play" => {
+                let pair = |&j: &usize| {
+                    j > 0 && self.moving.contains(&(j - 1)) && r.joints[j].revolute == r.joints[j - 1].revolute
+                };
+                let all: Vec<usize> = self.moving.iter().copied().filter(pair).collect();
+                let to = if all.is_empty() { any } else { all[rng.random_range(0..all.len())] };
+                let target = format!("{}<-{}", r.joints[to].name, r.joints[to.saturating_sub(1)].name);
+                let key = format!("half_gap_{}", r.joints[to].suffix());
+                Effect::new(
+                    name,
+                    &target,
+                    &[(&key, 0.001 * if r.joints[to].revolute { 1.0 } else { 15.0 }), ("ratio", sign)],
+                )
+            }
+            "loaded_play" => {
+                let loads: Vec<f64> = q
+                    .iter()
+                    .enumerate()
+                    .step_by(500)
+                    .map(|(k, _)| {
+                        let pose: Vec<f64> = self.grid.joints.iter().map(|q| q[k]).collect();
+                        gravity_load(r, &frames(r, &r.tool(), &pose), any).abs()
+                    })
+                    .collect();
+                let most = loads.iter().fold(1e-3_f64, |m, v| m.max(*v));
+                let torque = if joint.revolute { "torque_nm" } else { "force_n" };
+                on(&[(&key("half_gap"), 0.001 * length), (torque, most * rng.random_range(0.1..0.4))])
+            }
+            "thermal_growth" => {
+                let per = 3600.0 / end_s.max(1.0);
+                let lengths: Vec<usize> = (0..r.joints.len()).filter(|&j| r.joints[j].a_m.abs() > 0.05).collect();
+                if lengths.is_empty() || rng.random_bool(0.5) {
+                    return on(&[(&key("per_hour"), sign * 0.001 * length * per)]);
+                }
+                let j = lengths[rng.random_range(0..lengths.len())];
+                Effect::new(name, &format!("{}.a", r.joints[j].name), &[("per_hour_mm", sign * 0.03 * per)])
+            }
+            "torque_windup" => {
+                let stem = if joint.revolute { "compliance_deg_per_nm" } else { "compliance_mm_per_n" };
+                on(&[(stem, 2e-5 * length)])
+            }
+            _ => {
+                let held: Vec<usize> = (0..r.joints.len()).filter(|j| !self.moving.contains(j)).collect();
+                let joint = held.get(rng.random_range(0..held.len().max(1))).map_or(joint, |&j| &r.joints[j]);
+                let (torque, length) = if joint.revolute { ("torque_nm", 1.0) } else { ("force_n", 15.0) };
+                let half_width = format!("half_width_{}", joint.suffix());
+                Effect::new(name, &joint.name, &[(&half_width, 0.001 * length), (torque, rng.random_range(5.0..30.0))])
+            }
+        }
+    }
+
     /// A hysteresis of two or three elements: from a hundredth of the travel to a tenth.
     pub fn draw_elements(&self, rng: &mut ChaCha8Rng) -> Effect {
         let any = self.moving[rng.random_range(0..self.moving.len())];
@@ -232,6 +325,14 @@ fn physical(e: &Effect) -> bool {
         "gravity_compliance" => below(e.of("compliance_deg_per_nm").max(e.get("compliance_deg_per_nm")), 0.02),
         "link_error" => below(e.get("delta_mm"), 5.0) && below(e.get("delta_deg"), 0.3),
         "vibration" => below(e.get("amplitude_um"), 300.0),
+        "bearing_wobble" => below(e.get("amplitude_deg"), 0.1),
+        "tracker_scale" => below(e.get("scale_ppm"), 900.0),
+        "tracker_frame" => ["x_um", "y_um", "z_um"].iter().all(|k| below(e.get(k), 5e3)),
+        "base_tilt" => below(e.get("y_rad_per_nm"), 5e-5),
+        "coupled_play" | "loaded_play" => below(e.of("half_gap"), play),
+        "torque_windup" => below(e.get("compliance_deg_per_nm"), 0.02),
+        "torque_hysteresis" => below(e.of("half_width"), play),
+        "thermal_growth" => below(e.get("per_hour_mm"), 90.0) && below(e.get("per_hour_deg"), 5.0),
         _ => ["x_mm", "y_mm", "z_mm"].iter().all(|k| below(e.get(k), 5.0)),
     }
 }

@@ -123,6 +123,14 @@ fn friction_that_grows_with_load_is_named_with_its_growth() {
     assert_found(&round, "stiction", "J2", &[("rise_s", 0.3), ("decay_s", 2.0), ("per_nm", 0.001)]);
 }
 
+/// The cycles come from a spectrum, as those of a ripple do: no list has 24.
+#[test]
+fn a_bearing_that_wobbles_many_times_a_turn_is_named() {
+    let wobble = "{effect: bearing_wobble, joint: J1, amplitude_deg: 0.004, cycles_per_rev: 24, phase_deg: 40, direction: [1, 0, 0]}";
+    let round = found(&arm(wobble, 0.0), "robot.yaml");
+    assert_found(&round, "bearing_wobble", "J1", &[("amplitude_deg[0]", 0.004), ("cycles_per_rev", 24.0)]);
+}
+
 /// Commands of an arm whose joints all move, with two of them loaded both ways.
 fn commands_of_an_arm() -> String {
     let mut input = String::from("t_s,cmd_J1_deg,cmd_J2_deg,cmd_J3_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg\n");

@@ -27,6 +27,7 @@ mod diagnose_limit;
 mod diagnose_machine;
 mod diagnose_page;
 mod diagnose_sensors;
+mod diagnose_tracker;
 mod docs_commands;
 mod docs_site;
 mod docs_user_files;

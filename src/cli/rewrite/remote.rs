@@ -5,8 +5,8 @@
 use super::Args;
 use super::args::usage;
 use super::folder::{self, Outputs, Planned};
-use super::proof;
 use super::job::Source;
+use super::proof;
 use crate::cli::exit::Finished;
 use crate::error::{Error, Place};
 use crate::io::address::is_address;

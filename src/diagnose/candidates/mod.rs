@@ -3,7 +3,8 @@
 //! A [`Candidate`] is one effect on one target with its shape (decay, presliding, time constant) held: its sensitivities are
 //! linear in what is left, so that all candidates can be compared by linear algebra; a refit frees the shape later. Each effect's
 //! file says what is tried of it; here the logs are surveyed for it and the sensitivities are computed.
-//! Ripple and vibration have a frequency instead of a list of shapes: [`crate::diagnose::candidates::spectrum`] finds it.
+//! Ripple and vibration have a frequency instead of a list of shapes: [`crate::diagnose::candidates::spectrum`] finds it; a step of the
+//! tracker has a time: [`crate::diagnose::candidates::steps`].
 //!
 //! Files beside:
 //! - `basis`: groups of basis functions, of which the test without the catalogue is made
@@ -11,6 +12,7 @@
 //!   to the next
 //! - `held`: functions over the measured torque of joints that are held, for the test without the catalogue
 //! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
+//! - `steps`: steps of the tracker's frame, where the level of what is left jumps
 //! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
 pub(crate) mod basis;
@@ -19,6 +21,7 @@ pub(crate) mod held;
 pub(crate) mod screen;
 pub(crate) mod sensitivities;
 pub(crate) mod spectrum;
+pub(crate) mod steps;
 pub(crate) mod structure;
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
@@ -139,7 +142,8 @@ pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate 
 /// A ripple at the frequency of a plain one that fades with the speed of its joint, for a few speeds. A slow wave that fades is any
 /// curve over position and speed: not tried.
 pub fn fading(problem: &Problem, plain: &Candidate) -> Vec<Candidate> {
-    let Some(axis) = plain.axis().filter(|_| plain.form.is_empty()) else { return Vec::new() };
+    let ripples = plain.form.is_empty() && plain.effect == transmission_error::INFO.name;
+    let Some(axis) = plain.axis().filter(|_| ripples) else { return Vec::new() };
     if !plain.at(&[1e-6, 0.0]).iter().all(|ripple| spectrum::identifiable(problem, ripple)) {
         return Vec::new();
     }

@@ -125,12 +125,15 @@ impl<'a> ScreeningContext<'a> {
         back
     }
 
-    /// Best ripples (per axis) and vibrations, at the peaks of their spectra.
+    /// Best ripples (per axis) and vibrations, at the peaks of their spectra, the highest wobbles, and the largest
+    /// steps of the tracker.
     pub fn spectral(&self) -> Vec<Candidate> {
         let back = self.back();
         let mut found = crate::diagnose::candidates::spectrum::ripples(self, &back);
         let vibration = |hz| candidates::vibration(&self.problem.robot, hz);
         found.extend(crate::diagnose::candidates::spectrum::vibrations(self, &back).into_iter().map(vibration));
+        found.extend(crate::diagnose::candidates::steps::steps(self, &back));
+        found.extend(crate::diagnose::candidates::spectrum::wobbles(self, &back));
         found
     }
 }

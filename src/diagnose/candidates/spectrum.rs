@@ -7,11 +7,11 @@
 
 use crate::diagnose::candidates::basis::MOST_SPLINES;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::{self, Candidate, steps};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
-use crate::effects::{EffectInstance, Inputs, TransmissionError};
+use crate::effects::{BearingWobble, EffectInstance, Inputs, Site, Target, TransmissionError, bearing_wobble};
 use crate::robot::JointKind;
 use rayon::prelude::*;
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -30,10 +30,17 @@ const LEAST_CYCLES: f64 = 2.0;
 /// Does the spacing of the samples, and the travel, tell this ripple from other curves and other ripples? At least two cycles
 /// over the travel; of poses at most half a cycle from one to the next. Other effects always count as distinguished.
 pub fn identifiable(problem: &Problem, placed: &EffectInstance) -> bool {
-    let (Some(axis), Some(ripple)) = (placed.axis(), placed.effect.get::<TransmissionError>()) else { return true };
+    let ripple = placed.effect.get::<TransmissionError>().map(|r| r.cycles_per_rev);
+    let wave = ripple.or_else(|| placed.effect.get::<BearingWobble>().map(|w| w.cycles_per_rev));
+    let (Some(axis), Some(cycles)) = (placed.axis(), wave) else { return true };
     let turn = placed.site(&problem.robot).rev();
-    let travel = problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max);
-    ripple.cycles_per_rev * travel / turn >= LEAST_CYCLES && ripple.cycles_per_rev <= most_told(problem, axis, turn)
+    cycles_made(problem, axis, cycles) >= LEAST_CYCLES && cycles <= most_told(problem, axis, turn)
+}
+
+/// Cycles that a wave of so many cycles per revolution makes over the travel of its joint.
+fn cycles_made(problem: &Problem, axis: usize, cycles_per_rev: f64) -> f64 {
+    let turn = Site { robot: &problem.robot, target: Target::Joint(axis) }.rev();
+    cycles_per_rev * problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max) / turn
 }
 
 /// Speeds, in fades, up to which a fading ripple shows.
@@ -70,7 +77,7 @@ pub fn tried(ground: &ScreeningContext) -> f64 {
     let joints: f64 =
         (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| (g.to - g.from) as f64 / g.fine).sum();
     let time: f64 = ground.problem.motions().map(|l| l.drive.rows() as f64 / 2.0).sum();
-    joints + time
+    joints + time + steps::tried(ground.problem)
 }
 
 /// Frequencies of one joint, rad per rad (or per m) of travel: multiples `from..to` of `step`.
@@ -139,14 +146,14 @@ pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
                 let places = peaks(power, g.fine.ceil() as usize).into_iter();
                 places.map(|k| g.step * (g.from as f64 + k) / g.unit).collect()
             };
-            let all = spectrum(ground, back, axis, &g, None);
+            let all = spectrum(ground, back, axis, &g, None, Lever::Turn);
             let mut found: Vec<Candidate> =
                 at(&all).into_iter().map(|cycles| candidates::ripple(ground.problem, axis, cycles)).collect();
             if own_phases(ground.problem) {
                 // without a common phase the powers add up, not the sums
                 let mut sum = vec![0.0; all.len()];
                 for log in 0..ground.problem.logs.len() {
-                    let power = spectrum(ground, back, axis, &g, Some(log));
+                    let power = spectrum(ground, back, axis, &g, Some(log), Lever::Turn);
                     sum.iter_mut().zip(power).for_each(|(s, p)| *s += p);
                 }
                 let slow = (least_wave(ground.problem, axis) / g.step).ceil() as usize;
@@ -174,8 +181,56 @@ fn least_wave(problem: &Problem, axis: usize) -> f64 {
     0.5 * MOST_SPLINES as f64 * TAU / travels.fold(f64::INFINITY, f64::min)
 }
 
+/// Wobbles that are tried in one round, at most: each has four sensitivities.
+const WOBBLES: usize = 2;
+/// Gain in 2 ln L that a wobble must promise: more than the price of its parameters.
+const PROMISED: f64 = 40.0;
+
+/// Wobbles at the highest peaks of all joints, of at least two cycles over the travel: a slower one is any bow, of which the
+/// catalogue tries a few.
+pub fn wobbles(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
+    let problem = ground.problem;
+    if !problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Reflector(_))) {
+        return Vec::new();
+    }
+    let highest = |axis: usize| -> Vec<(f64, usize, f64)> {
+        let Some(g) = grid(ground, axis) else { return Vec::new() };
+        let mut power = spectrum(ground, back, axis, &g, None, Lever::Tilt(0));
+        let other = spectrum(ground, back, axis, &g, None, Lever::Tilt(1));
+        power.iter_mut().zip(other).for_each(|(a, b)| *a += b);
+        let cycles = |k: f64| g.step * (g.from as f64 + k) / g.unit;
+        let slow =
+            (0..power.len()).take_while(|&k| cycles_made(problem, axis, cycles(k as f64)) < LEAST_CYCLES).count();
+        power[..slow].fill(0.0);
+        let places = peaks(&power, g.fine.ceil() as usize).into_iter().take(1);
+        places.map(|k| (power[k.round() as usize], axis, cycles(k))).filter(|p| p.0 > PROMISED).collect()
+    };
+    let mut all: Vec<(f64, usize, f64)> = (0..problem.robot.dof()).into_par_iter().flat_map_iter(highest).collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    all.into_iter()
+        .take(WOBBLES)
+        .map(|(_, axis, cycles)| bearing_wobble::wobble(&problem.robot, axis, cycles))
+        .collect()
+}
+
+/// What a wave over the position of a joint does to a point.
+#[derive(Clone, Copy)]
+enum Lever {
+    /// It turns about the axis of the joint.
+    Turn,
+    /// It tilts the axis about its x (0) or y (1).
+    Tilt(usize),
+}
+
 /// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid; of one log where `only` names it.
-fn spectrum(ground: &ScreeningContext, back: &[f64], axis: usize, grid: &Grid, only: Option<usize>) -> Vec<f64> {
+fn spectrum(
+    ground: &ScreeningContext,
+    back: &[f64],
+    axis: usize,
+    grid: &Grid,
+    only: Option<usize>,
+    kind: Lever,
+) -> Vec<f64> {
     let mut sums = vec![Complex::new(0.0, 0.0); grid.size];
     let mut norms = vec![0.0; grid.to - grid.from];
     for g in ground.problem.groups.iter().filter(|g| only.is_none_or(|l| g.log == l)) {
@@ -188,20 +243,25 @@ fn spectrum(ground: &ScreeningContext, back: &[f64], axis: usize, grid: &Grid, o
         let lever: Vec<(f64, f64)> = match g.sensor {
             Sensor::Reflector(k) => {
                 let j = &ground.state.logs[g.log].jacobian[k][axis];
+                let tilts =
+                    if let Lever::Tilt(_) = kind { Some(ground.problem.tilts(ground.state, g.log)) } else { None };
                 (0..n)
                     .map(|b| {
-                        let v = j[g.middle(b)];
+                        let v = match (&tilts, kind) {
+                            (Some(tilts), Lever::Tilt(about)) => tilts[k][axis][g.middle(b)][about],
+                            _ => j[g.middle(b)],
+                        };
                         (v.x * values[b] + v.y * values[n + b] + v.z * values[2 * n + b], v.norm_squared())
                     })
                     .collect()
             }
-            Sensor::Reading => {
+            Sensor::Reading if matches!(kind, Lever::Turn) => {
                 let Some(reading) = &log.reading else { continue };
                 let j = &ground.state.logs[g.log].jacobian[0][axis];
                 let seen = |b: usize| reading.seen(g.middle(b), &j[g.middle(b)]);
                 (0..n).map(|b| (seen(b) * values[b], seen(b).powi(2))).collect()
             }
-            Sensor::Joint(a) if a == axis => (0..n).map(|b| (values[b], 1.0)).collect(),
+            Sensor::Joint(a) if a == axis && matches!(kind, Lever::Turn) => (0..n).map(|b| (values[b], 1.0)).collect(),
             _ => continue,
         };
         let per_variance = 0.5 / (noise.sigma * noise.sigma);
@@ -242,7 +302,7 @@ fn lever_by_speed(g: &Group, p: &[f64], lever: &[(f64, f64)]) -> Vec<(f64, f64)>
 }
 
 /// Highest local maxima, refined by a parabola, as places on the grid.
-fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
+pub(super) fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
     let mut order: Vec<usize> = (0..power.len())
         .filter(|&k| {
             power[k] > 0.0 && (k == 0 || power[k - 1] <= power[k]) && (k + 1 == power.len() || power[k + 1] < power[k])

@@ -104,6 +104,7 @@ fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> Result<LogData> {
         left_out: Vec::new(),
         reading: Reading::of(&model.robot, &log)?.map(Arc::new),
         jacobian: OnceLock::new(),
+        tilts: OnceLock::new(),
         log,
     })
 }

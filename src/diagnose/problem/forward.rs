@@ -48,7 +48,12 @@ pub struct LogData {
     pub reading: Option<Arc<Reading>>,
     /// Derivatives of the points at the first hypothesis: effects are far too small to change them.
     pub jacobian: OnceLock<Arc<Jacobian>>,
+    /// Derivatives of the points by a tilt of each axis, at the first hypothesis that asks for them.
+    pub tilts: OnceLock<Arc<Tilts>>,
 }
+
+/// Derivatives of points by a tilt of an axis about its x and y, `[reflector][axis][row]`, m/rad.
+pub type Tilts = Vec<Vec<Vec<[Vector3<f64>; 2]>>>;
 
 /// Derivatives of points by joints, `[reflector][axis][row]`, m/rad or m/m.
 pub type Jacobian = Vec<Vec<Vec<Vector3<f64>>>>;
@@ -177,6 +182,7 @@ impl LogData {
             left_out: self.left_out.clone(),
             reading: self.reading.clone(),
             jacobian: self.jacobian.clone(),
+            tilts: self.tilts.clone(),
         }
     }
 }
@@ -300,18 +306,27 @@ impl Problem {
         let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
         let mut points_m = chain_m.clone();
         let clock = parts::clock(&h.effects);
-        if !clock.is_right() || h.effects.iter().any(|p| p.effect.displaces()) {
+        if !clock.is_right() || here.iter().any(|p| p.effect.displaces()) {
             let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
             for (points, chain) in points_m.iter_mut().zip(&chains) {
                 let scene = self.scene(h, log, chain, &columns, clock);
                 let points = Arc::make_mut(points);
-                parts::displace_by_pose(&scene, &h.effects, points);
+                parts::displace_by_pose(&scene, &here, points);
                 parts::shift_in_time(&log.drive, clock, points);
-                parts::displace_at_tcp(&scene, &h.effects, points);
+                parts::displace_at_tcp(&scene, &here, points);
             }
         }
         let jacobian = log.jacobian.get_or_init(|| Arc::new(chains.iter().map(|c| derivatives(c, &joint)).collect()));
         LogState { servo, gear, jacobian: jacobian.clone(), joint, chain_m, points_m }
+    }
+
+    /// Derivatives of the points of a log by a tilt of each axis.
+    pub fn tilts(&self, state: &State, l: usize) -> Arc<Tilts> {
+        let (log, s) = (&self.logs[l], &state.logs[l]);
+        let of = |(k, chain): (usize, &Chain)| tilts(chain, &s.joint, &s.chain_m[k]);
+        log.tilts
+            .get_or_init(|| Arc::new(self.chains(&state.geometry, log).iter().enumerate().map(of).collect()))
+            .clone()
     }
 
     /// Where the points of a log stand, for the effects that move them.
@@ -365,6 +380,23 @@ fn derivatives(chain: &Chain, joint: &[Arc<Vec<f64>>]) -> Vec<Vec<Vector3<f64>>>
         }
     }
     columns
+}
+
+/// What a tilt of each axis about its x and y, before its own turn, does to the points of a chain.
+fn tilts(chain: &Chain, joint: &[Arc<Vec<f64>>], points: &[Vector3<f64>]) -> Vec<Vec<[Vector3<f64>; 2]>> {
+    let mut all = vec![vec![[Vector3::zeros(); 2]; points.len()]; joint.len()];
+    let (mut q, mut frames) = (vec![0.0; joint.len()], Vec::new());
+    for (r, point) in points.iter().enumerate() {
+        q.iter_mut().zip(joint).for_each(|(v, column)| *v = column[r]);
+        chain.joint_frames(&q, &mut frames);
+        for (axis, tilts) in all.iter_mut().enumerate() {
+            if let Some(f) = frames.iter().find(|f| f.axis == axis) {
+                let arm = point - f.origin_m;
+                tilts[r] = [f.fixed_x.cross(&arm), f.fixed_y.cross(&arm)];
+            }
+        }
+    }
+    all
 }
 
 fn sensed(columns: &[Option<Vec<Option<f64>>>], axis: usize, row: usize) -> f64 {

@@ -61,6 +61,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
                 left_out: Vec::new(),
                 reading: None,
                 jacobian: OnceLock::new(),
+                tilts: OnceLock::new(),
                 log,
             }
         })

@@ -130,7 +130,13 @@ pub fn sentence(d: &Diagnosis) -> String {
                 u.goes_with
             ),
             None if d.further.is_some() => format!("Missing: {found}, and more: see the note on a further round."),
-            None => format!("Missing: {found}. What remains is noise."),
+            None => match &d.remainder {
+                Some(u) => format!(
+                    "Missing: {found}. What remains counts as noise, but {} of it varies more slowly than the instrument scatters: see the notes.",
+                    d.unit.said(u.rms_um)
+                ),
+                None => format!("Missing: {found}. What remains is noise."),
+            },
         },
         Verdict::NamedSet => {
             let open: Vec<String> =

@@ -13,9 +13,9 @@ use crate::diagnose::result::words::GapUnit;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::{story, unnamed};
 use crate::diagnose::verdict::{self, Member, Verdict};
-use crate::effects::{EffectInstance, entry};
+use crate::effects::{EffectInstance, Nature, TrackerFrame, entry};
 use crate::robot::JointKind;
-use hidden::{blind_spots, unexplained};
+use hidden::{blind_spots, slow_remainder, unexplained};
 pub use hidden::{of_motion, of_unseen_joints};
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -190,6 +190,8 @@ pub struct Parameter {
 pub struct Validation {
     pub rms_before_um: f64,
     pub rms_after_um: f64,
+    /// Gain in 2 ln L of this effect on parts that were not fitted, beside all the others.
+    pub gain_2lnl: f64,
 }
 
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
@@ -257,8 +259,12 @@ fn gap(outcome: &Outcome) -> Gap {
 pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&EffectInstance> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named = named(outcome);
-    let sets: Vec<Vec<Member>> =
-        named.iter().zip(&outcome.alternatives).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
+    let sets: Vec<Vec<Member>> = (named.iter().zip(&outcome.alternatives).enumerate())
+        .map(|(k, (n, r))| {
+            let doubtful = outcome.doubtful.get(k).is_some_and(|d| *d);
+            verdict::set((&n.0, &n.1), r, outcome.price, doubtful)
+        })
+        .collect();
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let nested_fits = match &outcome.told {
@@ -295,7 +301,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         geometry_tcp_um: outcome.told.as_ref().map(|story| digits(story.geometry * UM)),
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.as_ref().map(|s| unexplained(outcome, s)),
-        remainder: structured.as_ref().map(|s| unexplained(outcome, s)),
+        remainder: structured.as_ref().map(|s| unexplained(outcome, s)).or_else(|| slow_remainder(outcome)),
         blind_spots: blind_spots(outcome),
         notes: notes(outcome),
         contradicted: !outcome.contradictions.is_empty(),
@@ -320,8 +326,12 @@ fn unit(outcome: &Outcome) -> GapUnit {
 fn notes(outcome: &Outcome) -> Vec<String> {
     let mut notes: Vec<String> = outcome.contradictions.iter().map(|c| c.said.clone()).collect();
     notes.extend(outcome.notes.iter().cloned());
-    for p in
-        outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).filter(|p| p.effect.of_its_logs_alone())
+    for p in outcome
+        .fit
+        .free
+        .iter()
+        .map(|&i| &outcome.fit.hypothesis.effects[i])
+        .filter(|p| p.effect.nature() == Nature::Ripple && p.effect.of_its_logs_alone())
     {
         notes.push(format!(
             "{} {} has a different phase in each log, as if angles count from the start of each log: the written model does not contain it",
@@ -329,10 +339,32 @@ fn notes(outcome: &Outcome) -> Vec<String> {
             p.target_text(&outcome.problem.robot)
         ));
     }
+    notes.extend(steps_said(outcome));
+    if let Some(slow) = &outcome.slow {
+        notes.push(format!(
+            "{:.1} um of what remains vary more slowly than the instrument scatters ({:.1} um from one sample to the next): the noise of this diagnosis includes them as wander of arm and air, but they may be structure, most of all with {}",
+            slow.rms * UM,
+            slow.instrument * UM,
+            verdict::structure_said(outcome, &slow.ratio)
+        ));
+    }
     if unit(outcome) == GapUnit::DEGREE {
         notes.push("only joints were measured: in the document, values in `_um` are microradians of a joint".into());
     }
     notes
+}
+
+/// Steps of the tracker's frame in words: another log does not have them.
+fn steps_said(outcome: &Outcome) -> Vec<String> {
+    let found = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
+    let step = |f: &TrackerFrame| {
+        format!(
+            "the frame of the tracker jumps by {:.0} um ({}), as after a lost beam: the log has a frame before it and another one after it; the written model does not contain the step",
+            f.translation_m.norm() * UM,
+            f.said().split(':').next().unwrap_or_default()
+        )
+    };
+    found.filter_map(|p| p.effect.get::<TrackerFrame>()).filter(|f| f.only_log.is_some()).map(step).collect()
 }
 
 /// Effect and target of each found effect.

@@ -7,7 +7,7 @@ use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::story::NestedFit;
 use crate::diagnose::search::unnamed;
 use crate::diagnose::verdict::Member;
-use crate::effects::{AfterReversal, EffectInstance, Vibration};
+use crate::effects::{AfterReversal, EffectInstance, TrackerFrame, Vibration};
 use crate::numerics::normal::Z95;
 use indexmap::IndexMap;
 
@@ -41,6 +41,7 @@ pub(in crate::diagnose) fn round(
         validation: Validation {
             rms_before_um: digits(before.held_out * UM),
             rms_after_um: digits(after.held_out * UM),
+            gain_2lnl: digits(outcome.support.get(k).copied().unwrap_or(0.0)),
         },
         action: placed.effect.action().to_string(),
         joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
@@ -133,6 +134,8 @@ fn place(outcome: &Outcome, placed: &EffectInstance, group: Option<&geometry::Gr
     } else if let Some(v) = placed.effect.get::<Vibration>() {
         let [x, y, z] = v.direction.into();
         place.description = format!("throughout: the TCP vibrates along ({x:.2}, {y:.2}, {z:.2})");
+    } else if let Some(f) = placed.effect.get::<TrackerFrame>() {
+        place.description = f.said();
     }
     place
 }

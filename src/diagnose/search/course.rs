@@ -104,7 +104,11 @@ impl Search<'_> {
     /// The search to its end, within its limits.
     pub(in crate::diagnose) fn course(&mut self, prepared: &Prepared, rms_nuisance: f64) -> End {
         let mut course = self.find(prepared, rms_nuisance);
-        let alternatives = course.alternatives(self, prepared, rms_nuisance);
+        self.only_determined(&mut course, prepared, rms_nuisance);
+        let mut alternatives = course.alternatives(self, prepared, rms_nuisance);
+        if self.only_determined(&mut course, prepared, rms_nuisance) {
+            alternatives = self.exchange(&mut course.fit, &course.whitening, &mut course.steps).0;
+        }
         let (further, contradictions) = course.remaining(self, &alternatives);
         End { course, alternatives, further, contradictions }
     }

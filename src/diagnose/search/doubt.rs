@@ -3,6 +3,7 @@
 //! Method: without an effect the others stay where they are and everything is screened and refitted in its place; BIC
 //! decides. The search ([`crate::diagnose::search`]) is greedy, and this is what makes good its first guesses.
 
+use crate::diagnose::candidates;
 use crate::diagnose::candidates::sensitivities::{APART, Sensitivities};
 use crate::diagnose::candidates::structure::Ratio;
 use crate::diagnose::noise::whitening::Whitening;
@@ -12,7 +13,7 @@ use crate::diagnose::search::finding::{Refined, Step, flat};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::{Asked, Search};
-use crate::effects::{EffectInstance, Nature};
+use crate::effects::{EffectInstance, Nature, Target, ThermalDrift, TrackerFrame, tracker_frame};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
 pub(in crate::diagnose::search) const BETTER: f64 = 2.0;
@@ -180,9 +181,30 @@ impl Search<'_> {
             && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
         {
             alternatives.push(lag);
-            alternatives.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         }
+        if let Some(drift) = self.drift_of_tracker(&base, &old, whitening) {
+            let better = |r: &Refined| r.effect != drift.effect || r.merit(self.price) > drift.merit(self.price);
+            alternatives.retain(better);
+            if !alternatives.iter().any(|r| r.effect == drift.effect) {
+                alternatives.push(drift);
+            }
+        }
+        alternatives.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         alternatives
+    }
+
+    /// The tracker's own drift instead of one of the TCP: along a straight line nothing but a fixed nest tells them apart.
+    fn drift_of_tracker(&self, base: &Fit, old: &EffectInstance, whitening: &Whitening) -> Option<Refined> {
+        let (effect, target) = (tracker_frame::INFO.name, Target::Log.text(&self.problem.robot));
+        let drift = old.effect.get::<ThermalDrift>()?;
+        let (_, length_s) = candidates::clock(self.problem)?;
+        let moved = EffectInstance::new(Target::Log, TrackerFrame::moving(drift.after_m(length_s), length_s));
+        let mut h = base.hypothesis.clone();
+        h.effects.push(moved.clone());
+        let free: Vec<usize> = (self.known..h.effects.len()).collect();
+        let fit = fit::refit(self.problem, &h, &free, whitening);
+        let (gain, parameters) = (base.cost - fit.cost, old.effect.values().len().max(moved.effect.values().len() + 1));
+        (gain > 0.0).then(|| Refined { effect, target, gain, parameters, placed: vec![moved], fit })
     }
 
     /// Alternatives of every found effect. One that the whole set makes the better one takes the place, and those that it touches are

@@ -14,6 +14,7 @@
 //! - `contradiction`: what is taken as known put in doubt: one frame for all logs, the model's registration, the sizes of its
 //!   own effects
 //! - `course`: what the search holds between its steps: the first finds, and what stays unexplained
+//! - `determined`: found effects that the logs do not determine, or that data which were not fitted do not support, go
 //! - `direction`: gaps from settled poses: an error that depends on the side of the approach
 //! - `elements`: several lost motions of one joint as the elements of one
 //! - `finding`: what the search is made of on its way: refined candidates, alternatives, accepted effects
@@ -28,6 +29,7 @@
 //! - `remaining`: is there structure that remains beyond what was found?
 //! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
 //! - `side_by_side`: gaps of joints that reverse together, in the one reading of a ballbar or a dial
+//! - `slow`: what varies more slowly than the instrument scatters, which the noise model may hold for wander
 //! - `story`: the found effects one by one: what each leaves, and what it leaves of data that it was not fitted to
 //! - `supported`: effects of joint sensors must lessen what is left of blocks that were not fitted
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
@@ -39,6 +41,7 @@ pub(crate) mod across;
 pub(crate) mod arm;
 pub(crate) mod contradiction;
 pub(crate) mod course;
+pub(crate) mod determined;
 pub(crate) mod direction;
 pub(crate) mod doubt;
 pub(crate) mod elements;
@@ -52,6 +55,7 @@ pub(crate) mod prepared;
 pub(crate) mod remaining;
 pub(crate) mod sandwich;
 pub(crate) mod side_by_side;
+pub(crate) mod slow;
 pub(crate) mod story;
 pub(crate) mod supported;
 pub(crate) mod together;
@@ -62,9 +66,9 @@ use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::cache::ScreeningCache;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext};
 use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
-use crate::diagnose::candidates::spectrum;
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::{spectrum, steps};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
@@ -75,7 +79,7 @@ use crate::diagnose::search::finding::{Alternative, Next, Refined, Step, flat};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::prepared::Prepared;
-use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
+use crate::effects::{Backlash, EffectInstance, TrackerFrame, backlash, catalogue};
 use crate::numerics::fisher;
 use rayon::prelude::*;
 
@@ -182,6 +186,10 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut alternatives, &mut steps);
     }
     sandwich::widen(&problem, &mut fit, &whitening);
+    let motion = prepared.recording != Recording::JointSensors && remains.is_none() && group.is_none();
+    let slow = motion.then(|| slow::beside_instrument(&problem, &fit, &structure)).flatten();
+    let support = determined::support(&problem, &fit, &whitening);
+    let doubtful = if group.is_none() { determined::doubtful(&problem, &fit) } else { Vec::new() };
     unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
@@ -199,6 +207,9 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         alternatives,
         structure,
         remains,
+        slow,
+        support,
+        doubtful,
         next,
         last,
         outliers,
@@ -261,7 +272,7 @@ impl Search<'_> {
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
-        refined.retain(|r| r.placed.iter().all(|q| spectrum::is_seen(p, q)));
+        refined.retain(|r| r.placed.iter().all(|q| spectrum::is_seen(p, q) && is_seen_as_step(p, r, q)));
         // a gap that is the same at every knot is a plain gap, however exact the log
         let plain: Vec<String> = refined.iter().filter(|r| r.effect == PLAIN).map(|r| r.target.clone()).collect();
         refined.retain(|r| !(r.is_flat() && plain.contains(&r.target)));
@@ -361,11 +372,10 @@ impl Search<'_> {
         with - without > LEAST_GAIN + r.parameters as f64
     }
 
-    /// What an effect explains that was found before on its joint, or more than [`MOST_ALIKE`] times elsewhere; of several the
-    /// smallest.
+    /// What an effect explains that was found before at its place; of several the smallest.
     pub(in crate::diagnose) fn repeated(&self, fit: &Fit, alternatives: &[Vec<Refined>]) -> Option<Ratio> {
         let placed = |k: usize| &fit.hypothesis.effects[fit.free[k]];
-        let again = |k: &usize| alike(fit, placed(*k)) > if placed(*k).axis().is_some() { 1 } else { MOST_ALIKE };
+        let again = |k: &usize| alike(fit, placed(*k)) > 1;
         let ratio = |k: usize| {
             let (p, target) = (placed(k), placed(k).target_text(&self.problem.robot));
             let own = alternatives.get(k)?.iter().find(|r| r.effect == p.effect.name() && r.target == target)?;
@@ -419,8 +429,20 @@ impl Search<'_> {
     }
 }
 
-/// Number of found effects of the same name at the same place, this one among them.
+/// Is an effect of a refined fit seen as a step, if it is one?
+fn is_seen_as_step(problem: &Problem, r: &Refined, placed: &EffectInstance) -> bool {
+    if placed.effect.get::<TrackerFrame>().is_none() {
+        return true;
+    }
+    let Fit { hypothesis: h, state, .. } = &r.fit;
+    let step = problem.difference(h, state, &[], std::slice::from_ref(placed), 1.0);
+    let with: Vec<f64> = state.residual.iter().zip(&step).map(|(r, s)| r + s).collect();
+    steps::is_seen(problem, placed, &with)
+}
+
+/// Number of found effects of the same name at the same place, this one among them. A tracker may lock again at several times.
 fn alike(fit: &Fit, one: &EffectInstance) -> usize {
     let found = fit.free.iter().map(|&i| &fit.hypothesis.effects[i]);
-    found.filter(|p| p.effect.name() == one.effect.name() && p.target == one.target).count()
+    let when = |p: &EffectInstance| p.effect.get::<TrackerFrame>().map(|f| (f.from, f.only_log));
+    found.filter(|p| p.effect.name() == one.effect.name() && p.target == one.target && when(p) == when(one)).count()
 }

@@ -9,6 +9,7 @@ use crate::diagnose::search::contradiction::Contradiction;
 use crate::diagnose::search::finding::{Alternative, Next, Step};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry;
+use crate::diagnose::search::slow::SlowPart;
 use crate::diagnose::search::together::share::Story;
 use crate::effects::Family;
 
@@ -38,6 +39,12 @@ pub struct Outcome {
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
     pub remains: Option<Ratio>,
+    /// What varies more slowly than the instrument scatters, where nothing else remains.
+    pub slow: Option<SlowPart>,
+    /// Gain in 2 ln L of each free effect on blocks that were not fitted, beside all the others.
+    pub support: Vec<f64>,
+    /// Whether the interval of a free effect's size holds zero; empty where effects stand as groups.
+    pub doubtful: Vec<bool>,
     /// What a further round would have named, where the rounds ended at their limit.
     pub next: Option<Next>,
     /// Screening at the end: what is left and what would have been seen.

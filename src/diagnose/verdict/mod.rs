@@ -39,8 +39,9 @@ pub struct Member {
     pub probability: f64,
 }
 
-/// The smallest set that holds the truth: the named effect first, then what fits as well.
-pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64) -> Vec<Member> {
+/// The smallest set that holds the truth: the named effect first, then what fits as well. One that is `doubtful` does not stand there
+/// alone: the best other one stands beside it, however much less it explains.
+pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64, doubtful: bool) -> Vec<Member> {
     let best = alternatives.iter().map(|r| r.merit(price)).fold(f64::NEG_INFINITY, f64::max);
     let weight = |r: &Alternative| (0.5 * (r.merit(price) - best)).exp();
     let total: f64 = alternatives.iter().map(weight).sum();
@@ -49,7 +50,8 @@ pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64) -> Vec
     let parameters = alternatives.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
     let mut members = Vec::new();
     let mut held = 0.0;
-    for r in alternatives {
+    let rival = alternatives.iter().position(|r| doubtful && !is_named(r));
+    for (place, r) in alternatives.iter().enumerate() {
         let share = if total > 0.0 { weight(r) / total } else { 0.0 };
         let needed = held < HELD && share > 1.0 - HELD;
         // a wider form of the named effect always fits as well: it is an alternative where what it adds is more than chance
@@ -58,7 +60,7 @@ pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64) -> Vec
         } else {
             0.0
         };
-        if is_named(r) || needed || r.gain - price_here >= gain - WITHIN {
+        if is_named(r) || needed || Some(place) == rival || r.gain - price_here >= gain - WITHIN {
             members.push(Member { effect: r.effect.into(), target: r.target.clone(), probability: share });
         }
         held += share;
@@ -141,4 +143,20 @@ pub fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot<'_>> {
         }
     }
     spots.into_iter().map(|s| s.0).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_that_may_be_zero_is_no_name_by_itself() {
+        let one = |effect, gain| Alternative { effect, target: "A3".into(), gain, parameters: 2 };
+        let all = [one("hysteresis", 400.0), one("backlash", 250.0), one("stiction", 90.0)];
+        let names = |doubtful| -> Vec<String> {
+            set(("hysteresis", "A3"), &all, 8.0, doubtful).into_iter().map(|m| m.effect).collect()
+        };
+        assert_eq!(names(false), ["hysteresis"]);
+        assert_eq!(names(true), ["hysteresis", "backlash"]);
+    }
 }

@@ -9,6 +9,7 @@
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
 //! - [`ripple`]: periods of the gears.
 //! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
+//! - [`jump`]: a frame of the tracker that jumped while a log was recorded.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted; [`folds`]: which parts those are.
 //! - [`unseen`]: joints of which single readings tell nothing.
@@ -29,6 +30,7 @@ pub(crate) mod estimate;
 pub(crate) mod evidence;
 pub(crate) mod folds;
 pub(crate) mod frame;
+pub(crate) mod jump;
 pub(crate) mod law;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod measured;
@@ -142,6 +144,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
                 .into(),
         );
     }
+    notes.extend(jump::notes(&problem));
     gaps.estimate = Some(whole);
     gaps.notes = notes;
     Ok(gaps)

@@ -139,10 +139,12 @@ impl Problem {
         }
         if from.iter().chain(to).any(|p| p.effect.displaces()) {
             let columns: Vec<&[f64]> = s.joint.iter().map(|j| j.as_slice()).collect();
+            let here = |list: &[EffectInstance]| -> Vec<EffectInstance> { list.iter().map(|p| in_log(p, l)).collect() };
+            let (from, to) = (here(from), here(to));
             for (k, chain) in self.chains(&state.geometry, log).iter().enumerate() {
                 let scene = self.scene(h, log, chain, &columns, Clock::default());
-                let x = parts::displacements_m(&scene, from, &s.points_m[k]);
-                let y = parts::displacements_m(&scene, to, &s.points_m[k]);
+                let x = parts::displacements_m(&scene, &from, &s.points_m[k]);
+                let y = parts::displacements_m(&scene, &to, &s.points_m[k]);
                 for g in self.groups_of(l).filter(|g| g.sensor.point() == Some(k)) {
                     self.add_movement(g, out, |r| (y[r] - x[r]) * per);
                 }

@@ -44,6 +44,13 @@ pub(super) fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates
     }
 }
 
+/// What the noise model holds for wander, where that is far beyond the scatter of the instrument.
+pub(super) fn slow_remainder(outcome: &Outcome) -> Option<Unexplained> {
+    let slow = outcome.slow.as_ref()?;
+    let said = format!("{}, more slowly than the instrument scatters", verdict::structure_said(outcome, &slow.ratio));
+    Some(Unexplained { rms_um: digits(slow.rms * UM), goes_with: said, ..unexplained(outcome, &slow.ratio) })
+}
+
 /// Detectable sizes, then the effects of motion on joints that do not move, or do not move the TCP: no size of them would show.
 pub(super) fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
     let mut all: Vec<BlindSpot> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();

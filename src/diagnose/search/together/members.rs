@@ -106,16 +106,16 @@ fn gain(without: &[f64], with: &[f64]) -> (f64, usize) {
     (gains.clone().sum(), gains.filter(|g| *g > 0.0).count())
 }
 
-/// A joint may have several ripples.
-fn is_ripple(c: &Candidate) -> bool {
-    c.trial.iter().flat_map(|t| &t.0).any(|p| p.effect.info().family == Family::Ripple)
+/// A joint may have several ripples, and a log several steps of the tracker.
+fn may_repeat(c: &Candidate) -> bool {
+    c.trial.iter().flat_map(|t| &t.0).any(|p| matches!(p.effect.info().family, Family::Ripple | Family::Tracker))
 }
 
 /// Candidates that the held-out blocks support, best first, one shape of an effect on a target.
 pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -> Vec<EffectInstance> {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let taken = |c: &Candidate| {
-        !is_ripple(c)
+        !may_repeat(c)
             && fit.free.iter().any(|&i| {
                 let p = &fit.hypothesis.effects[i];
                 p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target
@@ -231,7 +231,7 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
 }
 
 /// Columns of each free effect.
-pub(super) fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
+pub(in crate::diagnose::search) fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
     let mut at = 0;
     fit.free
         .iter()
@@ -252,7 +252,7 @@ fn without(table: &Table, values: &[f64], columns: usize, out: &[std::ops::Range
 }
 
 /// What one of the fit's values stands for when its effect is taken out: the size times its column; a shape counts nothing.
-pub(super) fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
+pub(in crate::diagnose::search) fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
     fit.free
         .iter()
         .flat_map(|&i| {

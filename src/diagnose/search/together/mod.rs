@@ -26,12 +26,13 @@ pub(crate) mod prior;
 pub(crate) mod share;
 pub(crate) mod triage;
 
+use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::prepare;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::search::fit::{self, Fit, Prior};
-use crate::effects::EffectInstance;
+use crate::effects::{EffectInstance, thermal_growth};
 
 /// A machine fitted with all effects after the known ones free, under the prior and the noise that stand beside.
 #[derive(Clone)]
@@ -93,9 +94,15 @@ const ROUNDS: usize = 2;
 /// Fits everything, from a hypothesis of known effects and a frame; how many samples were left out.
 pub fn run(problem: &mut Problem, start: &Hypothesis) -> (MachineFit, usize) {
     let (mut machine, outliers) = groups(problem, start);
-    let friction = pool::friction(problem);
-    for _ in 0..ROUNDS {
+    let mut friction = pool::friction(problem);
+    // growth is small: it is sought in what friction and ripple leave
+    let growth: Vec<Candidate> = friction.extract_if(.., |c| c.effect == thermal_growth::INFO.name).collect();
+    let mut growth = Some(growth);
+    for round in 0..ROUNDS {
         machine = machine.settled(problem);
+        if round > 0 {
+            friction.extend(growth.take().into_iter().flatten());
+        }
         let joining = members::join(problem, &machine, &friction);
         machine = machine.with(problem, joining);
         let joining = members::join(problem, &machine, &pool::ripple(problem, &machine));
@@ -107,7 +114,17 @@ pub fn run(problem: &mut Problem, start: &Hypothesis) -> (MachineFit, usize) {
         machine = machine.from(problem, &curved);
     }
     let kept = members::supported(problem, &machine);
-    (machine.keeping(problem, &kept).settled(problem), outliers)
+    machine = machine.keeping(problem, &kept).settled(problem);
+    for _ in 0..ROUNDS {
+        // under the noise of what is left now, a member of the geometry may support no more
+        let support = members::support(problem, &machine);
+        let kept: Vec<usize> = (0..support.len()).filter(|&k| support[k] > 0.0).collect();
+        if kept.len() == support.len() {
+            break;
+        }
+        machine = machine.keeping(problem, &kept).settled(problem);
+    }
+    (machine, outliers)
 }
 
 /// The groups that every machine has, without the outliers that stand out of them; how many were left out.

@@ -12,6 +12,7 @@ use crate::diagnose::problem::residual::{largest, rms};
 use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::Outcome;
+use crate::diagnose::search::slow;
 
 /// Fits everything together and tells it, where that finds many effects; with the number of its members that stand clear of the
 /// noise, geometry and all lags among them.
@@ -29,17 +30,24 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
     let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
     let framed = fit::refit(&problem, &start, &[], &white(&problem, &start));
     let (machine, outliers) = super::run(&mut problem, &framed.hypothesis);
+    let (machine, mut uncertainties) = share::determined(&problem, machine);
     let nuisance = fit::refit(&problem, &framed.hypothesis, &[], &white(&problem, &framed.hypothesis));
     let rms_nuisance = rms(&problem, &nuisance.state.residual);
     let candidates = candidates::all(&problem);
     let (structure, remains) = left(&problem, &machine, &candidates, rms_nuisance);
     let rms_named = rms(&problem, &machine.fit.state.residual);
     let machine = match &remains {
-        Some(_) => beside::curves(&problem, machine, &structure),
+        Some(_) => {
+            let with_curves = beside::curves(&problem, machine, &structure);
+            uncertainties = share::uncertainties(&problem, &with_curves);
+            with_curves
+        }
         None => machine,
     };
+    let quiet = remains.is_none();
+    let slow = quiet.then(|| slow::beside_instrument(&problem, &machine.fit, &structure)).flatten();
     let support = members::support(&problem, &machine);
-    let story = share::story(&problem, &machine);
+    let story = share::story(&problem, &machine, uncertainties);
     let alternatives = alternatives::of(&problem, &machine, &support);
     let clear = triage::clear(&machine, &support);
     let members = support.iter().filter(|s| **s > triage::CLEAR).count();
@@ -62,6 +70,9 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         told: Some(story),
         structure,
         remains,
+        slow,
+        support,
+        doubtful: Vec::new(),
         next: None,
         last,
         outliers: first + outliers,

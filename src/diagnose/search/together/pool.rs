@@ -2,8 +2,8 @@
 
 use super::MachineFit;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::spectrum;
 use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::{spectrum, steps};
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::{dot, orthonormal, project_off};
 use crate::diagnose::search::fit::Fit;
@@ -152,11 +152,13 @@ pub fn friction(problem: &Problem) -> Vec<Candidate> {
     candidates::all(problem).into_iter().filter(wanted).chain(clock).collect()
 }
 
-/// Ripple at the peaks of the spectra of what a fit leaves.
+/// Ripple at the peaks of the spectra of what a fit leaves, and steps of the tracker that are seen in it.
 pub fn ripple(problem: &Problem, machine: &MachineFit) -> Vec<Candidate> {
     let MachineFit { fit, whitening, .. } = machine;
     let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, Vec::new());
     let back = ground.back();
     let told = |c: &Candidate| c.at(&[1e-6, 0.0]).iter().all(|p| spectrum::identifiable(problem, p));
-    spectrum::ripples(&ground, &back).into_iter().filter(told).collect()
+    let mut found: Vec<Candidate> = spectrum::ripples(&ground, &back).into_iter().filter(told).collect();
+    found.extend(steps::steps(&ground, &back));
+    found
 }

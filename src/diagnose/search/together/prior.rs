@@ -26,6 +26,8 @@ pub enum Kind {
     Size,
     /// A decay, a travel, a frequency: never zero.
     Shape,
+    /// Beyond it something else happens: what it does comes in steps, and it may be zero.
+    Threshold,
     Phase,
 }
 
@@ -33,6 +35,7 @@ pub enum Kind {
 pub fn kinds(problem: &Problem, placed: &EffectInstance) -> Vec<Kind> {
     let kind = |(k, least): (usize, f64)| match () {
         () if placed.effect.is_phase(k) => Kind::Phase,
+        () if placed.effect.is_threshold(k) => Kind::Threshold,
         () if least > 0.0 => Kind::Shape,
         () => Kind::Size,
     };
@@ -51,7 +54,7 @@ pub fn widths(problem: &Problem, placed: &EffectInstance) -> Vec<f64> {
     }
     let parameters = placed.parameters(&problem.robot);
     let width = |k: usize, kind: Kind| match kind {
-        Kind::Size => parameters.get(k).map_or(f64::INFINITY, |p| WIDE * p.typical),
+        Kind::Size | Kind::Threshold => parameters.get(k).map_or(f64::INFINITY, |p| WIDE * p.typical),
         Kind::Shape => values.get(k).map_or(f64::INFINITY, |v| v.abs()),
         Kind::Phase => f64::INFINITY,
     };

@@ -2,14 +2,15 @@
 
 use super::blocks::{self, Blocks};
 use super::contribution::{contribution, contributions};
-use super::{MachineFit, considered, members, prior};
+use super::{MachineFit, considered, members, prior, triage};
 use crate::diagnose::candidates::is_geometry;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::sandwich;
 use crate::diagnose::search::story::NestedFit;
-use crate::effects::EffectInstance;
+use crate::effects::{EffectInstance, Family};
+use crate::numerics::normal::Z95;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -29,13 +30,66 @@ pub struct Story {
     pub with_windup: Vec<Option<Vec<f64>>>,
 }
 
-/// The story of a fit.
-pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
+/// Standard uncertainties of each free effect's values, and those of gaps together with the wind-up that is not in the fit.
+pub(super) type Uncertainties = (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>);
+
+/// Rounds in which effects leave whose interval holds zero.
+const ROUNDS: usize = 4;
+
+/// The fit without the friction, ripple, drift and steps whose interval holds zero, with the uncertainties of the rest. Of several the
+/// best determined one stays for another round, as two may cancel each other. Friction and ripple that data support far beyond chance
+/// which were not fitted stay: it is their shape that is not known.
+pub fn determined(problem: &Problem, machine: MachineFit) -> (MachineFit, Uncertainties) {
+    let mut machine = machine;
+    let mut known = uncertainties(problem, &machine);
+    for _ in 0..ROUNDS {
+        let support = members::support(problem, &machine);
+        let shown = |k: usize| support[k] > triage::CLEAR && !is_of_time(&machine.fit, k);
+        let mut open: Vec<(usize, f64)> = (0..machine.fit.free.len())
+            .filter(|k| !shown(*k))
+            .filter_map(|k| Some((k, ratio(problem, &machine.fit, k, &known.0[k])?)))
+            .filter(|(_, ratio)| *ratio < Z95)
+            .collect();
+        open.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if open.len() > 1 {
+            open.pop();
+        }
+        if open.is_empty() {
+            break;
+        }
+        let kept: Vec<usize> = (0..machine.fit.free.len()).filter(|k| !open.iter().any(|o| o.0 == *k)).collect();
+        machine = machine.keeping(problem, &kept).settled(problem);
+        known = uncertainties(problem, &machine);
+    }
+    (machine, known)
+}
+
+/// Whether a free effect is of time: drifts and steps can cancel each other to any size.
+fn is_of_time(fit: &Fit, k: usize) -> bool {
+    matches!(fit.hypothesis.effects[fit.free[k]].effect.info().family, Family::Drift | Family::Tracker)
+}
+
+/// Size of a free effect in its uncertainties, root mean square over its sizes; `None` where it stays whatever it is: lags, gaps (whose
+/// sum with the wind-up is known better), gravity and geometry, which are fitted as groups, and curves.
+fn ratio(problem: &Problem, fit: &Fit, k: usize, sigma: &[f64]) -> Option<f64> {
+    let placed = &fit.hypothesis.effects[fit.free[k]];
+    let asked =
+        matches!(placed.effect.info().family, Family::Friction | Family::Ripple | Family::Drift | Family::Tracker);
+    let values = placed.effect.values();
+    let kinds = prior::kinds(problem, placed);
+    let sizes: Vec<f64> = (0..kinds.len())
+        .filter(|&v| asked && kinds[v] == prior::Kind::Size)
+        .map(|v| (values[v] / sigma[v].max(f64::MIN_POSITIVE)).powi(2))
+        .collect();
+    (!sizes.is_empty()).then(|| (sizes.iter().sum::<f64>() / sizes.len() as f64).sqrt())
+}
+
+/// The story of a fit whose uncertainties are known.
+pub fn story(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Uncertainties) -> Story {
     let fit = &machine.fit;
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
     let nested_fits = nested_fits(problem, machine, &order);
-    let (sigma, with_windup) = uncertainties(problem, machine);
     let geometry: Vec<EffectInstance> = fit
         .free
         .iter()
@@ -126,7 +180,7 @@ fn nested_fits(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<
 /// describe.
 ///
 /// Of gaps also those of their sum with the wind-up that is not in the fit; the gap alone is known less.
-fn uncertainties(problem: &Problem, machine: &MachineFit) -> (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>) {
+pub(super) fn uncertainties(problem: &Problem, machine: &MachineFit) -> Uncertainties {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let scatter = sandwich::variances(problem, fit, sensitivities, whitening);
     let wider = considered::variances(problem, machine);
