@@ -17,6 +17,7 @@
 //!
 //! Fails: an error where the recordings overlap too little, or do not move.
 
+use super::failure::Failure;
 use super::play::Play;
 use super::search::Seen;
 use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
@@ -44,6 +45,8 @@ const GAP: f64 = 0.002;
 const OUTLIER: f64 = 6.0;
 /// A joint that travels less than this many half gaps does not move after its gap for certain.
 const MOVES: f64 = 20.0;
+/// No two clocks of devices drift apart faster than this.
+const MOST_DRIFT: f64 = 1000e-6;
 /// Step of offset, s, and drift below which the fit stands.
 const STEP_S: f64 = 1e-8;
 /// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
@@ -86,12 +89,20 @@ impl Fit {
     pub fn controller_s(&self, tracker_s: f64) -> f64 {
         tracker_s + self.offset_s.value + self.drift.value * (tracker_s - self.middle_s)
     }
+
+    /// Adds to the intervals by how much a fit of the same readings with another law of friction differs: which of them the joints
+    /// follow, the readings do not tell for certain.
+    pub(super) fn widen(&mut self, other: &Self) {
+        let at = self.middle_s;
+        self.offset_s.half_95 += (other.controller_s(at) - self.controller_s(at)).abs();
+        self.drift.half_95 += (other.drift.value - self.drift.value).abs();
+    }
 }
 
 /// One linearised row: residual, and derivatives of the prediction.
-struct Row {
-    residual: Vector3<f64>,
-    columns: Vec<Vector3<f64>>,
+pub(super) struct Row {
+    pub residual: Vector3<f64>,
+    pub columns: Vec<Vector3<f64>>,
 }
 
 struct State {
@@ -173,21 +184,9 @@ impl State {
     }
 }
 
-/// Why there is no fit; the words stand after "found".
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Failure {
-    /// So few readings lie within the controller's recording.
-    #[error("{0} readings of the tracker within the controller's recording")]
-    FewReadings(usize),
-    /// No rigid transform brings the commanded path to the measured one.
-    #[error("a path that does not fit in any frame")]
-    NoFrame,
-    /// The motion leaves the clock open.
-    #[error("a motion that does not determine the clock offset")]
-    Open,
-    /// The rounds were used up.
-    #[error("a fit of the clock that does not converge")]
-    NotSettled,
+/// Refuses a drift that no two clocks of devices have.
+pub(super) fn plausible_drift(drift: f64) -> Result<(), Failure> {
+    if drift.abs() > MOST_DRIFT { Err(Failure::Drift((drift * 1e6).round() as i64)) } else { Ok(()) }
 }
 
 /// Fits the clock from a start offset, s.
@@ -210,6 +209,7 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         TerminationReason::NotFinite => return Err(Failure::Open),
         reason => solved.filter(|_| reason.converged()).ok_or(Failure::NotSettled)?,
     };
+    plausible_drift(state.drift)?;
     let [offset, drift] = solved.half_95(stamps);
     Ok(Fit {
         offset_s: Estimate { value: state.offset_s, half_95: offset },
@@ -309,7 +309,7 @@ impl Reweighted for Clock<'_> {
             return Flow::Continue;
         }
         let still = step[0].abs() < STEP_S && step[1].abs() * self.span_s < STEP_S;
-        let dropped = solved.drop_outliers(&mut self.kept);
+        let dropped = drop_outliers(&solved.residual_m, &mut self.kept);
         // sides of a gap that flip to and fro at single rows move the clock by less than it is known
         let wavers = || round + WAVERING >= ROUNDS && step[0].abs() < WAVER * solved.half_95(self.stamps)[0];
         if !dropped && (still || wavers()) { Flow::Reached } else { Flow::Continue }
@@ -318,7 +318,7 @@ impl Reweighted for Clock<'_> {
 
 /// Linear model of the rows and of the priors: each parameter's deviation from its prior with the inverse variance. Rows are decomposed
 /// in blocks in their order.
-fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) -> Option<Dense> {
+pub(super) fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) -> Option<Dense> {
     let size = priors.len();
     let mut squared_norms: Vec<f64> = priors.iter().map(|(_, precision)| variance * precision).collect();
     let mut blocks = Vec::new();
@@ -347,27 +347,27 @@ fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) -> Option<D
     Dense::of_blocks(blocks)
 }
 
-impl Solved {
-    /// Marks the readings that are far out; true where that changed something.
-    fn drop_outliers(&self, kept: &mut [bool]) -> bool {
-        let mut sizes: Vec<f64> = self.residual_m.iter().flatten().copied().collect();
-        let limit = OUTLIER * median_of(&mut sizes).unwrap_or(f64::INFINITY) / MEDIAN_DISTANCE;
-        let mut changed = false;
-        for (keep, size) in kept.iter_mut().zip(&self.residual_m) {
-            let inside = size.is_none_or(|s| s <= limit * 3f64.sqrt());
-            changed |= *keep != inside;
-            *keep = inside;
-        }
-        changed
+/// Marks the readings that are far out; true where that changed something.
+pub(super) fn drop_outliers(residual_m: &[Option<f64>], kept: &mut [bool]) -> bool {
+    let mut sizes: Vec<f64> = residual_m.iter().flatten().copied().collect();
+    let limit = OUTLIER * median_of(&mut sizes).unwrap_or(f64::INFINITY) / MEDIAN_DISTANCE;
+    let mut changed = false;
+    for (keep, size) in kept.iter_mut().zip(residual_m) {
+        let inside = size.is_none_or(|s| s <= limit * 3f64.sqrt());
+        changed |= *keep != inside;
+        *keep = inside;
     }
+    changed
+}
 
+impl Solved {
     fn half_95(&self, stamps: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + stamps[p]).sqrt())
     }
 }
 
 /// Variance of a sum of correlated terms: Bartlett kernel, its length by Andrews (1991) for a first-order autoregression.
-fn long_run_variance(u: &[f64]) -> f64 {
+pub(super) fn long_run_variance(u: &[f64]) -> f64 {
     let n = u.len();
     let lagged = |l: usize| -> f64 { u.iter().zip(&u[l..]).map(|(a, b)| a * b).sum() };
     let zero = lagged(0).max(f64::MIN_POSITIVE);

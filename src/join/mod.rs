@@ -1,7 +1,8 @@
 //! A tracker's and a controller's recordings of one motion, on one clock.
 //!
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
-//! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals),
+//! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), `rests` (the same
+//! from tests that move one joint after another),
 //! [`mod@write`] (the rows of the joined log).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
@@ -17,8 +18,10 @@
 #![warn(missing_docs)]
 
 mod clock;
+pub mod failure;
 pub mod fit;
 mod play;
+mod rests;
 mod search;
 mod suspect;
 pub mod write;
@@ -28,7 +31,7 @@ pub use fit::Estimate;
 use crate::error::{Error, Place, Result};
 use crate::log::columns::Meaning;
 use crate::log::recording::Recording;
-use crate::numerics::robust::median_of;
+use crate::numerics::robust::{median_interval, median_of};
 use crate::numerics::series::Series;
 use crate::robot::{JointKind, Robot};
 use clock::Clock;
@@ -36,6 +39,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use search::Seen;
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// The schema that the report names.
 pub const SCHEMA: &str = "lostmotion/join/1";
@@ -47,6 +51,9 @@ const STILL: f64 = 1e-7;
 const NEAR_S: f64 = 1.0;
 /// Part of the path's size that is left where two recordings are not of one motion.
 const NO_COMMON_PATH: f64 = 0.1;
+
+/// Periods of the slower recording within which the offset must be known.
+const MOST_SAMPLES: f64 = 3.0;
 
 /// Which rows the joined log has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,6 +156,31 @@ pub struct Joined {
     pub table: write::Table,
 }
 
+/// A fit of the clock: arm, commands, readings, start of the offset, s, and variances of the clocks that gave the stamps.
+type OfClock = fn(&Robot, &Series, &Seen, f64, [f64; 2]) -> std::result::Result<fit::Fit, failure::Failure>;
+
+/// The arm and its joint positions by gears, where gears turn by sums of axes (`gap_of`): a half gap belongs to its gear.
+struct Geared<'a> {
+    robot: Cow<'a, Robot>,
+    positions: Cow<'a, [Vec<f64>]>,
+}
+
+impl<'a> Geared<'a> {
+    fn of(robot: &'a Robot, positions: &'a [Vec<f64>]) -> Self {
+        let Some(arm) = robot.of_gears() else {
+            return Self { robot: Cow::Borrowed(robot), positions: Cow::Borrowed(positions) };
+        };
+        let mut summed = positions.to_vec();
+        let mut q = vec![0.0; positions.len()];
+        for row in 0..positions.first().map_or(0, Vec::len) {
+            q.iter_mut().zip(positions).for_each(|(to, from)| *to = from[row]);
+            robot.to_gears(&mut q);
+            q.iter().zip(&mut summed).for_each(|(from, to)| to[row] = *from);
+        }
+        Self { robot: Cow::Owned(arm), positions: Cow::Owned(summed) }
+    }
+}
+
 /// What a reader of the offset should know.
 fn notes(aligned_by: &str, fit: &fit::Fit) -> Vec<String> {
     let mut notes = Vec::new();
@@ -169,17 +201,24 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
     let controller_stamps = times(controller)?;
     let tracker_stamps = times(tracker)?;
     let (aligned_by, positions) = joints(robot, controller)?;
+    let by_gears = Geared::of(robot, &positions);
+    let arm = by_gears.robot.as_ref();
     let seen: Vec<Option<Vector3<f64>>> = tracker.positions_m();
     if seen.is_empty() {
         return Err(missing(tracker, "x_mm, y_mm, z_mm"));
     }
     let readings = [clocks(controller, controller_stamps)?, clocks(tracker, tracker_stamps)?];
     let mut best: Option<(f64, fit::Fit, &Clock, &Clock, f64)> = None;
-    let mut why = String::new();
+    let mut why = failure::Failure::Open;
     let still = vec![STILL; robot.dof()];
     let mut examined = false;
     for ours in &readings[0] {
-        let series = Series::new(ours.t_s.clone(), positions.clone(), &still);
+        let series = Series::new(ours.t_s.clone(), by_gears.positions.to_vec(), &still);
+        let (of_clock, other) = if rests::is_test(&series) {
+            (rests::fit as OfClock, fit::fit as OfClock)
+        } else {
+            (fit::fit as OfClock, rests::fit as OfClock)
+        };
         for theirs in &readings[1] {
             let (t_s, at_m): (Vec<f64>, Vec<Vector3<f64>>) =
                 theirs.t_s.iter().zip(&seen).filter_map(|(t, p)| p.map(|p| (*t, p))).unzip();
@@ -189,16 +228,21 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
             if !examined {
                 suspect::refuse_times(robot, &recorded, &seen)?;
             }
-            let found = start(robot, &series, &seen, options, tracker)?;
+            let found = start(arm, &series, &seen, options, tracker)?;
             if !examined {
                 suspect::refuse(robot, &recorded, &seen, options.within(), found.misfit)?;
                 examined = true;
             }
             refuse_repeated(&found, options, tracker)?;
             let [a, b] = [ours.variances(), theirs.variances()];
-            match fit::fit(robot, &series, &seen, found.offset_s, [a[0] + b[0], a[1] + b[1]]) {
-                Err(e) => why = e.to_string(),
-                Ok(fit) => {
+            let stamps = [a[0] + b[0], a[1] + b[1]];
+            match of_clock(arm, &series, &seen, found.offset_s, stamps) {
+                Err(e) => why = e,
+                Ok(mut fit) => {
+                    if let Ok(other) = other(arm, &series, &seen, fit.controller_s(fit.middle_s) - fit.middle_s, stamps)
+                    {
+                        fit.widen(&other);
+                    }
                     let regular = ours.jitter_s.is_some() || theirs.jitter_s.is_some();
                     let handicap = if regular { 1.0 / CLEARLY } else { 1.0 };
                     if best.as_ref().is_none_or(|b| fit.rms_m * handicap < b.0) {
@@ -209,13 +253,11 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
         }
     }
     let Some((_, fit, ours, theirs, correlation)) = best else {
-        return Err(Error::bad(
-            Place::file(&tracker.name),
-            why,
-            "recordings of one motion that overlap by several seconds",
-        ));
+        let refused = Error::bad(Place::file(&tracker.name), why.to_string(), why.expected());
+        return Err(if why.near_helps() { refused.mended_by(&["near_s"]) } else { refused });
     };
     refuse_misfit(&fit, &seen, tracker)?;
+    refuse_open(&fit, [ours, theirs], tracker)?;
     let table = write::table(robot, controller, tracker, ours, theirs, &fit, options.rows);
     let empty = table.rows_without_reading();
     let notes = notes(aligned_by, &fit);
@@ -287,6 +329,24 @@ fn refuse_misfit(fit: &fit::Fit, seen: &[Option<Vector3<f64>>], tracker: &Record
         size * 1e3
     );
     Err(Error::bad(Place::file(&tracker.name), text, "recordings of one motion, and the robot file of that robot"))
+}
+
+/// Refuses an offset that is known to no better than some samples: rows would stand beside the wrong commands.
+fn refuse_open(fit: &fit::Fit, clocks: [&Clock; 2], tracker: &Recording) -> Result<()> {
+    let period = clocks.iter().filter_map(|c| median_interval(&c.t_s)).fold(0.0, f64::max);
+    let half = fit.offset_s.half_95;
+    if half <= MOST_SAMPLES * period {
+        return Ok(());
+    }
+    let text = format!(
+        "a motion that determines the clock offset only within {:.0} ms, which is {:.0} samples",
+        half * 1e3,
+        half / period.max(f64::MIN_POSITIVE)
+    );
+    let expected = format!(
+        "an offset known within {MOST_SAMPLES} samples: give an approximate offset, or record a faster or longer motion"
+    );
+    Err(Error::bad(Place::file(&tracker.name), text, expected).mended_by(&["near_s"]))
 }
 
 fn missing(of: &Recording, what: &str) -> Error {

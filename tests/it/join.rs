@@ -1,12 +1,23 @@
 //! `join` on recordings of an independent simulator (tests/oracle/join.py), whose clocks are known.
 
 use crate::support::{WorkFolder, bundled};
+use lostmotion::effects::{Backlash, EffectInstance, Target};
 use lostmotion::io::bag::TopicChoice;
+use lostmotion::io::input::Input;
 use lostmotion::join::{Options, Rows, join};
 use lostmotion::log::Log;
 use lostmotion::log::recording::Recording;
+use lostmotion::machine::measurement::Instrument;
+use lostmotion::model::Model;
+use lostmotion::plan::recording::{self, Kind};
+use lostmotion::program::Program;
 use lostmotion::robot::Robot;
+use lostmotion::simulate::Motion;
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
 use serde_json::Value;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 fn robot() -> Robot {
@@ -269,4 +280,111 @@ fn val_join_intervals_cover_as_often_as_they_say() {
         let share = f64::from(held[0][k] + held[1][k]) / total;
         assert!((0.95 - share).abs() <= margin, "{}: {share}", ["offset", "drift"][k]);
     }
+}
+
+/// A program of `plan-experiment` at a pose (deg), run on a machine with gaps (joint, deg) and recorded twice: the tracker's clock is behind
+/// by 7.25 s. Stamps to a ten-thousandth of a second, or to `stamp_decimals`.
+struct Planned<'a> {
+    kind: Kind,
+    pose_deg: &'a [f64],
+    gaps_deg: &'a [(usize, f64)],
+    rate_hz: f64,
+    stamp_decimals: usize,
+    seed: u64,
+}
+
+const OFFSET_S: f64 = 7.25;
+
+impl Planned<'_> {
+    fn recorded(&self, robot: &Robot) -> (Recording, Recording) {
+        let options = recording::Options {
+            pose: Some(self.pose_deg.iter().map(|q| q.to_radians()).collect()),
+            tracker_m: None,
+            acceptance_rad: 30f64.to_radians(),
+            instrument: Instrument::Tcp,
+            bar_m: None,
+            noise_m: 10e-6,
+            rate_hz: self.rate_hz,
+            speed_m_s: 50e-3,
+            travel_rad: 20f64.to_radians(),
+            travel_m: 0.15,
+            duration_s: 60.0,
+            dwell_s: 2.0,
+            cycles: 1,
+            places: 2,
+        };
+        let plan = recording::plan(robot, self.kind, &options).unwrap();
+        let mut model = Model::ideal(robot.clone());
+        for (axis, deg) in self.gaps_deg {
+            let effect = Backlash::constant(deg.to_radians()).into();
+            model.effects.push(EffectInstance { target: Target::Joint(*axis), effect });
+        }
+        let text = |name: &str, bytes: Vec<u8>| Input { name: name.into(), bytes, sha256: String::new() };
+        let program = Program::parse(text("plan.csv", recording::document::program(&plan, robot)), robot).unwrap();
+        let motion = Motion::of_program(&model, &program, program.t_s.as_ref().unwrap(), self.rate_hz).unwrap();
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed);
+        let normal = Normal::new(0.0, 0.01).unwrap();
+        let names: Vec<String> = robot.axis_joints().map(|j| format!("cmd_{}_deg", j.name)).collect();
+        let (mut ours, mut theirs) = (format!("t_s,{}\n", names.join(",")), String::from("t_s,x_mm,y_mm,z_mm\n"));
+        let d = self.stamp_decimals;
+        for row in 0..motion.len() {
+            let t = motion.drive.t_s()[row];
+            let q: Vec<String> =
+                (0..robot.dof()).map(|a| format!("{:.6}", motion.drive.command(a)[row].to_degrees())).collect();
+            let _ = writeln!(ours, "{t:.d$},{}", q.join(","));
+            let p = motion.point_m(0, row) * 1e3 + Vector3::from_fn(|_, _| normal.sample(&mut rng));
+            let _ = writeln!(theirs, "{:.d$},{:.6},{:.6},{:.6}", t - OFFSET_S, p.x, p.y, p.z);
+        }
+        let parse =
+            |name, bytes: String| Recording::parse(text(name, bytes.into()), robot, None, TopicChoice::Any).unwrap();
+        (parse("controller.csv", ours), parse("tracker.csv", theirs))
+    }
+
+    /// The offset that was found, and half its interval, ms.
+    fn joined(&self, robot: &Robot) -> (f64, f64) {
+        let (controller, tracker) = self.recorded(robot);
+        let report =
+            join(robot, &controller, &tracker, &Options { near_s: Some(7.0), ..Options::default() }).unwrap().report;
+        (report.offset_ms.value, 0.5 * (report.offset_ms.ci95[1] - report.offset_ms.ci95[0]))
+    }
+}
+
+const FANUC_GAPS_DEG: [(usize, f64); 3] = [(0, 0.004), (1, 0.003), (2, 0.005)];
+
+fn fanuc() -> Robot {
+    Robot::load(&bundled("configs/fanuc-m10ia.yaml")).unwrap()
+}
+
+#[test]
+fn a_planned_static_test_is_joined_though_joints_rest_until_their_turn() {
+    // the reflector stands on the axis of J6, which moves last: nothing tells its gap, and its rest is no reason to leave out the others
+    let pose_deg = [0.0, 0.0, 0.0, 0.0, -60.0, 0.0];
+    for (rate_hz, stamp_decimals) in [(10.0, 4), (40.0, 3)] {
+        let planned = Planned {
+            kind: Kind::Static,
+            pose_deg: &pose_deg,
+            gaps_deg: &FANUC_GAPS_DEG,
+            rate_hz,
+            stamp_decimals,
+            seed: 1,
+        };
+        let (offset_ms, half_ms) = planned.joined(&fanuc());
+        assert!((offset_ms - 7250.0).abs() < (3.0 * half_ms).max(0.05), "{rate_hz} Hz: {offset_ms} +- {half_ms}");
+        assert!(half_ms < 3.0, "{rate_hz} Hz: {half_ms}");
+    }
+}
+
+#[test]
+fn a_gap_of_a_sum_of_axes_does_not_move_the_clock() {
+    let pose_deg = [10.0, 20.0, -10.0, 20.0, -50.0, 30.0];
+    let planned = Planned {
+        kind: Kind::Path,
+        pose_deg: &pose_deg,
+        gaps_deg: &FANUC_GAPS_DEG,
+        rate_hz: 20.0,
+        stamp_decimals: 4,
+        seed: 2,
+    };
+    let (offset_ms, half_ms) = planned.joined(&fanuc());
+    assert!((offset_ms - 7250.0).abs() < 3.0 * half_ms && half_ms < 1.0, "{offset_ms} +- {half_ms}");
 }

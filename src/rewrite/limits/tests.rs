@@ -76,6 +76,33 @@ fn a_run_without_times_and_one_without_limits_of_speed_check_ranges_alone() {
     assert!(Limits::new(&machine(", max_speed_mm_s: 500"), None, AxisSet::default()).any_rate());
 }
 
+#[test]
+fn a_row_beyond_every_limit_of_an_arm_is_found() {
+    let yaml = "schema: lostmotion/robot/1\nname: m\nconvention: dh-standard\njoints:\n\
+                - {name: X, kind: prismatic, theta_deg: 0, d_mm: 0, a_mm: 0, alpha_deg: 90, direction: 1, limits_mm: [-100, 200]}\n\
+                - {name: Y, kind: prismatic, theta_deg: 90, d_mm: 0, a_mm: 0, alpha_deg: 90, direction: 1, limits_mm: [-300, 0]}\n";
+    let robot = Robot::parse("m.yaml", yaml).unwrap();
+    for q in [[-0.4, -0.4], [0.4, 0.4]] {
+        let mut stats = RewriteStats::default();
+        Limits::new(&robot, None, AxisSet::default()).check_run(&q, None, &[AT], &mut stats);
+        assert_eq!(found(&stats), [(LimitKind::Range, 0, q[0]), (LimitKind::Range, 1, q[1])]);
+    }
+}
+
+#[test]
+fn a_leg_after_a_run_begins_at_the_last_point_of_the_run() {
+    let robot = fast();
+    for (x, want) in [(0.0699, &[][..]), (0.0801, &[(LimitKind::Acceleration, 3.01)])] {
+        let (mut limits, mut stats) = (Limits::new(&robot, None, AxisSet::default()), RewriteStats::default());
+        let run = [0.0, -0.01, 0.02, 0.01, -0.02, 0.03, 0.03, -0.03, 0.04];
+        limits.check_run(&run, None, &[AT; 3], &mut stats);
+        // 0.1 m/s from 0.03, then 0.299 or 0.401 m/s where the program keeps to 0.1
+        limits.check(&[0.04, -0.03, 0.04], &[0.04, -0.03, 0.04], None, Some(0.1), AT, &mut stats);
+        limits.check(&[x, -0.03, 0.04], &[0.05, -0.03, 0.04], None, Some(0.1), AT, &mut stats);
+        close(&found(&stats), want);
+    }
+}
+
 /// Violations of X at these times; the program's own X beside it, or none where no offset changes.
 fn timed(rows: &[(f64, f64, Option<f64>)]) -> Vec<(LimitKind, usize, f64)> {
     let robot = fast();
@@ -122,6 +149,11 @@ fn an_acceleration_is_checked_where_an_offset_changes_and_its_own_corners_are_th
         &timed(&[(0.0, 0.0, Some(0.0)), (0.1, 0.0, Some(0.0)), (0.2, 0.03, Some(-0.03))]),
         &[(LimitKind::Acceleration, 3.0)],
     );
+    // the program keeps its 0.2 m/s, and the joint turns: 0.2, -0.2 and 0.25 m/s
+    close(
+        &timed(&[(0.0, 0.0, Some(0.0)), (0.1, 0.02, Some(0.02)), (0.2, 0.0, Some(0.04)), (0.3, 0.025, Some(0.06))]),
+        &[(LimitKind::Acceleration, -4.0), (LimitKind::Acceleration, 4.5)],
+    );
     // the program exceeds it by itself, and what the offset adds does not
     close(&timed(&[(0.0, 0.0, Some(0.0)), (0.1, 0.0, Some(0.0)), (0.2, 0.04, Some(0.03))]), &[]);
     // legs of 0.1 and 0.3 s: the mean is 0.2 s; 0.1 and 0.49 m/s make 1.95, 0.1 and -0.31 m/s make -2.05
@@ -167,6 +199,8 @@ fn without_times_the_way_of_the_tcp_or_a_known_duration_tells_the_speed() {
     // a duration that is known comes first
     close(&untimed(Some(10.0), &[(0.0, 0.0, None), (0.05, 0.0, Some(0.2))]), &[]);
     close(&untimed(None, &[(0.0, 0.0, None), (0.05, 0.0, Some(0.08))]), &[(LimitKind::Speed, 0.625)]);
+    // the program stands where it stood
+    close(&untimed(None, &[(0.03, 0.03, Some(0.1)), (0.09, 0.03, Some(0.1))]), &[(LimitKind::Speed, 0.6)]);
     // nothing tells how long it takes
     close(&untimed(None, &[(0.0, 0.0, None), (0.15, 0.0, None)]), &[]);
 }

@@ -161,8 +161,9 @@ fn inserted(handed: &[Handed]) -> Vec<&Handed> {
 
 #[test]
 fn the_extreme_of_a_parabola_is_put_in_with_all_joints_on_their_curves() {
-    for (top, leg) in [(3.3, 3), (2.8, 2), (3.03, 3), (3.97, 3)] {
-        let (rows, times) = parabola(top, 8);
+    for (top, leg, n) in [(3.3, 3, 8), (2.8, 2, 8), (3.03, 3, 8), (3.97, 3, 8), (5.3, 5, 9), (6.8, 6, 10)] {
+        let (rows, steps) = parabola(top, n);
+        let times: Vec<f64> = steps.iter().map(|t| 0.25 * t).collect();
         let (_, handed) = through(&Way { cubic: true, times: Some(&times), ..PLAIN }, &rows);
         let found = inserted(&handed);
         assert_eq!(found.len(), 1, "{top}");
@@ -172,13 +173,23 @@ fn the_extreme_of_a_parabola_is_put_in_with_all_joints_on_their_curves() {
         );
         let want = [0.0, 0.1 * top, 0.01 * top * top];
         assert!(new.q.iter().zip(want).all(|(q, w)| (q - w).abs() < 1e-12), "{:?}", new.q);
-        assert!((new.t_s - top).abs() < 1e-9);
+        assert!((new.t_s - 0.25 * top).abs() < 1e-9);
         // the given path goes straight
         let (a, b) = (rows[leg as usize], rows[leg as usize + 1]);
         let straight = a.iter().zip(b).map(|(a, b)| a + share * (b - a));
         assert!(new.given.as_ref().unwrap().iter().zip(straight).all(|(g, s)| (g - s).abs() < 1e-12));
         assert_eq!(turns(&handed), [(0, 0, 1), (0, 1, 1), (leg as usize + 1, 0, -1)]);
-        assert_eq!(handed.len(), 9);
+        assert_eq!(handed.len(), n + 1);
+    }
+}
+
+#[test]
+fn a_block_whose_first_point_alone_goes_back_turns_twice() {
+    // eight rows at a time: up to 7, back to 6.5, and up again
+    let x: Vec<f64> = (0..8).map(f64::from).chain((0..8).map(|k| 6.5 + f64::from(k))).collect();
+    for block in [8, 16] {
+        let (_, handed) = through(&Way { block, deadband: 0.05, ..PLAIN }, &along_x(&x));
+        assert_eq!(turns(&handed), [(0, 0, 1), (7, 0, -1), (8, 0, 1)], "{block}");
     }
 }
 

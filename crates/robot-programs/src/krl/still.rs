@@ -216,8 +216,7 @@ impl Still {
         if !hidden.is_empty() {
             return Self { hidden, ..Self::default() };
         }
-        let all = by_name.iter().flat_map(|(_, all)| all.iter().copied());
-        let sets = setting(all.collect());
+        let sets = setting(by_name.values().flatten().copied().collect());
         still.retain(|name, _| !sets.contains(name));
         Self { names: still, sets, hidden }
     }

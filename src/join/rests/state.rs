@@ -1,0 +1,176 @@
+//! What the fit estimates, the prediction of one reading with its derivatives, and the priors.
+
+use super::play::{Play, Stand};
+use crate::join::fit::Row;
+use crate::join::search::Seen;
+use crate::numerics::rigid;
+use crate::numerics::series::Series;
+use crate::robot::Robot;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// Standard deviations of the priors: reflector in the flange frame, m; zero offset and half gap, rad or m.
+const TOOL_M: f64 = 1.0;
+const ZERO: f64 = 0.01;
+const GAP: f64 = 0.002;
+/// Prior of the friction that fades after a reversal, rad or m, for each pace of fading; the paces, s. Sums of them follow other paces.
+const FRICTION: f64 = 2e-4;
+const FADES_S: [f64; 3] = [0.5, 2.0, 8.0];
+/// Prior of the drift. Quartz keeps time within 100 ppm, and a computer that follows a time server may be pulled by 500 ppm.
+const DRIFT: f64 = 300e-6;
+/// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
+const NO_GAP: f64 = 1e-6;
+/// Offset, drift, rotation, translation, reflector.
+const COMMON: usize = 11;
+
+/// What is estimated.
+pub struct State {
+    /// Controller's time minus the tracker's in the middle, s.
+    pub offset_s: f64,
+    pub drift: f64,
+    pub middle_s: f64,
+    rotation: Rotation3<f64>,
+    shift: Vector3<f64>,
+    tool: Vector3<f64>,
+    zero: Vec<f64>,
+    gap: Vec<f64>,
+    /// Where a joint stands in its gap before its first contact, from its first command.
+    begin: Vec<f64>,
+    /// What it lags behind its gap after a reversal, by how fast that fades.
+    friction: Vec<[f64; FADES_S.len()]>,
+}
+
+/// What a joint has lost.
+struct Lost {
+    /// Off its command, rad or m.
+    lost: f64,
+    /// -1 after a positive movement, 1 after a negative one, 0 before the first contact.
+    side: f64,
+    /// Shares of the friction that fades.
+    fading: [f64; FADES_S.len()],
+    /// It crosses its gap, is held by friction, or has not moved yet.
+    stands: bool,
+}
+
+impl State {
+    /// The frame by a rigid fit of the paths, the rest at zero.
+    pub fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<Self> {
+        let n = commands.channels();
+        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+        let mut pairs = Vec::with_capacity(rows.len());
+        for &k in rows {
+            if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
+                pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
+            }
+        }
+        let found = rigid::fit(pairs.iter().copied(), false)?;
+        let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
+        Some(Self {
+            offset_s: start_s,
+            drift: 0.0,
+            middle_s,
+            rotation: Rotation3::from_matrix_unchecked(found.rotation),
+            shift: found.translation,
+            tool: Vector3::zeros(),
+            zero: vec![0.0; n],
+            gap: vec![0.0; n],
+            begin: vec![0.0; n],
+            friction: vec![[0.0; FADES_S.len()]; n],
+        })
+    }
+
+    /// Every joint after its gap.
+    pub fn plays(&self, commands: &Series) -> Vec<Play> {
+        let of = |(axis, (gap, begin)): (usize, (&f64, &f64))| Play::of(commands, axis, gap.max(NO_GAP), *begin);
+        self.gap.iter().zip(&self.begin).enumerate().map(of).collect()
+    }
+
+    /// A reading and its derivatives; `None` outside the commands. `plays`: of every joint, at the present gaps.
+    pub fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
+        let n = commands.channels();
+        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+        let from_middle = t - self.middle_s;
+        let u = t + self.offset_s + self.drift * from_middle;
+        if !commands.at(u, &mut q, &mut rate) {
+            return None;
+        }
+        let mut joints = Vec::with_capacity(n);
+        for axis in 0..n {
+            let joint = self.lost(axis, &plays[axis], plays[axis].at(commands, axis, u)?, q[axis], u);
+            if joint.stands {
+                rate[axis] = 0.0;
+            }
+            q[axis] += self.zero[axis] + joint.lost;
+            joints.push(joint);
+        }
+        let (pose, geometric) = robot.chain().jacobian(&q);
+        let turned = *self.rotation.matrix();
+        let reflector = pose.rotation * self.tool;
+        let point = pose.position + reflector;
+        let jacobian: Vec<Vector3<f64>> = (geometric.column_iter())
+            .map(|c| Vector3::new(c[0], c[1], c[2]) + Vector3::new(c[3], c[4], c[5]).cross(&reflector))
+            .collect();
+        let velocity: Vector3<f64> = jacobian.iter().zip(&rate).map(|(c, r)| c * *r).sum();
+        let mut columns = Vec::with_capacity(COMMON + (3 + FADES_S.len()) * n);
+        columns.extend([turned * velocity, turned * velocity * from_middle]);
+        let lever = turned * point;
+        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis.cross(&lever)));
+        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()]);
+        let frame: Matrix3<f64> = turned * pose.rotation.matrix();
+        columns.extend((0..3).map(|k| frame.column(k).into_owned()));
+        let levers: Vec<Vector3<f64>> = jacobian.iter().map(|c| turned * c).collect();
+        columns.extend_from_slice(&levers);
+        columns.extend(levers.iter().zip(&joints).map(|(c, j)| c * j.side));
+        columns.extend(levers.iter().zip(&joints).map(|(c, j)| if j.side == 0.0 { *c } else { Vector3::zeros() }));
+        columns.extend(levers.iter().zip(&joints).flat_map(|(c, j)| j.fading.map(|share| c * share)));
+        Some(Row { residual: at - lever - self.shift, columns })
+    }
+
+    /// What a joint has lost at a command, at the controller's time `u`.
+    fn lost(&self, axis: usize, play: &Play, stand: Stand, command: f64, u: f64) -> Lost {
+        let gap = self.gap[axis];
+        let side = -f64::from(stand.side);
+        let by_gap = match stand.side {
+            0 => play.first() + self.begin[axis] - command,
+            _ if gap > NO_GAP => stand.at - command,
+            _ => side * gap,
+        };
+        let left = FADES_S.map(|decay_s| (-(u - stand.since_s) / decay_s).exp());
+        let friction: f64 = left.iter().zip(&self.friction[axis]).map(|(left, f)| left * f).sum();
+        // friction holds the joint until its drive has moved as far, and never pulls it back
+        let moved = (stand.at - stand.from).abs();
+        let held = stand.side != 0 && moved < friction;
+        let fading = if held { [0.0; FADES_S.len()] } else { left.map(|left| side * left) };
+        let stands = held || stand.side == 0 || (stand.at - command).abs() < gap - NO_GAP;
+        Lost { lost: by_gap + side * friction.min(moved), side, fading, stands }
+    }
+
+    /// Takes a step of all parameters.
+    pub fn moved(&mut self, step: &[f64]) {
+        let n = self.zero.len();
+        self.offset_s += step[0];
+        self.drift += step[1];
+        self.rotation = Rotation3::new(Vector3::new(step[2], step[3], step[4])) * self.rotation;
+        self.shift += Vector3::new(step[5], step[6], step[7]);
+        self.tool += Vector3::new(step[8], step[9], step[10]);
+        for axis in 0..n {
+            self.zero[axis] += step[COMMON + axis];
+            self.gap[axis] += step[COMMON + n + axis];
+            self.begin[axis] += step[COMMON + 2 * n + axis];
+            for (k, friction) in self.friction[axis].iter_mut().enumerate() {
+                *friction += step[COMMON + (3 * n + axis * FADES_S.len()) + k];
+            }
+        }
+    }
+
+    /// Deviation of the parameters from their priors, in order, with the inverse variances.
+    pub fn priors(&self) -> Vec<(f64, f64)> {
+        let clock = [(0.0, 0.0), (self.drift, DRIFT.powi(-2))].into_iter();
+        let frame = std::iter::repeat_n((0.0, 0.0), 6);
+        let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
+        let zero = self.zero.iter().map(|v| (*v, ZERO.powi(-2)));
+        let gap = self.gap.iter().map(|v| (*v, GAP.powi(-2)));
+        let begin = self.begin.iter().map(|v| (*v, GAP.powi(-2)));
+        let friction = self.friction.iter().flatten().map(|v| (*v, FRICTION.powi(-2)));
+        clock.chain(frame).chain(tool).chain(zero).chain(gap).chain(begin).chain(friction).collect()
+    }
+}
