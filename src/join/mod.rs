@@ -214,10 +214,9 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
     let mut examined = false;
     for ours in &readings[0] {
         let series = Series::new(ours.t_s.clone(), by_gears.positions.to_vec(), &still);
-        let (of_clock, other) = if rests::is_test(&series) {
-            (rests::fit as OfClock, fit::fit as OfClock)
-        } else {
-            (fit::fit as OfClock, rests::fit as OfClock)
+        let (of_clock, other): (OfClock, OfClock) = match rests::is_test(&series) {
+            true => (rests::fit, rests::without_friction),
+            false => (fit::fit, rests::fit),
         };
         for theirs in &readings[1] {
             let (t_s, at_m): (Vec<f64>, Vec<Vector3<f64>>) =

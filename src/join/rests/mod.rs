@@ -8,7 +8,8 @@
 //! Intervals: those of [`super::fit`], and what only a prior tells of a parameter widens them.
 //!
 //! Ordinary recordings, in which all joints move, are not fitted so: friction and late samples look alike there, and intervals held 13 of 20
-//! offsets. How far this fit is from the other one widens the interval of either.
+//! offsets. How far a fit with another law of friction is from the one that is used widens its interval: of a test, one without friction; of an
+//! ordinary recording, this one.
 //!
 //! Fails: as [`super::fit`].
 
@@ -22,7 +23,7 @@ use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, Termi
 use crate::numerics::normal::Z95;
 use crate::numerics::series::Series;
 use crate::robot::Robot;
-use state::State;
+use state::{FRICTION, NO_FRICTION, State};
 
 /// Rows that are fitted at most; a longer recording is thinned.
 const MOST_ROWS: usize = 40_000;
@@ -63,6 +64,28 @@ pub fn is_test(commands: &Series) -> bool {
 ///
 /// `stamps`: variances of offset and drift of the clocks that gave the stamps of both recordings.
 pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, Failure> {
+    fit_with(FRICTION, (robot, commands), seen, start_s, stamps)
+}
+
+/// The same without friction: by how much the other is off where joints have another law of it, or none.
+pub fn without_friction(
+    robot: &Robot,
+    commands: &Series,
+    seen: &Seen,
+    start_s: f64,
+    stamps: [f64; 2],
+) -> Result<Fit, Failure> {
+    fit_with(NO_FRICTION, (robot, commands), seen, start_s, stamps)
+}
+
+/// `friction`: standard deviation of its prior, rad or m.
+fn fit_with(
+    friction: f64,
+    (robot, commands): (&Robot, &Series),
+    seen: &Seen,
+    start_s: f64,
+    stamps: [f64; 2],
+) -> Result<Fit, Failure> {
     let span = commands.span();
     let lo = seen.t_s.partition_point(|t| t + start_s < span.start);
     let hi = seen.t_s.partition_point(|t| t + start_s <= span.end);
@@ -70,7 +93,7 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         return Err(Failure::FewReadings(hi.saturating_sub(lo)));
     }
     let rows: Vec<usize> = (lo..hi).step_by((hi - lo).div_ceil(MOST_ROWS)).collect();
-    let state = State::begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
+    let state = State::begin(robot, commands, seen, &rows, (start_s, friction)).ok_or(Failure::NoFrame)?;
     let (kept, span_s) = (vec![true; rows.len()], span.end - span.start);
     let mut clock = Clock { robot, commands, seen, stamps, span_s, rows, state, kept, solved: None };
     let reason = rounds(&mut clock, ROUNDS)?;

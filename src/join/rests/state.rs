@@ -13,7 +13,9 @@ const TOOL_M: f64 = 1.0;
 const ZERO: f64 = 0.01;
 const GAP: f64 = 0.002;
 /// Prior of the friction that fades after a reversal, rad or m, for each pace of fading; the paces, s. Sums of them follow other paces.
-const FRICTION: f64 = 2e-4;
+pub const FRICTION: f64 = 2e-4;
+/// The same of a fit without friction.
+pub const NO_FRICTION: f64 = 1e-9;
 const FADES_S: [f64; 3] = [0.5, 2.0, 8.0];
 /// Prior of the drift. Quartz keeps time within 100 ppm, and a computer that follows a time server may be pulled by 500 ppm.
 const DRIFT: f64 = 300e-6;
@@ -37,6 +39,8 @@ pub struct State {
     begin: Vec<f64>,
     /// What it lags behind its gap after a reversal, by how fast that fades.
     friction: Vec<[f64; FADES_S.len()]>,
+    /// Standard deviation of its prior, rad or m.
+    friction_prior: f64,
 }
 
 /// What a joint has lost.
@@ -53,7 +57,13 @@ struct Lost {
 
 impl State {
     /// The frame by a rigid fit of the paths, the rest at zero.
-    pub fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<Self> {
+    pub fn begin(
+        robot: &Robot,
+        commands: &Series,
+        seen: &Seen,
+        rows: &[usize],
+        (start_s, friction_prior): (f64, f64),
+    ) -> Option<Self> {
         let n = commands.channels();
         let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
         let mut pairs = Vec::with_capacity(rows.len());
@@ -75,6 +85,7 @@ impl State {
             gap: vec![0.0; n],
             begin: vec![0.0; n],
             friction: vec![[0.0; FADES_S.len()]; n],
+            friction_prior,
         })
     }
 
@@ -170,7 +181,7 @@ impl State {
         let zero = self.zero.iter().map(|v| (*v, ZERO.powi(-2)));
         let gap = self.gap.iter().map(|v| (*v, GAP.powi(-2)));
         let begin = self.begin.iter().map(|v| (*v, GAP.powi(-2)));
-        let friction = self.friction.iter().flatten().map(|v| (*v, FRICTION.powi(-2)));
+        let friction = self.friction.iter().flatten().map(|v| (*v, self.friction_prior.powi(-2)));
         clock.chain(frame).chain(tool).chain(zero).chain(gap).chain(begin).chain(friction).collect()
     }
 }

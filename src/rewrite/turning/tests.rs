@@ -187,9 +187,10 @@ fn the_extreme_of_a_parabola_is_put_in_with_all_joints_on_their_curves() {
 fn a_block_whose_first_point_alone_goes_back_turns_twice() {
     // eight rows at a time: up to 7, back to 6.5, and up again
     let x: Vec<f64> = (0..8).map(f64::from).chain((0..8).map(|k| 6.5 + f64::from(k))).collect();
+    let rows: Vec<[f64; 3]> = x.iter().enumerate().map(|(k, x)| [*x, k as f64, 0.0]).collect();
     for block in [8, 16] {
-        let (_, handed) = through(&Way { block, deadband: 0.05, ..PLAIN }, &along_x(&x));
-        assert_eq!(turns(&handed), [(0, 0, 1), (7, 0, -1), (8, 0, 1)], "{block}");
+        let (_, handed) = through(&Way { block, deadband: 0.05, ..PLAIN }, &rows);
+        assert_eq!(turns(&handed), [(0, 0, 1), (0, 1, 1), (7, 0, -1), (8, 0, 1)], "{block}");
     }
 }
 
