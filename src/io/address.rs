@@ -33,7 +33,7 @@ pub fn refuse_all(path: &Path) -> Result<()> {
     if !is_address(path) {
         return Ok(());
     }
-    let expected = "a path on disk: this build reads no object stores (cargo install lostmotion --features cloud)";
+    let expected = "a path on disk: this build reads no object stores: it was made without the feature `cloud`";
     Err(Error::bad(Place::file(shown(path)), "an address of an object store", expected))
 }
 
