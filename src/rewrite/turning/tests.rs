@@ -123,6 +123,29 @@ fn a_pause_with_noise_that_does_not_end_is_settled_at_its_latest_point() {
 }
 
 #[test]
+fn where_the_given_path_stands_stays_with_its_point() {
+    let robot = machine();
+    let gap = GapCurve::Constant(1e-5);
+    let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap });
+    let offsets = [Some(Offset::new(&JointCompensator { axis: 0, backlash, friction: None })), None, None];
+    let mut turning = Turning::new(&robot, &offsets, &[0.0; 3], &[0; 3], false);
+    let mut path = Path::new(3);
+    // up and down every three points, so that points come alone and in runs
+    let x = |i: usize| [0.0, 1.0, 2.0, 3.0, 2.0, 1.0][i % 6];
+    let given = |i: usize| (i % 2 == 1).then(|| vec![i as f64; 3]);
+    for i in 0..40 {
+        turning.push(&[x(i), 0.0, 0.0], 0.0, false, Origin::Point(i as u64));
+        given(i).into_iter().for_each(|at| turning.set_given(at));
+        turning.hand_on(&mut path, false);
+    }
+    turning.hand_on(&mut path, true);
+    assert_eq!(path.end(), 40);
+    for i in 0..40 {
+        assert_eq!(path.given(i).map(<[f64]>::to_vec), given(i), "{i}");
+    }
+}
+
+#[test]
 fn blocks_of_any_size_turn_as_points_one_by_one() {
     // numbers that go on for long and turn at odd places, by a generator of their own
     let (mut seed, mut rows, mut at, mut up) = (7u64, Vec::new(), [0.0f64; 3], [1.0f64, -1.0, 1.0]);
