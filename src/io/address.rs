@@ -33,7 +33,7 @@ pub fn refuse_all(path: &Path) -> Result<()> {
     if !is_address(path) {
         return Ok(());
     }
-    let expected = "a path on disk: this build reads no object stores: it was made without the feature `cloud`";
+    let expected = "a path on disk: this build was made without the feature `cloud`, which reads object stores";
     Err(Error::bad(Place::file(shown(path)), "an address of an object store", expected))
 }
 
@@ -44,10 +44,10 @@ mod tests {
     #[test]
     fn an_address_is_told_from_a_path() {
         for address in ["s3://cell/programs", "file:///tmp/cell"] {
-            assert!(is_address(Path::new(address)) && refuse("--check", Some(Path::new(address))).is_err());
+            assert!(is_address(Path::new(address)) && refuse("IN", Some(Path::new(address))).is_err());
         }
         for path in ["cell/programs", "s3:/cell", "./s3://cell", "-"] {
-            assert!(!is_address(Path::new(path)) && refuse("--check", Some(Path::new(path))).is_ok(), "{path}");
+            assert!(!is_address(Path::new(path)) && refuse("IN", Some(Path::new(path))).is_ok(), "{path}");
         }
     }
 }
