@@ -14,6 +14,9 @@ pub const SLACK_M: f64 = 1e-3;
 /// Distances that differ by less are equal, m.
 const SAME_M: f64 = 1e-9;
 
+/// Segments at which points of a run are compared with a path, at most: a short path of very many points is thinned.
+const MOST_COMPARED: f64 = 2e8;
+
 /// A path with its length up to every point.
 #[derive(Debug, Clone)]
 pub struct Reference {
@@ -37,6 +40,27 @@ pub fn lengths(points: &[Vector3<f64>]) -> Vec<f64> {
         .collect()
 }
 
+/// The points of a path that are kept, by its length up to each: all, but where that many lie within the slack that each point of a run would
+/// be compared with very many. Then those a few micrometres apart, and both ends.
+fn thinned(along: &[f64]) -> Vec<usize> {
+    let mut ahead = 0;
+    let within = |(i, a): (usize, &f64)| {
+        while ahead < along.len() && along[ahead] <= a + 2.0 * SLACK_M {
+            ahead += 1;
+        }
+        ahead.saturating_sub(i) as f64
+    };
+    let compared: f64 = along.iter().enumerate().map(within).sum();
+    let apart_m = if compared > MOST_COMPARED { 2.0 * SLACK_M * along.len() as f64 / MOST_COMPARED } else { 0.0 };
+    let mut last = f64::NEG_INFINITY;
+    let keeps = |&i: &usize| {
+        let keeps = along[i] - last >= apart_m || i + 1 == along.len();
+        last = if keeps { along[i] } else { last };
+        keeps
+    };
+    (0..along.len()).filter(keeps).collect()
+}
+
 /// The place of a path nearest to a point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Nearest {
@@ -53,8 +77,12 @@ pub struct Nearest {
 
 impl Reference {
     pub fn new(points: &[Vector3<f64>], t_s: &[f64]) -> Self {
+        let along = lengths(points);
+        let kept = thinned(&along);
+        let points: Vec<Vector3<f64>> = kept.iter().map(|&i| points[i]).collect();
         let step_m = points.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
-        Self { points: points.to_vec(), t_s: t_s.to_vec(), along: lengths(points), step_m }
+        let [t_s, along] = [t_s, &along].map(|of| kept.iter().map(|&i| of[i]).collect());
+        Self { points, t_s, along, step_m }
     }
 
     pub fn length_m(&self) -> f64 {
@@ -126,6 +154,22 @@ impl Reference {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_short_path_of_very_many_points_is_thinned_and_stays_where_it_is() {
+        // 2 mm out in 100,000 points, and a rest of as many
+        let points: Vec<_> = (0..200_000).map(|i| Vector3::new(2e-8 * f64::from(i.min(100_000)), 0.0, 0.0)).collect();
+        let t: Vec<f64> = (0..points.len()).map(|i| i as f64 * 1e-3).collect();
+        let path = Reference::new(&points, &t);
+        assert!((100..2000).contains(&path.points.len()), "{}", path.points.len());
+        assert!((path.length_m() - 2e-3).abs() < 1e-12);
+        for x in [0.0, 0.5e-3, 1.99e-3, 2e-3] {
+            let near = path.nearest(&Vector3::new(x, 3e-6, 0.0), x, SLACK_M);
+            assert!((near.off_m - 3e-6).abs() < 1e-12 && (near.along_m - x).abs() < 1e-12, "{near:?}");
+        }
+        // an ordinary path keeps all of its points
+        assert_eq!(line().points.len(), 21);
+    }
 
     fn line() -> Reference {
         // 0 -> 10 mm and back, one second a millimetre

@@ -34,6 +34,7 @@ fn in_milli(size: Size) -> Size {
     };
     match (size.unit, all(&size.value), ci95) {
         ("deg", Some(value), Some(ci95)) => Size { value, ci95, unit: "mdeg", ..size },
+        ("um", ..) => Size { unit: "µm", ..size },
         _ => size,
     }
 }
