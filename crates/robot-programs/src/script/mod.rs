@@ -9,7 +9,7 @@
 //! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
 //! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
 //! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
-//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; `joins` and `routines` from where control comes to
+//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps, `by_steps` values of some of them; `joins` and `routines` from where control comes to
 //! them;
 //! [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
 //!
@@ -34,6 +34,7 @@
 
 pub mod alike;
 pub mod blocks;
+mod by_steps;
 pub mod called;
 pub mod cursor;
 pub mod edits;
