@@ -105,6 +105,28 @@ pub(super) struct Row {
     pub columns: Vec<Vector3<f64>>,
 }
 
+/// What a fit estimates: the clock first, then the frame and the joints, and what it predicts of a reading.
+pub(super) trait Estimated {
+    /// A joint after its gap.
+    type Play;
+    /// Offset, s, drift, and the tracker's time at which the offset holds, s.
+    fn clock(&self) -> [f64; 3];
+    /// Every joint after its gap, at the present gaps.
+    fn plays(&self, commands: &Series) -> Vec<Self::Play>;
+    /// A reading and its derivatives; `None` outside the commands, or where it tells nothing.
+    fn row(&self, robot: &Robot, commands: &Series, plays: &[Self::Play], t: f64, at: &Vector3<f64>) -> Option<Row>;
+    /// Takes a step of all parameters.
+    fn moved(&mut self, step: &[f64]);
+    /// Deviation of the parameters from their priors, in order, with the inverse variances.
+    fn priors(&self) -> Vec<(f64, f64)>;
+    /// Share of a step that a round takes.
+    fn share(_round: usize) -> f64 {
+        1.0
+    }
+    /// Whether what only a prior tells of a parameter widens the intervals.
+    const BY_PRIORS: bool = false;
+}
+
 struct State {
     offset_s: f64,
     drift: f64,
@@ -117,7 +139,17 @@ struct State {
     travel: Vec<f64>,
 }
 
-impl State {
+impl Estimated for State {
+    type Play = Play;
+
+    fn clock(&self) -> [f64; 3] {
+        [self.offset_s, self.drift, self.middle_s]
+    }
+
+    fn plays(&self, commands: &Series) -> Vec<Play> {
+        self.gap.iter().enumerate().map(|(axis, gap)| Play::of(commands, axis, gap.max(NO_GAP))).collect()
+    }
+
     fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
         let n = commands.channels();
         let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
@@ -174,7 +206,6 @@ impl State {
         }
     }
 
-    /// Deviation of the parameters from their priors, in order, with the inverse variances.
     fn priors(&self) -> Vec<(f64, f64)> {
         let open = std::iter::repeat_n((0.0, 0.0), 8);
         let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
@@ -185,7 +216,7 @@ impl State {
 }
 
 /// Refuses a drift that no two clocks of devices have.
-pub(super) fn plausible_drift(drift: f64) -> Result<(), Failure> {
+fn plausible_drift(drift: f64) -> Result<(), Failure> {
     if drift.abs() > MOST_DRIFT { Err(Failure::Drift((drift * 1e6).round() as i64)) } else { Ok(()) }
 }
 
@@ -193,6 +224,29 @@ pub(super) fn plausible_drift(drift: f64) -> Result<(), Failure> {
 ///
 /// `stamps`: variances of offset and drift of the clocks that gave the stamps of both recordings.
 pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, Failure> {
+    let n = commands.channels();
+    let state = |frame: Frame| State {
+        offset_s: start_s,
+        drift: 0.0,
+        middle_s: frame.middle_s,
+        rotation: frame.rotation,
+        shift: frame.shift,
+        tool: Vector3::zeros(),
+        zero: vec![0.0; n],
+        gap: vec![0.0; n],
+        travel: (0..n).map(|axis| commands.travel(axis)).collect(),
+    };
+    fit_from(state, (robot, commands), seen, start_s, stamps)
+}
+
+/// The same of any estimate, which begins at the frame of the tracker.
+pub(super) fn fit_from<S: Estimated>(
+    state: impl FnOnce(Frame) -> S,
+    (robot, commands): (&Robot, &Series),
+    seen: &Seen,
+    start_s: f64,
+    stamps: [f64; 2],
+) -> Result<Fit, Failure> {
     let span = commands.span();
     let lo = seen.t_s.partition_point(|t| t + start_s < span.start);
     let hi = seen.t_s.partition_point(|t| t + start_s <= span.end);
@@ -200,7 +254,7 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         return Err(Failure::FewReadings(hi.saturating_sub(lo)));
     }
     let rows: Vec<usize> = (lo..hi).step_by((hi - lo).div_ceil(MOST_ROWS)).collect();
-    let state = begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
+    let state = state(Frame::of(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?);
     let (kept, span_s) = (vec![true; rows.len()], span.end - span.start);
     let mut clock = Clock { robot, commands, seen, stamps, span_s, rows, state, kept, solved: None };
     let reason = rounds(&mut clock, ROUNDS)?;
@@ -209,52 +263,51 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         TerminationReason::NotFinite => return Err(Failure::Open),
         reason => solved.filter(|_| reason.converged()).ok_or(Failure::NotSettled)?,
     };
-    plausible_drift(state.drift)?;
-    let [offset, drift] = solved.half_95(stamps);
+    let [offset_s, drift, middle_s] = state.clock();
+    plausible_drift(drift)?;
+    let half = solved.half_95(stamps);
     Ok(Fit {
-        offset_s: Estimate { value: state.offset_s, half_95: offset },
-        drift: Estimate { value: state.drift, half_95: drift },
-        middle_s: state.middle_s,
+        offset_s: Estimate { value: offset_s, half_95: half[0] },
+        drift: Estimate { value: drift, half_95: half[1] },
+        middle_s,
         rms_m: solved.rms_m,
         rows: solved.used,
         outliers: kept.iter().filter(|k| !**k).count(),
     })
 }
 
-/// The frame by a rigid fit of the paths, the rest at zero.
-fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<State> {
-    let n = commands.channels();
-    let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
-    let mut pairs = Vec::with_capacity(rows.len());
-    for &k in rows {
-        if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
-            pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
+/// Where a fit begins: the frame of the tracker by a rigid fit of the paths, and the middle of the readings, s.
+pub(super) struct Frame {
+    pub rotation: Rotation3<f64>,
+    pub shift: Vector3<f64>,
+    pub middle_s: f64,
+}
+
+impl Frame {
+    fn of(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<Self> {
+        let n = commands.channels();
+        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+        let mut pairs = Vec::with_capacity(rows.len());
+        for &k in rows {
+            if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
+                pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
+            }
         }
+        let found = rigid::fit(pairs.iter().copied(), false)?;
+        let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
+        Some(Self { rotation: Rotation3::from_matrix_unchecked(found.rotation), shift: found.translation, middle_s })
     }
-    let found = rigid::fit(pairs.iter().copied(), false)?;
-    let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
-    Some(State {
-        offset_s: start_s,
-        drift: 0.0,
-        middle_s,
-        rotation: Rotation3::from_matrix_unchecked(found.rotation),
-        shift: found.translation,
-        tool: Vector3::zeros(),
-        zero: vec![0.0; n],
-        gap: vec![0.0; n],
-        travel: (0..n).map(|axis| commands.travel(axis)).collect(),
-    })
 }
 
 /// The present estimate, and the readings that count.
-struct Clock<'a> {
+struct Clock<'a, S> {
     robot: &'a Robot,
     commands: &'a Series,
     seen: &'a Seen<'a>,
     stamps: [f64; 2],
     span_s: f64,
     rows: Vec<usize>,
-    state: State,
+    state: S,
     kept: Vec<bool>,
     solved: Option<Solved>,
 }
@@ -263,19 +316,20 @@ struct Clock<'a> {
 struct Solved {
     /// Influence of every row on offset and drift.
     influence: [Vec<f64>; 2],
+    /// Variances of offset and drift by what only the priors tell, where that counts.
+    by_priors: [f64; 2],
     residual_m: Vec<Option<f64>>,
     rms_m: f64,
     used: usize,
 }
 
-impl Reweighted for Clock<'_> {
+impl<S: Estimated> Reweighted for Clock<'_, S> {
     type Model = Dense;
     type Failure = Failure;
 
     fn linearise(&mut self) -> Result<Dense, Failure> {
         let Self { robot, commands, seen, state, .. } = self;
-        let plays: Vec<Play> =
-            state.gap.iter().enumerate().map(|(axis, gap)| Play::of(commands, axis, gap.max(NO_GAP))).collect();
+        let plays = state.plays(commands);
         let lines: Vec<Option<Row>> =
             self.rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
         let used: Vec<&Row> =
@@ -285,7 +339,8 @@ impl Reweighted for Clock<'_> {
         }
         let squares: f64 = used.iter().map(|row| row.residual.norm_squared()).sum();
         let variance = squares / (3 * used.len()) as f64;
-        let model = linear_model(&used, &state.priors(), variance).ok_or(Failure::Open)?;
+        let priors = state.priors();
+        let model = linear_model(&used, &priors, variance).ok_or(Failure::Open)?;
         let information = model.information();
         if !information.is_full() {
             return Err(Failure::Open);
@@ -297,13 +352,20 @@ impl Reweighted for Clock<'_> {
             };
             used.iter().map(of).collect()
         });
+        let by_priors = [0, 1].map(|p| {
+            let inverse = information.inverse.row(p);
+            let of = |(v, (_, precision)): (&f64, &(f64, f64))| (v * variance).powi(2) * precision;
+            inverse.iter().zip(&priors).filter(|_| S::BY_PRIORS).map(of).sum()
+        });
         let residual_m = lines.iter().map(|l| l.as_ref().map(|r| r.residual.norm())).collect();
-        self.solved = Some(Solved { influence, residual_m, rms_m: variance.sqrt(), used: used.len() });
+        self.solved = Some(Solved { influence, by_priors, residual_m, rms_m: variance.sqrt(), used: used.len() });
         Ok(model)
     }
 
     fn take(&mut self, _model: &Dense, step: &[f64], round: usize) -> Flow {
-        self.state.moved(step);
+        let share = S::share(round);
+        let step: Vec<f64> = step.iter().map(|v| share * v).collect();
+        self.state.moved(&step);
         let Some(solved) = &self.solved else { return Flow::Abandon };
         if round < 3 {
             return Flow::Continue;
@@ -318,7 +380,7 @@ impl Reweighted for Clock<'_> {
 
 /// Linear model of the rows and of the priors: each parameter's deviation from its prior with the inverse variance. Rows are decomposed
 /// in blocks in their order.
-pub(super) fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) -> Option<Dense> {
+fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) -> Option<Dense> {
     let size = priors.len();
     let mut squared_norms: Vec<f64> = priors.iter().map(|(_, precision)| variance * precision).collect();
     let mut blocks = Vec::new();
@@ -348,7 +410,7 @@ pub(super) fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) 
 }
 
 /// Marks the readings that are far out; true where that changed something.
-pub(super) fn drop_outliers(residual_m: &[Option<f64>], kept: &mut [bool]) -> bool {
+fn drop_outliers(residual_m: &[Option<f64>], kept: &mut [bool]) -> bool {
     let mut sizes: Vec<f64> = residual_m.iter().flatten().copied().collect();
     let limit = OUTLIER * median_of(&mut sizes).unwrap_or(f64::INFINITY) / MEDIAN_DISTANCE;
     let mut changed = false;
@@ -362,12 +424,12 @@ pub(super) fn drop_outliers(residual_m: &[Option<f64>], kept: &mut [bool]) -> bo
 
 impl Solved {
     fn half_95(&self, stamps: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + stamps[p]).sqrt())
+        [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + self.by_priors[p] + stamps[p]).sqrt())
     }
 }
 
 /// Variance of a sum of correlated terms: Bartlett kernel, its length by Andrews (1991) for a first-order autoregression.
-pub(super) fn long_run_variance(u: &[f64]) -> f64 {
+fn long_run_variance(u: &[f64]) -> f64 {
     let n = u.len();
     let lagged = |l: usize| -> f64 { u.iter().zip(&u[l..]).map(|(a, b)| a * b).sum() };
     let zero = lagged(0).max(f64::MIN_POSITIVE);

@@ -2,7 +2,7 @@
 //!
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
 //! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), `rests` (the same
-//! from tests that move one joint after another),
+//! from tests that move one joint after another), `failure` (why there is no fit),
 //! [`mod@write`] (the rows of the joined log).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the

@@ -2,7 +2,7 @@
 //!
 //! An autoregressive noise with a correlation near 1 explains any slow course, a step and a drift among them, so that nothing is left for
 //! a test. How an instrument scatters from one sample to the next does not depend on that: the second differences of what is left
-//! have six times the variance of white noise, and slow courses vanish from them. What is left far beyond it is said.
+//! have six times the variance of white noise, and slow courses vanish from them. What is left far beyond it is reported.
 
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::problem::forward::Problem;
@@ -10,7 +10,7 @@ use crate::diagnose::problem::layout::Group;
 use crate::diagnose::search::fit::Fit;
 use crate::numerics::robust::median;
 
-/// Slow part, in standard deviations of the instrument, beyond which it is said.
+/// Slow part, in standard deviations of the instrument, beyond which it is reported.
 const FAR: f64 = 2.0;
 /// Samples of a group that tell how an instrument scatters.
 const ENOUGH: usize = 100;

@@ -1,9 +1,7 @@
 //! What the fit estimates, the prediction of one reading with its derivatives, and the priors.
 
 use super::play::{Play, Stand};
-use crate::join::fit::Row;
-use crate::join::search::Seen;
-use crate::numerics::rigid;
+use crate::join::fit::{Estimated, Frame, Row};
 use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -21,15 +19,17 @@ const FADES_S: [f64; 3] = [0.5, 2.0, 8.0];
 const DRIFT: f64 = 300e-6;
 /// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
 const NO_GAP: f64 = 1e-6;
+/// Rounds after which steps are taken in part.
+const STEADY: usize = 10;
 /// Offset, drift, rotation, translation, reflector.
 const COMMON: usize = 11;
 
 /// What is estimated.
 pub struct State {
     /// Controller's time minus the tracker's in the middle, s.
-    pub offset_s: f64,
-    pub drift: f64,
-    pub middle_s: f64,
+    offset_s: f64,
+    drift: f64,
+    middle_s: f64,
     rotation: Rotation3<f64>,
     shift: Vector3<f64>,
     tool: Vector3<f64>,
@@ -56,47 +56,62 @@ struct Lost {
 }
 
 impl State {
-    /// The frame by a rigid fit of the paths, the rest at zero.
-    pub fn begin(
-        robot: &Robot,
-        commands: &Series,
-        seen: &Seen,
-        rows: &[usize],
-        (start_s, friction_prior): (f64, f64),
-    ) -> Option<Self> {
-        let n = commands.channels();
-        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
-        let mut pairs = Vec::with_capacity(rows.len());
-        for &k in rows {
-            if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
-                pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
-            }
-        }
-        let found = rigid::fit(pairs.iter().copied(), false)?;
-        let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
-        Some(Self {
+    /// At the start: the frame as it is, the rest at zero. `friction_prior`: standard deviation of the prior of friction, rad or m.
+    pub fn begin(frame: Frame, n: usize, start_s: f64, friction_prior: f64) -> Self {
+        Self {
             offset_s: start_s,
             drift: 0.0,
-            middle_s,
-            rotation: Rotation3::from_matrix_unchecked(found.rotation),
-            shift: found.translation,
+            middle_s: frame.middle_s,
+            rotation: frame.rotation,
+            shift: frame.shift,
             tool: Vector3::zeros(),
             zero: vec![0.0; n],
             gap: vec![0.0; n],
             begin: vec![0.0; n],
             friction: vec![[0.0; FADES_S.len()]; n],
             friction_prior,
-        })
+        }
     }
 
-    /// Every joint after its gap.
-    pub fn plays(&self, commands: &Series) -> Vec<Play> {
+    /// What a joint has lost at a command, at the controller's time `u`.
+    fn lost(&self, axis: usize, play: &Play, stand: Stand, command: f64, u: f64) -> Lost {
+        let gap = self.gap[axis];
+        let side = -f64::from(stand.side);
+        let by_gap = match stand.side {
+            0 => play.first() + self.begin[axis] - command,
+            _ if gap > NO_GAP => stand.at - command,
+            _ => side * gap,
+        };
+        let left = FADES_S.map(|decay_s| (-(u - stand.since_s) / decay_s).exp());
+        let friction: f64 = left.iter().zip(&self.friction[axis]).map(|(left, f)| left * f).sum();
+        // friction holds the joint until its drive has moved as far, and never pulls it back
+        let moved = (stand.at - stand.from).abs();
+        let held = stand.side != 0 && moved < friction;
+        let fading = if held { [0.0; FADES_S.len()] } else { left.map(|left| side * left) };
+        let stands = held || stand.side == 0 || (stand.at - command).abs() < gap - NO_GAP;
+        Lost { lost: by_gap + side * friction.min(moved), side, fading, stands }
+    }
+}
+
+impl Estimated for State {
+    type Play = Play;
+    const BY_PRIORS: bool = true;
+
+    fn clock(&self) -> [f64; 3] {
+        [self.offset_s, self.drift, self.middle_s]
+    }
+
+    /// Sides of a gap that flip at single rows throw the estimate to and fro: later rounds take less of a step.
+    fn share(round: usize) -> f64 {
+        (STEADY as f64 / round.max(STEADY) as f64).powi(2)
+    }
+
+    fn plays(&self, commands: &Series) -> Vec<Play> {
         let of = |(axis, (gap, begin)): (usize, (&f64, &f64))| Play::of(commands, axis, gap.max(NO_GAP), *begin);
         self.gap.iter().zip(&self.begin).enumerate().map(of).collect()
     }
 
-    /// A reading and its derivatives; `None` outside the commands. `plays`: of every joint, at the present gaps.
-    pub fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
+    fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
         let n = commands.channels();
         let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
         let from_middle = t - self.middle_s;
@@ -136,27 +151,7 @@ impl State {
         Some(Row { residual: at - lever - self.shift, columns })
     }
 
-    /// What a joint has lost at a command, at the controller's time `u`.
-    fn lost(&self, axis: usize, play: &Play, stand: Stand, command: f64, u: f64) -> Lost {
-        let gap = self.gap[axis];
-        let side = -f64::from(stand.side);
-        let by_gap = match stand.side {
-            0 => play.first() + self.begin[axis] - command,
-            _ if gap > NO_GAP => stand.at - command,
-            _ => side * gap,
-        };
-        let left = FADES_S.map(|decay_s| (-(u - stand.since_s) / decay_s).exp());
-        let friction: f64 = left.iter().zip(&self.friction[axis]).map(|(left, f)| left * f).sum();
-        // friction holds the joint until its drive has moved as far, and never pulls it back
-        let moved = (stand.at - stand.from).abs();
-        let held = stand.side != 0 && moved < friction;
-        let fading = if held { [0.0; FADES_S.len()] } else { left.map(|left| side * left) };
-        let stands = held || stand.side == 0 || (stand.at - command).abs() < gap - NO_GAP;
-        Lost { lost: by_gap + side * friction.min(moved), side, fading, stands }
-    }
-
-    /// Takes a step of all parameters.
-    pub fn moved(&mut self, step: &[f64]) {
+    fn moved(&mut self, step: &[f64]) {
         let n = self.zero.len();
         self.offset_s += step[0];
         self.drift += step[1];
@@ -173,8 +168,7 @@ impl State {
         }
     }
 
-    /// Deviation of the parameters from their priors, in order, with the inverse variances.
-    pub fn priors(&self) -> Vec<(f64, f64)> {
+    fn priors(&self) -> Vec<(f64, f64)> {
         let clock = [(0.0, 0.0), (self.drift, DRIFT.powi(-2))].into_iter();
         let frame = std::iter::repeat_n((0.0, 0.0), 6);
         let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
