@@ -135,3 +135,31 @@ fn moves_that_are_not_written_do_not_count_as_edited() {
     let run = desk.run("rewrite --model model.yaml p.mod --output o.mod --require-coverage 100%");
     run.code(1).stderr(contains("5 of 7").or(contains("from which side its joints reach it is not known")));
 }
+
+#[test]
+fn the_second_pass_of_a_loop_begins_its_straight_way_at_the_end_of_the_loop() {
+    let desk = desk();
+    let line = |q1: i32, z: &str| {
+        format!("MoveL [[{q1},800,{z}],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n")
+    };
+    let body = format!(
+        "{}{}WHILE TRUE DO\n{}{}ENDWHILE\n",
+        "MoveAbsJ [[45,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n",
+        line(800, "1000"),
+        line(800, "600"),
+        line(800, "800"),
+    );
+    desk.write("p.mod", &program(&body));
+    desk.run("simulate --model model.yaml --input p.mod --rate-hz 100 --output log.csv").success();
+    let log = String::from_utf8(desk.read("log.csv")).unwrap();
+    let mut rows = log.lines().filter(|l| !l.starts_with('#'));
+    let z = rows.next().unwrap().split(',').position(|name| name == "z_mm").unwrap();
+    let z: Vec<f64> = rows.map(|l| l.split(',').nth(z).unwrap().parse().unwrap()).collect();
+    // 100 mm/s: no row is more than a millimetre and its lost motion from the one before, once the lines have begun
+    let first = z.iter().rposition(|z| (z - 1000.0).abs() < 0.5).unwrap();
+    let step = z[first..].windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+    let lowest = z[first..].iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(step < 1.6 && (lowest - 600.0).abs() < 0.5, "{step} {lowest}");
+    // down, up, and down again
+    assert!(z[first..].windows(2).filter(|w| w[1] < w[0] - 0.9).count() > 550, "{}", z.len());
+}

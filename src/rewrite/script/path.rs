@@ -316,7 +316,7 @@ impl<'a> Points<'a> {
             let inner = (1..parts).map(|k| k as f64 / parts as f64).map(|share| Some(Way { share, q: at(share)? }));
             inner.collect::<Option<Vec<Way>>>()
         };
-        let mut way = match run.line(goal.step) {
+        let mut way = match run.line_to(goal) {
             Some(line) => points(line.parts_within(within_m), &|share| line.at(share))?,
             None if m.path == PathKind::Curve && document.on_way(goal.step, 0.5).is_some() => {
                 points(ARC_PARTS, &|share| Some(run.standing(goal.step, document.on_way(goal.step, share)?, &goal.q)))?

@@ -82,6 +82,8 @@ pub struct Run {
     pub by_program: bool,
     /// Sampled ways of straight TCP moves, by step.
     pub lines: BTreeMap<usize, way::Line>,
+    /// Those of first moves of loops from the end of the loop.
+    pub lines_again: BTreeMap<usize, way::Line>,
     /// Straight moves and arcs whose way the robot's kinematics cannot follow: where a point on it would stand is not known.
     pub unfollowed: BTreeSet<usize>,
     /// First moves of loops, which come from before the loop and from its end: no point can be on both ways.
@@ -150,6 +152,12 @@ impl Run {
             _ => AxisSet::default(),
         };
         self.vertices.iter().map(of).reduce(AxisSet::and).unwrap_or_default()
+    }
+
+    /// The sampled way that leads to a goal: on the second pass of a loop its first move comes from the end of the loop.
+    pub fn line_to(&self, goal: &Vertex) -> Option<&way::Line> {
+        let again = self.lines_again.get(&goal.step).filter(|_| goal.again);
+        again.or_else(|| self.line(goal.step))
     }
 
     /// The sampled way of a step.

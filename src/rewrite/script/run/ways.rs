@@ -134,10 +134,11 @@ impl Cutter<'_> {
             ways.sort_by(|a, b| a.share.total_cmp(&b.share));
             ways.dedup_by(|b, a| b.share - a.share < 1e-3);
         }
-        // the first move of a loop keeps the way from before it
-        if !(self.again && self.run.entered.contains(&step)) {
-            self.run.lines.insert(step, line);
-        }
+        // the first move of a loop keeps the way from before it, and has another one from the end of the loop
+        match self.again && self.run.entered.contains(&step) {
+            true => self.run.lines_again.insert(step, line),
+            false => self.run.lines.insert(step, line),
+        };
         Some(ways)
     }
 }
