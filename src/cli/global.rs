@@ -38,9 +38,15 @@ impl Args {
     }
 }
 
-/// `--jobs`: a whole number from 1.
+/// Most threads that `--jobs` may ask for: far more than processors help nothing, and may bring a machine to a halt.
+const MOST_JOBS: usize = 1024;
+
+/// `--jobs`: a whole number from 1 to [`MOST_JOBS`].
 fn jobs(text: &str) -> Result<NonZeroUsize, String> {
-    text.parse().map_err(|_| "a number of threads is a whole number of 1 or more".into())
+    let number: Option<NonZeroUsize> = text.parse().ok();
+    number
+        .filter(|n| n.get() <= MOST_JOBS)
+        .ok_or_else(|| format!("a number of threads is a whole number from 1 to {MOST_JOBS}"))
 }
 
 /// The choice of `--color` as the words of a command line give it, for messages about a command line that cannot be parsed.

@@ -50,7 +50,11 @@ fn jobs_set_the_threads_and_change_no_byte() {
     let three = run(&[&["-v", "-j3"], &FOUND[..]].concat(), &[]);
     assert!(one.stderr.contains(", 1 thread\n") && three.stderr.contains(", 3 threads"), "{}", three.stderr);
     assert_eq!(one.stdout, three.stdout);
-    assert_eq!(run(&["--jobs", "0", "demo"], &[]).code, Some(2));
+    for number in ["0", "1025", "1000000", "18446744073709551616", "-1", "two"] {
+        let out = run(&[&format!("--jobs={number}"), "demo"], &[]);
+        assert_eq!(out.code, Some(2), "{number}");
+        assert!(out.stderr.contains("from 1 to 1024"), "{number}: {}", out.stderr);
+    }
 }
 
 #[test]
