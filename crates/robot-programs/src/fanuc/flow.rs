@@ -193,11 +193,13 @@ pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)], called: &
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 
-/// Labels to which nothing jumps but from statements between which and the label nothing moves: a program that waits there comes
-/// from where it stands.
+/// Labels to which nothing jumps but from statements between which and the label nothing moves, and which are reached from above, too: a
+/// program that waits there comes from where it stands.
 pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Called) -> BTreeSet<u64> {
     let mut stretch = 0_u64;
-    let mut defined: HashMap<u64, Vec<u64>> = HashMap::new();
+    // in which stretch nothing leads on from above
+    let mut ended = None;
+    let mut defined: HashMap<u64, Vec<Option<u64>>> = HashMap::new();
     let mut jumps: Vec<(Label, u64)> = Vec::new();
     for (statement, words) in all {
         let first = statement.pieces.first().map_or(&[][..], |p| text.slice(p.clone()));
@@ -214,9 +216,16 @@ pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], 
         };
         stretch += u64::from(busy);
         match flow {
-            Flow::Label(Some(n)) => defined.entry(n).or_default().push(stretch),
+            Flow::Label(Some(n)) => {
+                defined.entry(n).or_default().push(Some(stretch).filter(|_| ended != Some(stretch)))
+            }
             Flow::Label(None) => return BTreeSet::new(),
-            _ => jumps.extend(named(text, words).into_iter().map(|label| (label, stretch))),
+            flow => {
+                if matches!(flow, Flow::Jump(jump) if jump.always) {
+                    ended = Some(stretch);
+                }
+                jumps.extend(named(text, words).into_iter().map(|label| (label, stretch)));
+            }
         }
         // a jump out of a motion or a block leaves from within
         stretch += u64::from(busy);
@@ -224,6 +233,9 @@ pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], 
     if jumps.iter().any(|j| j.0.is_none()) {
         return BTreeSet::new();
     }
-    let quiet = |n: u64, at: &[u64]| at.len() == 1 && jumps.iter().all(|j| j.0 != Some(n) || j.1 == at[0]);
+    let quiet = |n: u64, at: &[Option<u64>]| match at {
+        [Some(at)] => jumps.iter().all(|j| j.0 != Some(n) || j.1 == *at),
+        _ => false,
+    };
     defined.iter().filter(|(n, at)| quiet(**n, at)).map(|(n, _)| *n).collect()
 }

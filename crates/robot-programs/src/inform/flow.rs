@@ -190,13 +190,15 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, run: &[&Text]) -> Vec<u
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 
-/// Labels to which nothing jumps but from instructions between which and the label nothing moves: a job that waits there comes from
-/// where it stands.
+/// Labels to which nothing jumps but from instructions between which and the label nothing moves, and which are reached from above, too: a
+/// job that waits there comes from where it stands.
 ///
 /// `instruction = flow | "JUMP" ... | {word | label}`
 pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet<String> {
     let mut stretch = 0_u64;
-    let mut defined: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    // in which stretch nothing leads on from above
+    let mut ended = None;
+    let mut defined: BTreeMap<String, Vec<Option<u64>>> = BTreeMap::new();
     // in which stretches labels are jumped to; `None`: in one that is not known
     let mut jumps: BTreeMap<String, BTreeSet<Option<u64>>> = BTreeMap::new();
     for k in begin..text.line_count() {
@@ -208,10 +210,13 @@ pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet
         let busy = match read(&words) {
             _ if words.is_empty() => false,
             Flow::Label(name) => {
-                defined.entry(name).or_default().push(stretch);
+                defined.entry(name).or_default().push(Some(stretch).filter(|_| ended != Some(stretch)));
                 false
             }
-            Flow::Jump { label, .. } => {
+            Flow::Jump { label, always } => {
+                if always {
+                    ended = Some(stretch);
+                }
                 if let Some(label) = label {
                     jumps.entry(label).or_default().insert(Some(stretch));
                 }
@@ -230,8 +235,9 @@ pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet
         };
         stretch += u64::from(busy);
     }
-    let quiet = |name: &String, at: &[u64]| {
-        at.len() == 1 && jumps.get(name).is_none_or(|from| from.iter().all(|stretch| *stretch == Some(at[0])))
+    let quiet = |name: &String, at: &[Option<u64>]| match at {
+        [Some(at)] => jumps.get(name).is_none_or(|from| from.iter().all(|stretch| *stretch == Some(*at))),
+        _ => false,
     };
     defined.iter().filter(|(name, at)| quiet(name, at)).map(|(name, _)| name.clone()).collect()
 }
