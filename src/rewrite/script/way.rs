@@ -5,7 +5,7 @@
 //! stands. Where a pose is not reached within [`REACHED_M`] and [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
 use super::poses::Tooled;
-use crate::numerics::reversal::ReversalDetector;
+use crate::numerics::reversal::{Movement, ReversalDetector};
 use crate::program::script::Way;
 use crate::robot::arm::{Form, isometry, pose_of};
 use crate::robot::{InverseOptions, Pose, Target};
@@ -341,28 +341,26 @@ fn solved(tooled: &Tooled, track: &Track, pose: bool, share: f64, guess: &[f64])
     (found.error_m <= REACHED_M && found.error_rad <= REACHED_RAD && !leaps(&found.q)).then_some(found.q)
 }
 
-/// Shares at which joints turn on a sampled way, by parabolas through its samples.
+/// Shares at which joints turn by more than the dead band on a sampled way, by parabolas through its samples.
 fn turning_shares(line: &[Vec<f64>], deadband: &[f64]) -> Vec<f64> {
     let Some(first) = line.first() else { return Vec::new() };
     let parts = (line.len() - 1).max(1) as f64;
     let mut found = Vec::new();
     for axis in 0..first.len() {
         let p = |k: usize| line[k][axis];
-        let band = deadband.get(axis).copied().unwrap_or(0.0);
-        let [lo, hi] = line.iter().fold([f64::MAX, f64::MIN], |[lo, hi], q| [lo.min(q[axis]), hi.max(q[axis])]);
-        // on a way that is symmetrical about the turn, the samples beside it may be equal to the last bit
-        let mut last: Option<(usize, f64)> = None;
-        for k in (1..line.len()).filter(|&k| p(k) != p(k - 1)) {
-            let after = p(k) - p(k - 1);
-            let Some((end, before)) = last.replace((k, after)).filter(|(_, before)| before * after < 0.0) else {
-                continue;
-            };
-            let ends = [p(0), p(line.len() - 1)];
-            let height = if before > 0.0 { hi - ends[0].max(ends[1]) } else { ends[0].min(ends[1]) - lo };
-            if height > band {
-                let rest = (k - 1 - end) as f64;
-                let beyond = if rest > 0.0 { 0.5 * rest } else { 0.5 * (before + after) / (before - after) };
-                found.push((end as f64 + beyond) / parts);
+        let mut detector = ReversalDetector::new(deadband.get(axis).copied().unwrap_or(0.0), 0);
+        for k in 0..line.len() {
+            if let Movement::Reversed { at, extreme } = detector.take(k, p(k)) {
+                // on a way that is symmetrical about the turn, the samples beside it may be equal to the last bit
+                let rest = (0..at).rev().take_while(|&k| p(k) == extreme).count();
+                let beyond = match at.checked_sub(1) {
+                    Some(before) if rest == 0 => {
+                        let (before, after) = (extreme - p(before), p(at + 1) - extreme);
+                        0.5 * (before + after) / (before - after)
+                    }
+                    _ => -0.5 * rest as f64,
+                };
+                found.push((at as f64 + beyond) / parts);
             }
         }
     }
@@ -413,5 +411,22 @@ mod tests {
         assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.4, 0.4, 0.3, 0.0]), &[1e-3]), [0.5]);
         assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.4, 0.3, 0.0]), &[1e-3]), [0.5]);
         assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.3, 0.4, 0.5]), &[1e-3]), [0.0; 0]);
+    }
+
+    #[test]
+    fn a_turn_between_the_values_at_the_ends_of_a_way_is_found() {
+        let way = |values: &[f64]| values.iter().map(|v| vec![*v]).collect::<Vec<_>>();
+        // down, up again, and down to the end, as a wrist may on a straight way
+        let wiggle = way(&[48.28, 45.5, 45.5, 47.8, 47.9, 47.7]);
+        let shares = turning_shares(&wiggle, &[0.01]);
+        assert_eq!(shares.len(), 2);
+        // middle of the two equal samples; a parabola through 47.8, 47.9 and 47.7 stands highest at -1/6 of a part
+        assert!(
+            (shares[0] - 1.5 / 5.0).abs() < 1e-12 && (shares[1] - (4.0 - 1.0 / 6.0) / 5.0).abs() < 1e-9,
+            "{shares:?}"
+        );
+        // both turns of a way that rises from end to end, and none of those within the dead band
+        assert_eq!(turning_shares(&way(&[0.0, 0.6, 0.4, 1.0]), &[0.1]).len(), 2);
+        assert!(turning_shares(&way(&[0.0, 0.6, 0.55, 1.0]), &[0.1]).is_empty());
     }
 }
