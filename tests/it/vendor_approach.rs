@@ -5,6 +5,8 @@
 //! come from the wanted side.
 
 use crate::support::bundled;
+use crate::vendor_joins::{all, krl_with};
+use crate::vendor_loops::{program, rewritten_with, to};
 use crate::vendor_rewrite::Desk;
 use lostmotion::program::formats::{self, Recognised};
 use lostmotion::program::script::{Goal, Text};
@@ -206,4 +208,43 @@ fn an_approach_without_offsets_adds_no_turning_points_to_straight_moves() {
     desk.run("rewrite --model model.yaml ap.src --approach-from A1=-,A3=+ --gain 0 --output out.src").success();
     let out = String::from_utf8(desk.read("out.src")).unwrap();
     assert!(out.lines().count() > program.lines().count() && !out.contains("Y 0.0"), "{out}");
+}
+
+/// A joint that comes from the other side has the offset of that side wherever its point of approach is not written.
+#[test]
+fn without_its_point_of_approach_a_target_has_the_offset_of_the_side_from_which_it_is_reached() {
+    let desk = crate::vendor_loops::desk();
+    let sides = "--approach-from J1=+,J2=+,J3=+,J4=+,J5=+,J6=+";
+    // no more points
+    let text = program(&all(&[0, 10, 5, 3]));
+    let (by, said) = rewritten_with(&desk, &text, &format!("{sides} --max-added 0"));
+    assert_eq!(by, [1, 1, -1, -1], "{said}");
+    assert!(said.contains("0 targets reached from the requested side"), "{said}");
+    // points in a process
+    let lines = ["0", "10", "ARC_ON( )", "5", "3"];
+    assert_eq!(krl_with(&desk, &lines, "--approach-from A1=+ --leave-process"), [1, 1, -1, -1]);
+    // only one of the ways to a target needs a point: from 10 upwards, from 20 down
+    let text = program(&format!("{}IF di1=1 THEN\n{}ENDIF\n{}", all(&[0, 10]), to(20), to(15)));
+    let (by, said) = rewritten_with(&desk, &text, sides);
+    assert_eq!(by, [1, 1, 1, 0], "{said}");
+}
+
+/// A copy of a Cartesian move that stops would stop in the middle of a seam: no point of approach there, and no offset for its side.
+#[test]
+fn targets_of_a_seam_are_the_same_with_and_without_a_wanted_side() {
+    let desk = crate::vendor_loops::desk();
+    let seam = "\
+MoveAbsJ [[0,-20,25,30,40,20],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;
+ArcLStart [[603.5236,138.9175,920.5201],[0.0520295,0.3291089,0.8816618,0.3341446],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,sm1,wd1,fine,tool0;
+MoveL [[599.1860,67.2099,983.7444],[0.2019762,0.3010056,0.8779935,0.3126159],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;
+MoveL [[578.7349,43.2720,1018.0657],[0.2635004,0.2868716,0.8695204,0.3036552],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;
+ArcLEnd [[571.9499,31.9500,1031.2805],[0.2902151,0.2810462,0.8654700,0.2962260],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,sm1,wd1,fine,tool0;
+";
+    desk.write("seam.mod", &program(seam));
+    for (out, side) in [("as-it-is.mod", ""), ("from-side.mod", "--approach-from J1=+")] {
+        desk.run(&format!("rewrite --model model.yaml seam.mod --output {out} --force {side}")).success();
+    }
+    let [plain, sided] = ["as-it-is.mod", "from-side.mod"].map(|name| String::from_utf8(desk.read(name)).unwrap());
+    assert!(plain != program(seam), "{plain}");
+    assert_eq!(sided, plain);
 }

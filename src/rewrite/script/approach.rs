@@ -10,11 +10,12 @@
 use super::run::{Role, Run, Vertex};
 use super::task::Task;
 use crate::compensator::Compensator;
-use crate::program::script::{Move, PathKind};
+use crate::program::script::{Edits, Move, PathKind};
 use crate::rewrite::Options;
 use crate::rewrite::limits::step_s;
 use crate::rewrite::offset::Offset;
 use crate::robot::{Joint, Robot};
+use std::collections::BTreeSet;
 
 /// The way to a target, in parts of the joint's whole lost motion.
 const MARGIN: f64 = 1.5;
@@ -26,6 +27,8 @@ const SHARE: f64 = 0.95;
 pub struct Sides {
     /// +1 or -1 per axis, and the way in that direction, rad or m; 0: any.
     axes: Vec<(i8, f64)>,
+    /// Steps of targets before which no point can stand: they are reached as the program says.
+    without: BTreeSet<usize>,
 }
 
 impl Sides {
@@ -35,7 +38,7 @@ impl Sides {
             let way = compensator.on(axis).map_or(0.0, |j| MARGIN * Offset::new(j).largest_step());
             (if way > 0.0 { *sign } else { 0 }, way)
         };
-        Self { axes: signs.iter().enumerate().map(of).collect() }
+        Self { axes: signs.iter().enumerate().map(of).collect(), without: BTreeSet::new() }
     }
 
     pub fn any(&self) -> bool {
@@ -45,6 +48,16 @@ impl Sides {
     /// Whether the move leads to a target that has a side: it stops exactly, and a point may stand before it.
     pub fn count(&self, m: &Move) -> bool {
         self.any() && m.blend_m == Some(0.0) && m.path != PathKind::Curve
+    }
+
+    /// Whether the target of a step is reached as the program says, although it has a side.
+    pub fn goes_without(&self, step: usize) -> bool {
+        self.without.contains(&step)
+    }
+
+    /// The targets of these steps are reached as the program says.
+    pub fn leave(&mut self, steps: impl IntoIterator<Item = usize>) {
+        self.without.extend(steps);
     }
 
     /// The point before a target `q` whose vertices up to it are those of the run; `None`: it is reached from its side.
@@ -72,6 +85,16 @@ impl Sides {
     pub fn vertex(&self, goal: &Vertex, t_s: f64, q: Vec<f64>) -> Vertex {
         Vertex { role: Role::Approach, q: q.into(), share: SHARE, t_s, ..goal.clone() }
     }
+}
+
+/// Steps whose point of approach is not written (too many points, a process, ways that need different ones, a format that cannot say it):
+/// without it a joint comes from the other side, and the offset for the wanted one would double its error.
+pub fn unwritten(runs: &[Run], edits: &Edits) -> BTreeSet<usize> {
+    let written = |step: usize| {
+        edits.steps.get(step).is_some_and(|edit| edit.before.iter().any(|p| p.share == SHARE && !p.of_way))
+    };
+    let points = runs.iter().flat_map(|r| &r.vertices).filter(|v| v.role == Role::Approach);
+    points.map(|v| v.step).filter(|step| !written(*step)).collect()
 }
 
 /// Time in which each axis crosses its gap where the robot stands, s; 0: it has none.
@@ -160,7 +183,7 @@ mod tests {
     #[test]
     fn a_joint_goes_back_by_its_lost_motion_only_where_it_comes_from_the_other_side() {
         let robot = robot();
-        let sides = Sides { axes: vec![(1, 0.01), (-1, 0.02)] };
+        let sides = Sides { axes: vec![(1, 0.01), (-1, 0.02)], ..Sides::default() };
         let band = [1e-6; 2];
         let mut directions = Directions::default();
         let run = |q| Run { vertices: vec![at(q)], ..Run::default() };

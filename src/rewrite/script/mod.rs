@@ -130,7 +130,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let deadband = bands::deadbands(script, task);
     let commanded = commanded(script, task.robot.dof());
     let crossing_s = approach::crossing_s(task);
-    let choice = Choice {
+    let mut choice = Choice {
         crossing_s: &crossing_s,
         commanded: &commanded,
         by_place: task.compensator.joints.iter().filter(|j| j.depends_on_position()).map(|j| j.axis).collect(),
@@ -150,43 +150,20 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         rounds: true,
         joins: true,
     };
-    let mut known = Poses::new(task.robot, &task.choices.frames);
-    known.unknown_arm = notes::unknown_arm(format, task.robot);
-    let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, &choice, &mut known);
-    let by_clock = ByClock::of(task);
-    let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);
-    let solve = choice.solve_within_m.is_some();
-    let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
-        Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
-    left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
-    unplaced.points += collected::spare(script, task.choices, &mut edits);
-    let mut held = Held::default();
-    let (changes, changes_total) =
-        as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
-    // an estimate of a part would read as one of the whole
-    let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
-    let whole = gaps.is_empty() && partial.is_empty() && !loops;
-    stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
-    let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
-    let clockless = by_clock.note(&runs);
-    notes.extend(notes::unplaced(script, task.robot, &runs));
-    let (anew, count) =
-        (runs.iter().filter(|r| !r.entry && !r.goes_on()).count(), runs.iter().filter(|r| !r.is_again()).count());
-    // what is written needs the edits alone
-    if !choice.approach.any() {
-        runs = Vec::new();
-    }
-    let (unwritable, patches) = writing::leave_unwritable(document.as_ref(), &mut edits, &mut stats);
+    let unknown_arm = notes::unknown_arm(format, task.robot);
+    let edited = edited_by_approach(document.as_ref(), task, &mut choice, unknown_arm.as_ref())?;
+    let Edited { mut edits, mut stats, unplaced, left, partial, unwritable, patches, stops, runs, .. } = edited;
+    notes.extend(edited.of_runs);
     let reasons = Reasons { left_out: &left_out, left, partial, unwritable };
     let coverage = reasons.coverage(script, task.choices, &edits);
     demands::require_coverage(&coverage, task.choices, script)?;
     stats.points = coverage.moves;
     stats.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
     notes.extend(demands::enough_digits(script, &edits, task)?);
-    notes.extend(clockless);
-    notes.extend(rates.notes(task.robot));
-    notes.extend(held.notes(task.robot));
-    notes.extend(of_arm);
+    notes.extend(edited.clockless);
+    notes.extend(edited.rates.notes(task.robot));
+    notes.extend(edited.held.notes(task.robot));
+    notes.extend(edited.of_arm);
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
@@ -201,19 +178,127 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     Ok(Done {
         texts,
         stats,
-        lines,
+        lines: edited.lines,
         coverage,
-        missing: known.missing,
-        gaps,
+        missing: edited.missing,
+        gaps: edited.gaps,
         unplaced,
         written,
-        changes,
-        changes_total,
-        anew,
-        runs: count,
-        looks_rewritten,
+        changes: edited.changes,
+        changes_total: edited.changes_total,
+        anew: edited.anew,
+        runs: edited.count,
+        looks_rewritten: edited.looks_rewritten,
         notes,
         originals,
+    })
+}
+
+/// What is to be written into a program, and what is said of it.
+struct Edited {
+    edits: Edits,
+    stats: RewriteStats,
+    unplaced: Unplaced,
+    rates: rates::Rates,
+    /// Lines of the points of violations, by the number of the point.
+    lines: BTreeMap<u64, At>,
+    held: Held,
+    changes: Vec<Change>,
+    changes_total: usize,
+    gaps: Vec<Gap>,
+    /// Steps with an axis whose position is not known yet, ascending.
+    partial: Vec<usize>,
+    /// Where the engine or a pose cannot be written, by step.
+    left: BTreeMap<usize, Cause>,
+    /// By the format, by step.
+    unwritable: BTreeMap<usize, Cause>,
+    patches: Option<crate::program::script::Patches>,
+    missing: Missing,
+    looks_rewritten: bool,
+    stops: Option<stops::Stops>,
+    clockless: Option<Note>,
+    of_runs: Vec<Note>,
+    of_arm: Vec<Note>,
+    /// Runs that start elsewhere than the program, and all of them.
+    anew: usize,
+    count: usize,
+    /// Where targets are reached from one side; else what is written needs the edits alone.
+    runs: Vec<Run>,
+}
+
+/// The edits of a program. A target whose point of approach cannot be written is reached as the program says, and the program is gone
+/// through once more.
+fn edited_by_approach(
+    document: &dyn Document,
+    task: &Task,
+    choice: &mut Choice,
+    unknown_arm: Option<&Cause>,
+) -> Result<Edited> {
+    /// Each round leaves targets for good; hardly a program needs a third.
+    const ROUNDS: usize = 6;
+    for _ in 0..ROUNDS {
+        let edited = edited(document, task, choice, unknown_arm)?;
+        let unwritten = approach::unwritten(&edited.runs, &edited.edits);
+        if unwritten.is_empty() {
+            return Ok(edited);
+        }
+        choice.approach.leave(unwritten);
+    }
+    choice.approach.leave(0..document.script().steps.len());
+    edited(document, task, choice, unknown_arm)
+}
+
+/// The edits of a program, one way through it.
+fn edited(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: Option<&Cause>) -> Result<Edited> {
+    let script = document.script();
+    let mut known = Poses::new(task.robot, &task.choices.frames);
+    known.unknown_arm = unknown_arm.cloned();
+    let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
+    let by_clock = ByClock::of(task);
+    let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);
+    let solve = choice.solve_within_m.is_some();
+    let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
+        Collected::of(document, task, &by_clock, &runs, choice.deadband, solve)?;
+    left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
+    unplaced.points += collected::spare(script, task.choices, &mut edits);
+    let mut held = Held::default();
+    let (changes, changes_total) = as_poses(document, task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
+    // an estimate of a part would read as one of the whole
+    let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
+    let whole = gaps.is_empty() && partial.is_empty() && !loops;
+    stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
+    let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
+    let clockless = by_clock.note(&runs);
+    let of_runs = notes::unplaced(script, task.robot, &runs).into_iter().collect();
+    let anew = runs.iter().filter(|r| !r.entry && !r.goes_on()).count();
+    let count = runs.iter().filter(|r| !r.is_again()).count();
+    if !choice.approach.any() {
+        runs = Vec::new();
+    }
+    let (unwritable, patches) = writing::leave_unwritable(document, &mut edits, &mut stats);
+    Ok(Edited {
+        edits,
+        stats,
+        unplaced,
+        rates,
+        lines,
+        held,
+        changes,
+        changes_total,
+        gaps,
+        partial,
+        left,
+        unwritable,
+        patches,
+        missing: known.missing,
+        looks_rewritten,
+        stops,
+        clockless,
+        of_runs,
+        of_arm,
+        anew,
+        count,
+        runs,
     })
 }
 

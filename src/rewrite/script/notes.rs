@@ -82,7 +82,9 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     let unfollowed = |k: &usize| runs.iter().any(|r| r.unfollowed.contains(k));
     let left: Vec<u64> = script
         .moves()
-        .filter(|(k, m)| sides.count(m) && (m.closed.is_some() || unfollowed(k) || !told.contains(k)))
+        .filter(|(k, m)| {
+            sides.count(m) && (m.closed.is_some() || unfollowed(k) || sides.goes_without(*k) || !told.contains(k))
+        })
         .map(|(k, _)| script.steps[k].at.line)
         .collect();
     let shown: Vec<String> = left.iter().take(SHOWN).map(u64::to_string).collect();

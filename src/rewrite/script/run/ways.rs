@@ -71,6 +71,7 @@ impl Cutter<'_> {
             && m.closed.is_none()
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
+            && !self.choice.approach.goes_without(step)
             && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
         {
             let last = self.run.vertices.last().map_or(t0, |v| v.t_s);
