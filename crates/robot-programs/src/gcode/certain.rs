@@ -7,8 +7,21 @@
 
 use super::codes::code_text;
 use super::goal::opaque;
+use super::lex::Block;
 use super::read::Reader;
 use crate::script::{AxisSet, Break, Goal, StepKind, Value};
+
+/// From where relative words of an axis count whose position is not known.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Carried {
+    /// From a place of the machine, or where no move of the text ended.
+    #[default]
+    Nothing,
+    /// From where this step ended.
+    After(usize),
+    /// From where any move may have ended before a label, a jump, a loop or a call.
+    Anywhere,
+}
 
 impl Reader<'_> {
     /// Nothing is known of the position any more.
@@ -16,6 +29,7 @@ impl Reader<'_> {
         if (self.absolute != Some(true) || self.relative) && !self.settled {
             self.anchor(why);
         }
+        self.carry((0..self.letters.len()).collect());
         self.last = None;
         self.position.fill(None);
         self.relative = false;
@@ -38,6 +52,8 @@ impl Reader<'_> {
         match axes {
             Some(axes) => {
                 self.lose_axes(axes, &why);
+                // what counts from there counts from a place of the machine
+                axes.axes().for_each(|a| self.carried[a] = Carried::Nothing);
                 self.settled = true;
             }
             None => self.lose(&why),
@@ -56,12 +72,46 @@ impl Reader<'_> {
         if self.absolute != Some(true) || self.relative {
             self.anchor(why);
         }
+        self.carry(axes);
         axes.axes().filter_map(|a| self.position.get_mut(a).map(|p| *p = None)).for_each(drop);
+    }
+
+    /// Positions of these axes are about to be lost: the offset with which the last move ends stays in what relative words lead to from here.
+    fn carry(&mut self, axes: AxisSet) {
+        let Some(step) = self.last else { return };
+        for a in axes.axes().filter(|a| self.position.get(*a).is_some_and(Option::is_some)) {
+            self.carried[a] = Carried::After(step);
+        }
+    }
+
+    /// A block whose words are or may be relative: moves from which they count, and of which that is known only now, end where they always
+    /// did.
+    pub(super) fn keep_before_relative(&mut self, block: &Block) {
+        const WHY: &str = "where relative words count from here later on";
+        if self.absolute == Some(true) {
+            return;
+        }
+        for w in &block.words {
+            let axis = self.letters.iter().position(|&l| l == w.letter).filter(|a| self.position[*a].is_none());
+            match axis.map(|a| std::mem::take(&mut self.carried[a])) {
+                Some(Carried::After(step)) => self.anchor_at(step, WHY),
+                Some(Carried::Anywhere) if !self.counts_anywhere => {
+                    self.counts_anywhere = true;
+                    std::mem::take(&mut self.leaving).into_iter().for_each(|step| self.anchor_at(step, WHY));
+                }
+                _ => {}
+            }
+        }
     }
 
     /// The last move must end where it always did, on every axis.
     pub(super) fn anchor(&mut self, why: &str) {
-        let Some(step) = self.last else { return };
+        if let Some(step) = self.last {
+            self.anchor_at(step, why);
+        }
+    }
+
+    fn anchor_at(&mut self, step: usize, why: &str) {
         let Some(StepKind::Move(m)) = self.script.steps.get_mut(step).map(|s| &mut s.kind) else { return };
         m.fixed.get_or_insert_with(|| format!("a change would stay in all that follows {why}"));
         let Goal::Joints(t) = m.goal else { return };
@@ -84,7 +134,16 @@ impl Reader<'_> {
 
     /// Control may come from elsewhere: only what the whole text never changes is still certain.
     pub(super) fn join(&mut self, k: usize, kind: Break) {
-        self.end(k, kind, if kind == Break::Call { "a call" } else { "a label, jump or loop" });
+        let why = if kind == Break::Call { "a call" } else { "a label, jump or loop" };
+        if let Some(step) = self.last {
+            if self.counts_anywhere {
+                self.anchor_at(step, why);
+            } else {
+                self.leaving.push(step);
+            }
+        }
+        self.end(k, kind, why);
+        self.carried.fill(Carried::Anywhere);
         self.motion = None;
         if matches!(kind, Break::Start | Break::Call) {
             self.variables.forget();

@@ -103,6 +103,7 @@ impl Reader<'_> {
         if self.letters.contains(&b'Z') && block.words.iter().any(|w| w.letter == b'Z') {
             self.length_reference.get_or_insert_with(|| self.length.clone());
         }
+        self.keep_before_relative(&block);
         let unclear = unclear.or_else(|| self.unclear(&block));
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
             return self.opaque(k, unclear.unwrap_or_default());

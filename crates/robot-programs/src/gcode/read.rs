@@ -2,6 +2,7 @@
 
 use super::alike::Alike;
 use super::assignments::Assignments;
+use super::certain::Carried;
 use super::codes::AXES;
 use super::lex::{self, Block};
 use super::statements::{Program, Statement, Statements};
@@ -137,6 +138,12 @@ pub(super) struct Reader<'a> {
     pub(super) relative: bool,
     /// The last move since the position is known.
     pub(super) last: Option<usize>,
+    /// By axis whose position is not known.
+    pub(super) carried: Vec<Carried>,
+    /// The last moves before labels, jumps, loops and calls.
+    pub(super) leaving: Vec<usize>,
+    /// Relative words may count from any of them.
+    pub(super) counts_anywhere: bool,
     /// Some axes went on to a place of the machine after it: relative words behind it do not count from it.
     pub(super) settled: bool,
     /// What lines may be like.
@@ -187,6 +194,9 @@ impl<'a> Reader<'a> {
             digit: vec![0.0; dof],
             relative: false,
             last: None,
+            carried: vec![Carried::Nothing; dof],
+            leaving: Vec::new(),
+            counts_anywhere: false,
             settled: false,
             alike: Alike::default(),
         }

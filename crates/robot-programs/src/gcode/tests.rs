@@ -170,6 +170,32 @@ fn the_last_relative_move_before_the_position_is_lost_is_fixed() {
 }
 
 #[test]
+fn a_move_from_which_relative_words_count_later_on_is_fixed() {
+    // by axis: Y is relative while its place is not known, X and Z are not
+    let tail = |loses: &str, words: &str| format!("{HEAD}G1 X17 Y12 F100\n{loses}\nG90 G1 X5\n{words}\n");
+    for loses in ["M6 T1", "M98 P100", "G20", "#5221=1", "G54"] {
+        for (words, fixed) in
+            [("G91 G1 Y-3", true), ("G1 Y-3", false), ("G1 Y3\nG91 Y-3", false), ("G91 G28 Y0", false)]
+        {
+            let script = script_of(&Gcode, &tail(loses, words), &robot());
+            // units after a call are not certain, so that the absolute word says nothing
+            let fixed = fixed || loses == "M98 P100" && words.contains("G91 Y");
+            assert_eq!(moves(&script)[1].1.fixed.is_some(), fixed, "{loses} {words}: {:?}", moves(&script)[1]);
+        }
+    }
+    // twice lost, once known between: from the move after which it was lost last
+    let text = format!("{HEAD}G1 X17 Y12 F100\nM6 T1\nG1 X5 Y5\nM6 T2\nG1 X4\nG91 G1 Y-3\n");
+    let script = script_of(&Gcode, &text, &robot());
+    let fixed: Vec<bool> = moves(&script).iter().map(|m| m.1.fixed.is_some()).collect();
+    assert_eq!(fixed[..3], [false, false, true], "{fixed:?}");
+    // a part that is called from several places of the text
+    let text = format!("{HEAD}G1 X17 Y12 F100\nM98 P100\nG90 G1 X5 Y2\nM98 P100\nM30\nO100\nG91 G1 X3\nG90\nM99\n");
+    let script = script_of(&Gcode, &text, &robot());
+    let fixed: Vec<bool> = moves(&script).iter().map(|m| m.1.fixed.is_some()).collect();
+    assert!(fixed[1] && fixed[2], "{fixed:?}");
+}
+
+#[test]
 fn inches_are_metres_and_new_digits_are_inches() {
     let text = "G20 G90\nG0 X0 Y0 Z0\nG1 X1.0 F10\n";
     assert_eq!(goals(text)[1].as_ref().unwrap()[0], 25.4);
