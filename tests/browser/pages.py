@@ -11,7 +11,10 @@ Needs chromium, chromedriver and the package selenium. Exit code 1 where a page 
 
 import argparse
 import base64
+import concurrent.futures
+import os
 import pathlib
+import queue
 import sys
 
 from selenium import webdriver
@@ -120,6 +123,11 @@ def resized(driver, size):
     )
 
 
+def gestures(driver):
+    """Gestures of a pointer that takes 20 ms for a movement, not a quarter of a second: a page must answer to either."""
+    return ActionChains(driver, duration=20)
+
+
 def drawing_answers(driver, box):
     """Faults of one drawing in space."""
     faults = []
@@ -127,12 +135,12 @@ def drawing_answers(driver, box):
     path = lambda: [p.get_attribute("d") for p in box.find_elements(By.CSS_SELECTOR, "figure svg [data-line]")]
     driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", figure)
     before = path()
-    ActionChains(driver).move_to_element(figure).click_and_hold().move_by_offset(60, 25).release().perform()
+    gestures(driver).move_to_element(figure).click_and_hold().move_by_offset(60, 25).release().perform()
     dragged = path()
     if dragged == before:
         faults.append("dragging does not rotate the drawing")
     driver.execute_script("arguments[0].focus()", figure)
-    ActionChains(driver).send_keys(Keys.ARROW_LEFT).perform()
+    gestures(driver).send_keys(Keys.ARROW_LEFT).perform()
     if path() == dragged:
         faults.append("the arrow keys do not rotate the drawing")
     for slider in box.find_elements(By.CSS_SELECTOR, ".controls input"):
@@ -161,13 +169,13 @@ def zoom_answers(driver):
         driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", figure)
         before = state()
         wide = figure.size["width"]
-        ActionChains(driver).move_to_element_with_offset(figure, -0.1 * wide, 0).click_and_hold().move_by_offset(0.25 * wide, 0).release().perform()
+        gestures(driver).move_to_element_with_offset(figure, -0.1 * wide, 0).click_and_hold().move_by_offset(0.25 * wide, 0).release().perform()
         inside = state()
         if inside["labels"] == before["labels"] or not inside["button"]:
             faults.append(f"a drag does not enlarge the chart \"{before['name']}\"")
         if inside["outside"]:
             faults.append(f"labels outside of the enlarged chart \"{before['name']}\": {inside['outside']}")
-        ActionChains(driver).double_click(figure).perform()
+        gestures(driver).double_click(figure).perform()
         after = state()
         if after["labels"] != before["labels"] or after["button"]:
             faults.append(f"a double click does not show all of the chart \"{before['name']}\"")
@@ -176,10 +184,10 @@ def zoom_answers(driver):
             continue
         box = figure.get_dom_attribute("viewBox")
         driver.execute_script("arguments[0].scrollIntoView({block: 'center'}); arguments[0].focus()", figure)
-        ActionChains(driver).send_keys("+").perform()
+        gestures(driver).send_keys("+").perform()
         if figure.get_dom_attribute("viewBox") == box:
             faults.append("the key + does not enlarge a drawing")
-        ActionChains(driver).send_keys("0").perform()
+        gestures(driver).send_keys("0").perform()
         if figure.get_dom_attribute("viewBox") != box:
             faults.append("the key 0 does not show all of a drawing")
     return faults
@@ -264,12 +272,25 @@ def main():
     if args.shots:
         args.shots.mkdir(parents=True, exist_ok=True)
     failed = 0
-    driver = browser()
-    for page in pages:
-        faults = faults_of(driver, page.resolve(), args.shots)
-        failed += bool(faults)
-        print(f"{page}: {'ok' if not faults else '; '.join(faults)}")
-    driver.quit()
+    # a browser for each processor; the pages are told in their order
+    drivers = queue.SimpleQueue()
+    many = min(len(pages), os.cpu_count() or 1)
+    for _ in range(many):
+        drivers.put(browser())
+
+    def faults_by_any(page):
+        driver = drivers.get()
+        try:
+            return faults_of(driver, page.resolve(), args.shots)
+        finally:
+            drivers.put(driver)
+
+    with concurrent.futures.ThreadPoolExecutor(many) as pool:
+        for page, faults in zip(pages, pool.map(faults_by_any, pages)):
+            failed += bool(faults)
+            print(f"{page}: {'ok' if not faults else '; '.join(faults)}", flush=True)
+    for _ in range(many):
+        drivers.get().quit()
     print(f"{len(pages) - failed} passed, {failed} failed")
     sys.exit(bool(failed))
 

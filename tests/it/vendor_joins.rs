@@ -66,6 +66,16 @@ fn a_call_before_the_end_of_a_branch_leaves_what_follows() {
 }
 
 #[test]
+fn what_stands_after_a_jump_away_says_nothing_of_what_stands_before_it() {
+    let desk = desk();
+    for leaves in ["GOTO l1;", "RETURN;"] {
+        let body = format!("{}{leaves}\n{}l1:\n{}", to(10), to(20), all(&[5, 7]));
+        let by = rewritten(&desk, &program(&body)).0;
+        assert_eq!((by[0], by[3]), (0, 1), "{leaves}: {by:?}");
+    }
+}
+
+#[test]
 fn points_of_a_branch_stand_in_the_branch() {
     let desk = desk();
     let body = format!("{}IF di1=1 THEN\n{}ENDIF\n{}", all(&[0, 10]), all(&[0, 5]), to(3));
@@ -161,8 +171,94 @@ fn a_label_is_reached_from_before_it_and_from_all_jumps_to_it() {
     assert_eq!(fanuc(&desk, &lines, &[0, 10, 0, 20]), [1, 1, -1, 1]);
 }
 
+/// An INFORM job of joint targets, S of `MOVJ C0000n` at these degrees, and half gaps of 0.01 deg.
+fn inform(desk: &Desk, lines: &[&str], deg: &[i32]) -> Vec<i32> {
+    std::fs::copy(bundled("configs").join("motoman-ma2010.yaml"), desk.path("motoman.yaml")).unwrap();
+    let effect = "effects:\n  - {effect: backlash, joint: S, half_gap_deg: 0.01}\n";
+    desk.write("motoman-model.yaml", &format!("schema: lostmotion/model/1\nrobot: motoman.yaml\n{effect}"));
+    let points: String = deg
+        .iter()
+        .enumerate()
+        .map(|(n, deg)| format!("C{n:05}={deg}.0000,0.0000,0.0000,0.0000,30.0000,0.0000\r\n"))
+        .collect();
+    let head = format!(
+        "/JOB\r\n//NAME PART\r\n//POS\r\n///NPOS {},0,0,0,0,0\r\n///TOOL 0\r\n///POSTYPE ANGLE\r\n///ANGLE\r\n",
+        deg.len()
+    );
+    let main = lines.join("\r\n");
+    let attributes = "//INST\r\n///DATE 2024/05/06 07:08\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\n";
+    desk.write("part.JBI", &format!("{head}{points}{attributes}NOP\r\n{main}\r\nEND\r\n"));
+    desk.run("rewrite --model motoman-model.yaml part.JBI --output out.JBI --max-added 0 --force").success();
+    let out = String::from_utf8(desk.read("out.JBI")).unwrap();
+    let s: Vec<f64> = (0..deg.len())
+        .filter_map(|n| out.split(&format!("C{n:05}=")).nth(1)?.split(',').next()?.parse().ok())
+        .collect();
+    assert_eq!(s.len(), deg.len(), "{out}");
+    s.iter().zip(deg).map(|(a, b)| ((a - f64::from(*b)) * 100.0).round() as i32).collect()
+}
+
+#[test]
+fn a_label_after_a_jump_that_is_always_taken_is_reached_all_the_same() {
+    let desk = desk();
+    // around the branch the robot comes down from 10, and up from 5 out of it
+    let block = |open, close| {
+        vec![
+            "J P[1] 9% FINE",
+            "J P[2] 9% FINE",
+            "JMP LBL[1]",
+            "LBL[1]",
+            open,
+            "J P[3] 9% FINE",
+            "J P[4] 9% FINE",
+            close,
+            "J P[5] 9% FINE",
+        ]
+    };
+    for (open, close) in [("IF (DI[1]) THEN", "ENDIF"), ("FOR R[1]=1 TO R[2]", "ENDFOR")] {
+        for (last, by_last) in [(7, 0), (3, -1), (30, 1)] {
+            let by = fanuc(&desk, &block(open, close), &[0, 10, 20, 5, last]);
+            assert_eq!((by[0], by[4]), (1, by_last), "{open} {last}: {by:?}");
+        }
+    }
+    // a section for an alarm is passed by, but for a jump into it
+    let mut alarm = block("IF (DI[1]) THEN", "ENDIF");
+    alarm.splice(2..4, ["IF DI[2]=ON,JMP LBL[9]", "JMP LBL[1]", "LBL[9]", "DO[1]=ON", "LBL[1]"]);
+    assert_eq!(fanuc(&desk, &alarm, &[0, 10, 20, 5, 7])[4], 0);
+    assert_eq!(fanuc(&desk, &alarm, &[0, 10, 20, 5, 3])[4], -1);
+    let job = |last| {
+        let lines = [
+            "MOVJ C00000 VJ=25.00 PL=0",
+            "MOVJ C00001 VJ=25.00 PL=0",
+            "JUMP *L1",
+            "*L1",
+            "IFTHENEXP I000=1",
+            "MOVJ C00002 VJ=25.00 PL=0",
+            "MOVJ C00003 VJ=25.00 PL=0",
+            "ENDIF",
+            "MOVJ C00004 VJ=25.00 PL=0",
+        ];
+        inform(&desk, &lines, &[0, 10, 20, 5, last])
+    };
+    let by = job(7);
+    assert_eq!((by[0], by[4]), (1, 0), "{by:?}");
+    // a job that waits at a label before its jump goes on from where it stands
+    let waits = [
+        "MOVJ C00000 VJ=25.00 PL=0",
+        "MOVJ C00001 VJ=25.00 PL=0",
+        "*L1",
+        "JUMP *L1 IF IN#(1)=OFF",
+        "MOVJ C00002 VJ=25.00 PL=0",
+    ];
+    assert_eq!(inform(&desk, &waits, &[0, 10, 3]), [1, 1, -1]);
+}
+
 /// A KRL program whose A1 goes to these degrees (`0`, or what else stands in a line), and half gaps of 0.01 deg.
 pub fn krl(desk: &Desk, lines: &[&str]) -> Vec<i32> {
+    krl_with(desk, lines, "--max-added 0")
+}
+
+/// With these options, which add no points to this program.
+pub fn krl_with(desk: &Desk, lines: &[&str], options: &str) -> Vec<i32> {
     std::fs::copy(bundled("configs").join("kuka-kr120-r2500-pro.yaml"), desk.path("kuka.yaml")).unwrap();
     let effect = "effects:\n  - {effect: backlash, joint: A1, half_gap_deg: 0.01}\n";
     desk.write("kuka-model.yaml", &format!("schema: lostmotion/model/1\nrobot: kuka.yaml\n{effect}"));
@@ -172,7 +268,7 @@ pub fn krl(desk: &Desk, lines: &[&str]) -> Vec<i32> {
     };
     let text = format!("DEF p( )\n{}END\n", lines.iter().map(line).collect::<String>());
     desk.write("p.src", &text);
-    desk.run("rewrite --model kuka-model.yaml p.src --output o.src --max-added 0 --force").success();
+    desk.run(&format!("rewrite --model kuka-model.yaml p.src --output o.src --force {options}")).success();
     let out = String::from_utf8(desk.read("o.src")).unwrap();
     let a1 = |text: &str| -> Vec<f64> {
         text.lines().filter_map(|l| l.strip_prefix("PTP {A1 ")?.split(',').next()?.parse().ok()).collect()

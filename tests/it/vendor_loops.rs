@@ -36,8 +36,13 @@ pub fn offsets(before: &str, after: &str) -> Vec<i32> {
 }
 
 pub fn rewritten(desk: &Desk, text: &str) -> (Vec<i32>, String) {
+    rewritten_with(desk, text, "--max-added 0")
+}
+
+/// With these options, which add no points to this program.
+pub fn rewritten_with(desk: &Desk, text: &str, options: &str) -> (Vec<i32>, String) {
     desk.write("p.mod", text);
-    let run = desk.run("rewrite --model model.yaml p.mod --output out.mod --max-added 0 --force").success();
+    let run = desk.run(&format!("rewrite --model model.yaml p.mod --output out.mod --force {options}")).success();
     let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
     (offsets(text, &String::from_utf8(desk.read("out.mod")).unwrap()), said)
 }

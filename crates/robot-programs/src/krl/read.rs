@@ -55,6 +55,9 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.lines()?;
     let by = "the files of the project";
     reader.notes.extend(called::note(&reader.met, "routine", [by, by]));
+    let strikes = std::mem::take(&mut reader.strikes);
+    let own = strikes.into_iter().filter(|(name, _)| reader.defined.contains(name));
+    reader.notes.extend(own.map(|(name, line)| called::strikes(At { file: 0, line }, &name)).collect::<Vec<_>>());
     let Reader { steps, others, targets, sources, mut notes, counted_calls, jumps, .. } = reader;
     let mut script = Script::default();
     let sites = steps.finish(&mut script);
@@ -161,6 +164,9 @@ struct Reader<'a> {
     /// Target of each name of the data.
     of_name: Vec<Option<u32>>,
     notes: Vec<Note>,
+    /// Routines that interrupts call and which may move, with the line of the first; routines of this text.
+    strikes: BTreeMap<String, u64>,
+    defined: BTreeSet<String>,
     routine: usize,
     folds: Vec<Fold>,
     trigger: bool,
@@ -206,6 +212,8 @@ impl<'a> Reader<'a> {
             sources: Vec::with_capacity(texts[0].likely_steps()),
             of_name: vec![None; data.names.len()],
             notes: Vec::new(),
+            strikes: BTreeMap::new(),
+            defined: BTreeSet::new(),
             routine: 0,
             folds: Vec::new(),
             steers_arcs: texts.iter().filter(|t| !t.context).any(steers_arcs),
@@ -302,7 +310,9 @@ impl<'a> Reader<'a> {
             self.folds.clear();
             self.blocks.clear();
             self.steps.start();
-            self.steps.routine(self.routine, routine_name(self.text, line));
+            let name = routine_name(self.text, line);
+            self.defined.insert(name.clone());
+            self.steps.routine(self.routine, name);
             return self.stop(k, Break::Start);
         }
         if is_label(line) {

@@ -19,6 +19,7 @@ use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
+use crate::script::called::strikes;
 use crate::script::fold;
 use crate::script::{At, Break, Note, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
@@ -214,6 +215,13 @@ impl Builder<'_> {
             }
             ItemKind::Connect => {
                 self.push(token, StepKind::Break(Break::Interrupt));
+                let trap = self.f.p.words.within(item.span.clone()).filter(|w| *w != "with").last();
+                if let Some(trap) =
+                    trap.filter(|t| self.f.p.routines.iter().any(|r| r.name == *t) && self.f.may_move(t))
+                {
+                    let note = strikes(self.at(token), trap);
+                    self.notes.entry((note.place.line, note.text.clone())).or_insert(note);
+                }
             }
             ItemKind::Late => {
                 self.push(token, StepKind::Break(Break::Call));
@@ -237,6 +245,7 @@ impl Builder<'_> {
             _ => {}
         }
         self.steps.ends_here();
+        self.steps.jump(self.at(token));
     }
 
     /// An instruction that is no motion, or a call of a procedure.

@@ -487,14 +487,30 @@ fn branches_loops_labels_calls_handlers_and_interrupts_end_what_is_known() {
         "move",
         "Jump",
         "Jump",
+        "Jump",
         "Call",
         "Call",
         "Interrupt",
         "Interrupt",
         "Frame",
         "Start",
+        "Jump",
     ];
     assert_eq!(kinds(&source), expected);
+}
+
+#[test]
+fn a_trap_that_may_move_is_said() {
+    let trap = |body: &str| {
+        program(J, "CONNECT i1 WITH tr;").replace("ENDMODULE", &format!("TRAP tr\n{body}\nENDTRAP\nENDMODULE"))
+    };
+    let said = |source: &str| {
+        let d = document(source);
+        d.script().notes.iter().any(|n| n.text.starts_with("tr may move the robot while the program waits or moves"))
+    };
+    assert!(said(&trap("MoveAbsJ j1,v10,fine,tool0;")));
+    assert!(!said(&trap("Set d1;")));
+    assert!(!said(&program(J, "CONNECT i1 WITH elsewhere;")));
 }
 
 #[test]

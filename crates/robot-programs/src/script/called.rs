@@ -69,6 +69,14 @@ fn counting(all: &[impl Deref<Target = Does>]) -> BTreeSet<String> {
     }
 }
 
+/// Says that a routine which may move the robot runs whenever it strikes: a thread, or what an interrupt calls.
+pub fn strikes(at: At, name: &str) -> Note {
+    let text = format!(
+        "{name} may move the robot while the program waits or moves: targets after that may be reached from other sides than their offsets are for"
+    );
+    Note { place: at, text }
+}
+
 /// Says which calls end nothing that is known of the joints; `met`: what is called so, and the line where it is first; `what` it is, and
 /// the files that tell it of one and of several.
 pub fn note(met: &BTreeMap<String, u64>, what: &str, [by_one, by_all]: [&str; 2]) -> Option<Note> {

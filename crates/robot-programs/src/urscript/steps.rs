@@ -9,10 +9,11 @@ use super::words;
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps, is_entered};
+use crate::script::called::strikes;
 use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
-use crate::script::{At, Break, Script, Span as Bytes, StepKind, Targets, Text};
+use crate::script::{At, Break, Note, Script, Span as Bytes, StepKind, Targets, Text};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -78,6 +79,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         steps: Steps::of_text(&text),
         targets: Targets::of_text(&text),
         literals: Vec::with_capacity(text.likely_steps()),
+        notes: Vec::new(),
         known: HashMap::new(),
         led: None,
         led_before: Vec::new(),
@@ -106,11 +108,12 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     b.steps.pragmas(&text, &p.comments, usize::MAX);
     let reads = p.items.iter().filter(|item| takes_on(&p, item) && reads_place(&p, &item.span));
     let lines = reads.map(|item| b.line(item.span.start)).collect();
-    let Builder { steps, targets, literals, .. } = b;
+    let Builder { steps, targets, literals, notes, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
     out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
+    out.script.notes = notes;
     out.script.texts = vec![text];
     Ok(Some((out, p.words)))
 }
@@ -152,6 +155,7 @@ pub struct Builder<'a> {
     pub steps: Steps<Site>,
     pub targets: Targets,
     pub literals: Vec<Literal>,
+    notes: Vec<Note>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function that was called last in the text and by which something else moves the robot beside its targets.
@@ -271,6 +275,9 @@ impl Builder<'_> {
             && self.p.words.within(item.span.clone()).any(|w| matches!(w, "run" | "kill" | "join"));
         if runs {
             self.push(token, StepKind::Break(Break::Interrupt));
+            let moving = |name: &&str| self.moving.get(*name) == Some(&true);
+            let thread = self.p.words.within(item.span.clone()).find(moving).map(str::to_string);
+            self.notes.extend(thread.map(|name| strikes(self.at(token), &name)));
         }
         let name = self.p.words.at(token);
         let led = self.led;

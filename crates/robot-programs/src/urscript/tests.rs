@@ -329,6 +329,18 @@ fn branches_loops_threads_calls_and_frames_end_what_is_known() {
 }
 
 #[test]
+fn a_thread_that_may_move_is_said() {
+    let m = format!("movej({Q})");
+    let source = |body: &str| format!("thread t():\n {body}\nend\ndef p():\n h = run t()\n {m}\nend\n");
+    let said = |source: &str| {
+        let d = document(source);
+        d.script().notes.iter().any(|n| n.text.starts_with("t may move the robot while the program waits or moves"))
+    };
+    assert!(said(&source(&m)));
+    assert!(!said(&source("set_digital_out(1, True)")));
+}
+
+#[test]
 fn what_does_not_move_ends_nothing() {
     let m = format!("movej({Q})");
     let source = format!(

@@ -94,11 +94,19 @@ impl Reader<'_> {
             }
             "LOOP" | "FOR" | "WHILE" | "REPEAT" => self.open(k, line, Break::Loop),
             "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => self.close(k, line, Break::Loop),
-            "INTERRUPT" | "BRAKE" => self.stop(k, Break::Interrupt),
-            "GLOBAL" if second == "INTERRUPT" => self.stop(k, Break::Interrupt),
+            "BRAKE" => self.stop(k, Break::Interrupt),
+            "INTERRUPT" => self.interrupt(k, line),
+            "GLOBAL" if second == "INTERRUPT" => self.interrupt(k, line),
             _ => return false,
         }
         true
+    }
+
+    /// `interrupt = ["GLOBAL"] "INTERRUPT" ("DECL" number "WHEN" condition "DO" call | "ON" ... | "OFF" ...)`
+    fn interrupt(&mut self, k: usize, line: &[Token]) {
+        self.stop(k, Break::Interrupt);
+        let moving = calls(self.text, line).into_iter().filter(|name| self.still.waits(name).is_none());
+        self.strikes.extend(moving.map(|name| (name, k as u64 + 1)));
     }
 
     /// A block opens; what its line calls belongs to it.

@@ -121,3 +121,16 @@ fn a_call_of_a_routine_that_may_move_or_is_not_certain_ends_the_known_direction(
     assert_eq!(between("sub()\n", "DEF sub( )\n$OUT[1]=TRUE\nEND\n", &twice).0, ["Call"]);
     assert_eq!(between("sub()\n", "", &[]).0, ["Call"]);
 }
+
+#[test]
+fn a_routine_of_an_interrupt_that_may_move_is_said() {
+    let said = |routine: &str, name: &str| {
+        let declared = format!("INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO {name}( )\nINTERRUPT ON 3\n");
+        let notes = between(&declared, &format!("DEF svc( )\n{routine}END\n"), &[]).1;
+        notes.iter().any(|n| n.starts_with("SVC may move the robot while the program waits or moves"))
+    };
+    assert!(said("PTP {A1 40.0}\n", "svc"));
+    assert!(!said("$OUT[1]=TRUE\n", "svc"));
+    // what a controller brings along stops the robot
+    assert!(!said("PTP {A1 40.0}\n", "IR_STOPM"));
+}
