@@ -241,8 +241,8 @@ MoveL [[578.7349,43.2720,1018.0657],[0.2635004,0.2868716,0.8695204,0.3036552],[0
 ArcLEnd [[571.9499,31.9500,1031.2805],[0.2902151,0.2810462,0.8654700,0.2962260],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,sm1,wd1,fine,tool0;
 ";
     desk.write("seam.mod", &program(seam));
-    for (out, side) in [("as-it-is.mod", ""), ("from-side.mod", "--approach-from J1=+")] {
-        desk.run(&format!("rewrite --model model.yaml seam.mod --output {out} --force {side}")).success();
+    for (out, side) in [("as-it-is.mod", ""), ("from-side.mod", " --approach-from J1=+")] {
+        desk.run(&format!("rewrite --model model.yaml seam.mod --output {out} --force{side}")).success();
     }
     let [plain, sided] = ["as-it-is.mod", "from-side.mod"].map(|name| String::from_utf8(desk.read(name)).unwrap());
     assert!(plain != program(seam), "{plain}");
