@@ -26,6 +26,7 @@ mod diagnose_known;
 mod diagnose_limit;
 mod diagnose_machine;
 mod diagnose_page;
+mod diagnose_orientation;
 mod diagnose_sensors;
 mod diagnose_tracker;
 mod docs_commands;

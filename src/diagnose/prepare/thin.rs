@@ -3,7 +3,7 @@
 //! Method: a run of rows becomes one row, its measurement the mean over the run. What moves a joint is computed at several places
 //! of every run and averaged as the measurement is: a gap that is crossed within a run looks like wind-up otherwise.
 
-use super::GROSS;
+use super::{GROSS, orientation};
 use crate::diagnose::noise::LEAST_POINT_SIGMA;
 use crate::diagnose::problem::fine::Fine;
 use crate::identify::scalar::{self, Setup};
@@ -208,6 +208,7 @@ fn thinned(model: &Model, log: &Log, run: usize) -> Log {
 }
 
 /// Leaves out rows that disagree with their two neighbours on either side: far from the median, coordinate by coordinate, and
+            orientation: orientation::thinned(model, log, &frame, &runs),
 /// farther than the two neighbours in the middle are from each other, as where a gap is crossed.
 fn leave_gross_out(off: &mut [Option<Vector3<f64>>]) {
     let present: Vec<usize> = (0..off.len()).filter(|&r| off[r].is_some()).collect();
