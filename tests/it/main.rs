@@ -21,6 +21,7 @@ mod cloud;
 mod configurations;
 mod creep;
 mod diagnose_cli;
+mod diagnose_doubtful;
 mod diagnose_forms;
 mod diagnose_known;
 mod diagnose_limit;
