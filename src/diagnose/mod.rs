@@ -90,8 +90,11 @@ pub fn model_with(model: &Model, outcome: &Outcome) -> Model {
             [frame] => Some(*frame),
             _ => None,
         };
-        for (p, d) in found.robot.reflectors_m.iter_mut().zip(&outcome.fit.hypothesis.points_m) {
-            *p += d;
+        // how a probe sits on the tool is no reflector
+        if !outcome.problem.is_turned() {
+            for (p, d) in found.robot.reflectors_m.iter_mut().zip(&outcome.fit.hypothesis.points_m) {
+                *p += d;
+            }
         }
     }
     found

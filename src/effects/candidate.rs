@@ -186,6 +186,8 @@ pub struct Survey<'a> {
     pub points: bool,
     /// By a tracker.
     pub tracker: bool,
+    /// Its frame is given, not estimated.
+    pub frame_known: bool,
     /// A log is a motion.
     pub motion: bool,
     /// The temperature was logged.
@@ -205,6 +207,8 @@ pub struct AxisSurvey {
     pub loaded: bool,
     /// Largest torque of gravity about it, either way, Nm or N.
     pub load: f64,
+    /// A force on the tool was logged that turns it.
+    pub pressed: bool,
     /// Fastest command, rad/s or m/s; 0 for poses.
     pub fastest: f64,
     /// The torque of its drive was logged; its least and most, Nm or N, else those of gravity.
@@ -224,6 +228,7 @@ impl<'a> Survey<'a> {
             fastest_m_s: 1e-6,
             points: false,
             tracker: false,
+            frame_known: false,
             motion: false,
             temperature: false,
             only: None,

@@ -16,6 +16,7 @@ pub static ALL: &[&EffectInfo] = &[
     &joint_zero_offset::INFO,
     &axis_coupling::INFO,
     &gravity_compliance::INFO,
+    &process_force::INFO,
     &torque_windup::INFO,
     &torque_hysteresis::INFO,
     &coupled_play::INFO,
@@ -29,6 +30,7 @@ pub static ALL: &[&EffectInfo] = &[
     &vibration::INFO,
     &time_offset::INFO,
     &tracker_scale::INFO,
+    &tracker_refraction::INFO,
     &tracker_frame::INFO,
 ];
 

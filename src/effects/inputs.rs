@@ -21,6 +21,11 @@ pub trait Inputs: Sync {
         None
     }
 
+    /// Torque of the force on the tool about an axis at the commanded pose, Nm or N; `None` where no force was logged.
+    fn process_torque(&self, _axis: usize) -> Option<&[f64]> {
+        None
+    }
+
     /// Times, s; empty where there are none: settled poses, a single pose.
     fn t_s(&self) -> &[f64] {
         &[]

@@ -93,6 +93,7 @@ fn of_controller(meaning: Meaning) -> bool {
         Meaning::Command(_)
             | Meaning::Encoder(_)
             | Meaning::Torque(_)
+            | Meaning::Force(_)
             | Meaning::Trigger
             | Meaning::Cycle
             | Meaning::Speed
@@ -150,7 +151,8 @@ fn order(meaning: Meaning) -> (u8, usize) {
         Meaning::Position { k, coordinate } => (5, 3 * k + coordinate),
         Meaning::Orientation(part) => (6, part),
         Meaning::Torque(a) => (7, a),
-        _ => (8, 0),
+        Meaning::Force(part) => (8, part),
+        _ => (9, 0),
     }
 }
 

@@ -1,8 +1,8 @@
-//! Further channels of a log: what instruments other than a tracker read, orientation, torque.
+//! Further channels of a log: what instruments other than a tracker read, orientation, torque, force.
 //!
 //! Distance to a fixed point: `r_mm` (the whole distance), or `r_um` (what a ballbar shows: the difference to its nominal length).
 //! Reading along a direction: `dial_um`. Orientation of the tool in the frame of x, y, z: `qw,qx,qy,qz`. Joint torque:
-//! `torque_<joint>_nm`. What each of them means for the robot is [`crate::machine::measurement`].
+//! `torque_<joint>_nm`. Force on the tool: `fx_n, fy_n, fz_n`. What each of them means for the robot is [`crate::machine::measurement`].
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -22,6 +22,8 @@ pub struct Instruments {
     pub orientation: Vec<Option<UnitQuaternion<f64>>>,
     /// Torque of each axis (Nm, or N of a prismatic joint), per axis where logged; empty: no such column.
     pub torque_nm: Vec<Option<Vec<Option<f64>>>>,
+    /// Force of the process on the tool at the TCP, N, in the axes of the robot's world frame.
+    pub force_n: Option<Vec<Option<Vector3<f64>>>>,
     /// Fixed point from which distances were measured, where the user knows it; robot's world frame, m.
     pub centre_m: Option<Vector3<f64>>,
     /// Direction in that frame in which the dial's reading increases, where the user gave it.

@@ -40,6 +40,8 @@ pub enum Meaning {
     Orientation(usize),
     /// Torque of an axis, N m.
     Torque(usize),
+    /// Component 0, 1 or 2 (x, y, z) of the force on the tool, N, world frame of the robot.
+    Force(usize),
     /// TCP speed, m/s.
     Speed,
     /// Payload, kg.
@@ -66,6 +68,9 @@ pub fn meaning(name: &str, robot: &Robot) -> Meaning {
         "qx" => return Meaning::Orientation(1),
         "qy" => return Meaning::Orientation(2),
         "qz" => return Meaning::Orientation(3),
+        "fx_n" => return Meaning::Force(0),
+        "fy_n" => return Meaning::Force(1),
+        "fz_n" => return Meaning::Force(2),
         "speed_mm_s" => return Meaning::Speed,
         "payload_kg" => return Meaning::Payload,
         "temp_c" => return Meaning::Temperature,
@@ -159,6 +164,7 @@ impl Meaning {
             Self::Dial => "dial_um".into(),
             Self::Orientation(part) => ["qw", "qx", "qy", "qz"][part.min(3)].into(),
             Self::Torque(axis) => format!("torque_{}_nm", robot.axis(axis).name),
+            Self::Force(part) => ["fx_n", "fy_n", "fz_n"][part.min(2)].into(),
             Self::Trigger => "trigger".into(),
             Self::Cycle => "cycle".into(),
             Self::Speed => "speed_mm_s".into(),

@@ -36,6 +36,10 @@ impl Inputs for CommandTrajectory {
         self.measured_torque.get(axis)?.as_deref()
     }
 
+    fn process_torque(&self, axis: usize) -> Option<&[f64]> {
+        CommandTrajectory::process_torque(self, axis)
+    }
+
     fn t_s(&self) -> &[f64] {
         if self.settled() { &[] } else { &self.t_s }
     }

@@ -24,7 +24,7 @@ use crate::program::Program;
 use crate::robot::{Chain, Robot};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use samples::{at_rest, carried, deadband, from_first, measured_torque, with_turning_points};
+use samples::{at_rest, carried, deadband, force, from_first, measured_torque, with_turning_points};
 use std::sync::OnceLock;
 
 /// Movement in the edge unit (deg or mm) up to which nothing has moved.
@@ -93,6 +93,9 @@ pub struct CommandTrajectory {
     /// Logged: torque of the drives by axis, temperature.
     pub(super) measured_torque: Vec<Option<Vec<f64>>>,
     pub(super) temp_c: Option<Vec<f64>>,
+    /// Logged force on the tool, N, world frame; its torques about the axes, computed on demand.
+    pub(super) force_n: Option<Vec<Vector3<f64>>>,
+    pub(super) process_torque: OnceLock<Vec<Vec<f64>>>,
     /// Time over which what was measured at each row is a mean, s.
     pub(super) mean_over_s: f64,
     /// When the first of them began, s; `None`: at the first row.
@@ -108,7 +111,8 @@ impl CommandTrajectory {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
         let drive = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses)
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
-            .with_measured_torque(measured_torque(log));
+            .with_measured_torque(measured_torque(log))
+            .with_force(force(log));
         if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
             // it has not been needed yet
             let _ = drive.speed.set(carried(speed));
@@ -123,6 +127,7 @@ impl CommandTrajectory {
         Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, deadbands)
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
             .with_measured_torque(measured_torque(log))
+            .with_force(force(log))
     }
 
     /// Rows given by their columns: times (s, strictly rising; of settled poses any), commands `cmd[axis][row]` (rad or m).
@@ -229,6 +234,8 @@ impl CommandTrajectory {
             overturning: OnceLock::new(),
             measured_torque: Vec::new(),
             temp_c: None,
+            force_n: None,
+            process_torque: OnceLock::new(),
             mean_over_s: 0.0,
             began_s: None,
             g_m_s2: robot.gravity_m_s2,
@@ -239,6 +246,12 @@ impl CommandTrajectory {
     /// The same with the torques of the drives as logged, `torque_nm[axis][row]`, Nm or N.
     pub fn with_measured_torque(mut self, torque_nm: Vec<Option<Vec<f64>>>) -> Self {
         self.measured_torque = torque_nm;
+        self
+    }
+
+    /// The same with the force on the tool, row by row, N, in the robot's world frame.
+    pub fn with_force(mut self, force_n: Option<Vec<Vector3<f64>>>) -> Self {
+        self.force_n = force_n;
         self
     }
 
@@ -375,6 +388,24 @@ impl CommandTrajectory {
     pub fn gravity_torque(&self, axis: usize) -> &[f64] {
         let all = self.torque.get_or_init(|| self.gravity.over(&self.chain, &self.cmd, self.payload_kg.as_deref()));
         &all[axis]
+    }
+
+    /// Torque of the logged force on the tool about an axis at the commanded pose of each row, Nm (N for a prismatic one); positive turns
+    /// it positive. `None` where no force was logged.
+    pub fn process_torque(&self, axis: usize) -> Option<&[f64]> {
+        let force_n = self.force_n.as_ref()?;
+        let all = self.process_torque.get_or_init(|| {
+            let mut all = vec![Vec::with_capacity(force_n.len()); self.dof()];
+            let (mut q, mut line) = (vec![0.0; self.dof()], vec![Vector3::zeros(); self.dof()]);
+            for (row, force) in force_n.iter().enumerate() {
+                self.command_into(row, &mut q);
+                self.chain.position_and_jacobian(&q, &mut line);
+                // virtual work: what a turn of the axis moves the TCP along the force
+                all.iter_mut().zip(&line).for_each(|(t, lever)| t.push(lever.dot(force)));
+            }
+            all
+        });
+        all.get(axis).map(Vec::as_slice)
     }
 
     /// Reversals of an axis: time (s), position, new direction.

@@ -102,7 +102,7 @@ impl Experiment<'_> {
             payloads.into_iter().map(|payload_kg| Run { t_s: t_s.clone(), cmd: cmd.clone(), payload_kg }).collect();
         let (problem, start) = synthetic::problem(self.model, runs, self.channels);
         let noise = problem.groups.iter().map(|g| match g.sensor {
-            Sensor::Reflector(_) | Sensor::Reading => self.noise,
+            Sensor::Reflector(_) | Sensor::Reading | Sensor::Orientation => self.noise,
             Sensor::Motor(a) | Sensor::Joint(a) => {
                 let revolute = self.model.robot.axis(a).kind == JointKind::Revolute;
                 Noise::white(SENSOR_SIGMA[usize::from(!revolute)])

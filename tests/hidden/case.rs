@@ -7,7 +7,7 @@ use crate::kinematics::rigid_fit;
 use crate::noise::{MDB, Metric, Noise, Spoiled};
 use crate::outside::{self, Outside};
 use crate::paths;
-use crate::physics::{Grid, STEP_S, registration, rms_um, torque};
+use crate::physics::{Grid, STEP_S, force, registration, rms_um, torque};
 use crate::robots::{self, Robot, rounded};
 use crate::truth::{FURTHER, NAMES, Setting};
 use nalgebra::Vector3;
@@ -40,6 +40,8 @@ pub struct Log {
     pub tcp_mm: Vec<Option<[f64; 3]>>,
     /// Torques of the drives, Nm or N, where they are logged.
     pub torque: Option<Vec<Vec<f64>>>,
+    /// Force on the tool, N, where it is logged.
+    pub force: Option<Vec<[f64; 3]>>,
     /// Of the commands.
     pub decimals: usize,
     pub tcp_decimals: usize,
@@ -91,7 +93,9 @@ fn path_kind(rng: &mut ChaCha8Rng) -> &'static str {
 /// Makes the case of a kind from its seed; draws again where the effect would not show on the path.
 pub fn make(kind: Kind, index: usize, seed: u64) -> Case {
     let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
-    let given = rng.random_bool(0.5);
+    // a frame that is estimated takes up what bends the beam
+    let refracted = matches!(kind, Kind::Further(k) if FURTHER[k % FURTHER.len()] == "tracker_refraction");
+    let given = rng.random_bool(0.5) || refracted;
     loop {
         if let Some(case) = attempt(kind, index, given, &mut rng) {
             return case;
@@ -366,6 +370,10 @@ fn log_of(
             let row = |k: &usize| (0..robot.joints.len()).map(|j| torque(j, *k as f64 / course.rate_hz)).collect();
             kept.iter().map(row).collect()
         }),
+        force: effects
+            .iter()
+            .any(|e| e.name == "process_force")
+            .then(|| kept.iter().map(|k| force(*k as f64 / course.rate_hz).into()).collect()),
         decimals: 6,
         tcp_decimals: decimals as usize,
     };

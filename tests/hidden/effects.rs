@@ -33,7 +33,8 @@ const SIZES: [&str; 16] = [
     "offset_s",
     "x_mm",
 ];
-const MORE_SIZES: [&str; 15] = [
+const MORE_SIZES: [&str; 16] = [
+    "gradient_k_per_m",
     "x_um",
     "y_um",
     "z_um",
@@ -138,7 +139,7 @@ impl Effect {
         let name = text("effect").unwrap_or_default();
         let target = text("target").or_else(|| text("joint")).unwrap_or_else(|| match name.as_str() {
             "tool_error" => "tool".into(),
-            "time_offset" | "tracker_scale" | "tracker_frame" => "log".into(),
+            "time_offset" | "tracker_scale" | "tracker_frame" | "tracker_refraction" => "log".into(),
             "base_tilt" => "base".into(),
             _ => "tcp".into(),
         });

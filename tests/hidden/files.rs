@@ -24,13 +24,17 @@ fn csv(robot: &Robot, log: &Log) -> String {
     for j in robot.joints.iter().filter(|_| log.torque.is_some()) {
         let _ = write!(s, ",torque_{}_{}", j.name, if j.revolute { "nm" } else { "n" });
     }
+    if log.force.is_some() {
+        s.push_str(",fx_n,fy_n,fz_n");
+    }
     s.push_str(",x_mm,y_mm,z_mm\n");
     for (row, ((t, cmd), tcp)) in log.t_s.iter().zip(&log.cmd).zip(&log.tcp_mm).enumerate() {
         let _ = write!(s, "{t:.4}");
         for c in cmd {
             let _ = write!(s, ",{c:.*}", log.decimals);
         }
-        for v in log.torque.iter().flat_map(|t| &t[row]) {
+        let torques = log.torque.iter().flat_map(|t| &t[row]);
+        for v in torques.chain(log.force.iter().flat_map(|f| &f[row])) {
             let _ = write!(s, ",{v:.4}");
         }
         match tcp {
@@ -68,7 +72,8 @@ pub fn read_log(path: &Path, robot: &Robot) -> Log {
         .collect();
     let tcp = ["x_mm", "y_mm", "z_mm"].map(|n| column(n.into()).expect("TCP columns"));
     let t = column("t_s".into()).expect("t_s");
-    let mut log = Log { t_s: vec![], cmd: vec![], tcp_mm: vec![], torque: None, decimals: 6, tcp_decimals: 4 };
+    let mut log =
+        Log { t_s: vec![], cmd: vec![], tcp_mm: vec![], torque: None, force: None, decimals: 6, tcp_decimals: 4 };
     for row in reader.records() {
         let row = row.expect("a CSV row");
         let number = |k: usize| row.get(k).and_then(|v| v.trim().parse::<f64>().ok());

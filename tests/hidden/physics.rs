@@ -4,7 +4,7 @@
 //! geometry effects through those that the log samples. Written from the table of effects alone.
 
 use crate::effects::Effect;
-use crate::kinematics::{GRAVITY_M_S2, Pose, apply, forward, frames, gravity_load, rpy, translation};
+use crate::kinematics::{GRAVITY_M_S2, Pose, apply, forward, frames, gravity_load, jacobian, rpy, translation};
 use crate::outside::Outside;
 use crate::robots::Robot;
 use nalgebra::{Rotation3, Vector3};
@@ -75,13 +75,15 @@ impl Machine<'_> {
                 self.links(&robot, &tool, &mut q);
                 self.torques(at * STEP_S, &hysteresis, k, &mut q);
                 let command: Vec<f64> = grid.joints.iter().map(|c| c[k] + (c[k + 1] - c[k]) * u).collect();
+                self.pressed(at * STEP_S, &command, &mut q);
                 let mut p = self.tilted(&robot, &tool, &q, &command);
                 self.tcp(&mut p, at * STEP_S);
                 for o in &self.outside {
                     p += o.tcp(at * STEP_S);
                 }
                 let scale: f64 = self.on("tracker_scale").map(|e| e.get("scale_ppm") * 1e-6).sum();
-                apply(&self.registration, &p) * (1.0 + scale)
+                let seen = apply(&self.registration, &p);
+                seen * (1.0 + scale) + self.refracted(&seen)
             })
             .collect()
     }
@@ -116,6 +118,24 @@ impl Machine<'_> {
             let Some(j) = self.robot.index(&e.target) else { continue };
             q[j] -= e.of("half_width") * self.robot.joints[j].unit() * z[step];
         }
+    }
+
+    /// What the force on the tool does to the joints.
+    fn pressed(&self, t_s: f64, command: &[f64], q: &mut [f64]) {
+        for e in self.on("process_force") {
+            let Some(j) = self.robot.index(&e.target) else { continue };
+            let lever = jacobian(self.robot, &frames(self.robot, &self.robot.tool(), command))[j];
+            let c = e.get("compliance_deg_per_nm") + e.get("compliance_mm_per_n");
+            q[j] += c * self.robot.joints[j].unit() * lever.dot(&force(t_s));
+        }
+    }
+
+    /// How far air that is warmer above raises a point that the tracker, at the origin of its frame, sees at `beam`.
+    fn refracted(&self, beam: &Vector3<f64>) -> Vector3<f64> {
+        let gradient: f64 = self.on("tracker_refraction").map(|e| e.get("gradient_k_per_m")).sum();
+        let up = self.registration.fixed_view::<3, 3>(0, 0) * Vector3::z();
+        let (length, along) = (beam.norm(), beam.normalize());
+        (up - along * along.dot(&up)) * (0.5 * 0.93e-6 * gradient * length * length)
     }
 
     /// The state of each hysteresis over torque, step by step of the grid.
@@ -302,6 +322,12 @@ const LOADS: usize = 25;
 pub fn torque(joint: usize, t_s: f64) -> f64 {
     let j = joint as f64;
     40.0 * ((0.31 + 0.02 * j) * t_s + j).sin() + 25.0 * ((1.13 - 0.05 * j) * t_s + 2.0 * j).sin()
+}
+
+/// Force (N) on the tool at a time, base frame, as it is logged: it knows nothing of the path.
+pub fn force(t_s: f64) -> Vector3<f64> {
+    let cut = |k: f64| 120.0 * ((0.23 + 0.07 * k) * t_s + k).sin() + 60.0 * ((1.3 - 0.2 * k) * t_s + 2.0 * k).sin();
+    Vector3::new(cut(0.0), cut(1.0), 80.0 + cut(2.0))
 }
 
 /// Play whose flank a load above `most` picks; else the movement does.

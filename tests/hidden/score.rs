@@ -80,7 +80,10 @@ pub fn folder(path: &Path) -> Score {
     let said = diagnose::run(path, &found);
     let mut score = judge(&case.truth, &said);
     score.case = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let repeats = case.effects.iter().all(|e| e.name != "tracker_frame" && !e.name.starts_with("torque_"));
+    let of_this_log = |e: &crate::effects::Effect| {
+        ["tracker_frame", "process_force"].contains(&e.name.as_str()) || e.name.starts_with("torque_")
+    };
+    let repeats = !case.effects.iter().any(of_this_log);
     if said.exit == 0 && !case.effects.is_empty() && repeats && case.truth["kind"] != "bad" {
         closure(&case, &found, work.path(), &mut score);
     }

@@ -31,7 +31,7 @@ pub const NAMES: [&str; 16] = [
 ];
 
 /// Effects of the catalogue that the mixed set does not draw: they are asked for by their own kind.
-pub const FURTHER: [&str; 9] = [
+pub const FURTHER: [&str; 11] = [
     "bearing_wobble",
     "tracker_scale",
     "tracker_frame",
@@ -41,6 +41,8 @@ pub const FURTHER: [&str; 9] = [
     "thermal_growth",
     "torque_windup",
     "torque_hysteresis",
+    "process_force",
+    "tracker_refraction",
 ];
 
 /// One log of one machine, as far as sizes and alternatives need it.
@@ -261,7 +263,8 @@ impl Setting<'_> {
                 let j = lengths[rng.random_range(0..lengths.len())];
                 Effect::new(name, &format!("{}.a", r.joints[j].name), &[("per_hour_mm", sign * 0.03 * per)])
             }
-            "torque_windup" => {
+            "tracker_refraction" => Effect::new(name, "log", &[("gradient_k_per_m", sign * 0.5)]),
+            "torque_windup" | "process_force" => {
                 let stem = if joint.revolute { "compliance_deg_per_nm" } else { "compliance_mm_per_n" };
                 on(&[(stem, 2e-5 * length)])
             }
@@ -330,7 +333,8 @@ fn physical(e: &Effect) -> bool {
         "tracker_frame" => ["x_um", "y_um", "z_um"].iter().all(|k| below(e.get(k), 5e3)),
         "base_tilt" => below(e.get("y_rad_per_nm"), 5e-5),
         "coupled_play" | "loaded_play" => below(e.of("half_gap"), play),
-        "torque_windup" => below(e.get("compliance_deg_per_nm"), 0.02),
+        "tracker_refraction" => below(e.get("gradient_k_per_m"), 1.8),
+        "torque_windup" | "process_force" => below(e.get("compliance_deg_per_nm"), 0.02),
         "torque_hysteresis" => below(e.of("half_width"), play),
         "thermal_growth" => below(e.get("per_hour_mm"), 90.0) && below(e.get("per_hour_deg"), 5.0),
         _ => ["x_mm", "y_mm", "z_mm"].iter().all(|k| below(e.get(k), 5.0)),

@@ -92,3 +92,67 @@ fn growth_and_drift_that_a_log_cannot_tell_apart_stand_in_one_set() {
     assert!(drift["parameters"].as_object().unwrap().values().all(|p| !p["ci95"].is_null()), "{drift:#}");
     assert_eq!(found["verdict"], "named_set", "{found:#}");
 }
+
+/// The tracker stands here, m, and the air is warmer above by this, K/m.
+const STATION_M: [f64; 3] = [-7.5, 0.4, -0.2];
+const GRADIENT: f64 = 1.2;
+
+/// Diagnosis of the gantry, measured through air of a temperature that rises with height: a beam is an arc, and the tracker sees along
+/// its tangent. `reach`: of the travels; `known`: the model has the frame.
+fn diagnosed_through_air(reach: f64, known: bool) -> Value {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let noise = Normal::new(0.0, NOISE_MM).unwrap();
+    let mut text = String::from("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm\n");
+    for k in 0..ROWS {
+        let t = STEP_S * f64::from(k);
+        let c = [0, 1, 2].map(|a| [500.0, 400.0, -200.0][a] + reach * [8.0, 6.0, 3.0][a] * command(a, t));
+        let beam = [0, 1, 2].map(|a| c[a] * 1e-3 - STATION_M[a]);
+        let (across, length) = (beam[0].hypot(beam[1]), beam.iter().map(|v| v * v).sum::<f64>().sqrt());
+        // half of the turn of the tangent along the arc, whose curvature is that across the beam
+        let elevation = (beam[2] / across).atan();
+        let seen = elevation + 0.5 * length * 0.93e-6 * GRADIENT * elevation.cos();
+        let flat = length * seen.cos() / across;
+        let at = [beam[0] * flat, beam[1] * flat, length * seen.sin()];
+        write!(text, "{t:.3},{:.6},{:.6},{:.6}", c[0], c[1], c[2]).unwrap();
+        at.iter().for_each(|v| write!(text, ",{:.5}", v * 1e3 + noise.sample(&mut rng)).unwrap());
+        text.push('\n');
+    }
+    let desk = WorkFolder::new();
+    std::fs::copy("configs/gantry-xyz-ballscrew.yaml", desk.join("robot.yaml")).unwrap();
+    std::fs::write(desk.join("log.csv"), text).unwrap();
+    let [x, y, z] = STATION_M.map(|v| -v * 1e3);
+    let frame =
+        if known { format!("registration: {{xyz_mm: [{x}, {y}, {z}], rpy_deg: [0, 0, 0]}}\n") } else { String::new() };
+    std::fs::write(
+        desk.join("model.yaml"),
+        format!("schema: lostmotion/model/1\nrobot: robot.yaml\n{frame}effects: []\n"),
+    )
+    .unwrap();
+    let out = run(desk.path(), "diagnose --model model.yaml --log log.csv --json").success();
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+#[test]
+fn air_that_is_warmer_above_bends_the_beam_of_a_tracker_whose_frame_is_known() {
+    let found = diagnosed_through_air(1.0, true);
+    let rounds = found["rounds"].as_array().unwrap();
+    assert_eq!(rounds.len(), 1, "{found:#}");
+    let gradient = &round(&found, "tracker_refraction")["parameters"]["gradient_k_per_m"];
+    assert!((gradient["value"].as_f64().unwrap() - GRADIENT).abs() < 0.03 * GRADIENT, "{gradient}");
+}
+
+/// Over a short travel it raises every point alike, as a zero of Z does: the set says so.
+#[test]
+fn over_a_short_travel_refraction_stands_in_a_set() {
+    let found = diagnosed_through_air(0.05, true);
+    let rounds = found["rounds"].as_array().unwrap();
+    assert_eq!(rounds.len(), 1, "{found:#}");
+    let set: Vec<&str> = rounds[0]["set"].as_array().unwrap().iter().map(|m| m["effect"].as_str().unwrap()).collect();
+    assert!(set.contains(&"tracker_refraction") && set.contains(&"joint_zero_offset"), "{found:#}");
+}
+
+#[test]
+fn a_frame_that_is_estimated_takes_refraction_up() {
+    let found = diagnosed_through_air(1.0, false);
+    assert_eq!(found["verdict"], "none", "{found:#}");
+}

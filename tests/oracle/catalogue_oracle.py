@@ -230,6 +230,11 @@ def logged_torque(t, name):
     return 200 / k * np.sin(0.7 * t + k) + 60 * np.cos(1.9 * t) + 30
 
 
+def logged_force(t):
+    """N on the tool, world frame, as the log has it; made up."""
+    return np.array([150 * np.sin(0.8 * t), 90 * np.cos(1.3 * t) + 40, -120 + 70 * np.sin(0.5 * t + 1)])
+
+
 def logged_temperature(t):
     return 21 + 4 * (1 - np.exp(-np.maximum(t, 0) / 7))
 
@@ -339,6 +344,11 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
         elif e["effect"] == "torque_hysteresis":
             k = robot.names.index(e["joint"])
             q[k] -= rad(e["half_width_deg"]) * dahl_over(logged_torque(t[rows], e["joint"]), e["torque_nm"])
+        elif e["effect"] == "process_force":
+            k = robot.names.index(e["joint"])
+            h = 1e-6 * np.eye(len(robot.names))[k]
+            levers = np.array([(robot.tcp(x + h) - robot.tcp(x - h)) / 2e-6 for x in cmd.T])
+            q[k] += rad(e["compliance_deg_per_nm"]) * np.sum(levers * logged_force(t[at]).T, axis=1)
         elif e["effect"] == "coupled_play":
             to, source = (robot.names.index(n) for n in e["target"].split("<-"))
             u = p[to] - e["ratio"] * p[source]
@@ -409,6 +419,13 @@ def measured_by_tracker(points, effects, seconds):
     for e in effects:
         if e["effect"] == "tracker_scale":
             points = points + e["scale_ppm"] * 1e-6 * (points - station)
+        elif e["effect"] == "tracker_refraction":
+            # the tracker sees along the tangent at its end of a beam of constant curvature
+            beam = points - station
+            length = np.linalg.norm(beam, axis=1, keepdims=True)
+            along = beam / length
+            bend = -0.93e-6 * e["gradient_k_per_m"] * (np.array([0, 0, 1]) - along * along[:, 2:])
+            points = points - 0.5 * length ** 2 * bend
         elif e["effect"] == "tracker_frame":
             number = lambda keys: np.array([e.get(k, 0) * 1e-6 for k in keys])
             if "t_s" in e:
@@ -476,6 +493,8 @@ ARM_MORE = [
     [dict(effect="loaded_play", joint="A5", half_gap_deg=0.01, torque_nm=3), dict(effect="servo_lag", joint="A5", lag_s=0.01)],
     [dict(effect="transmission_error", joint="A2", amplitude_deg=0.004, cycles_per_rev=30, phase_deg=70, fade_deg_s=9)],
     [dict(effect="torque_windup", joint="A1", compliance_deg_per_nm=1e-5, cubic_deg_per_nm3=-4e-11)],
+    [dict(effect="process_force", joint="A2", compliance_deg_per_nm=2e-5), dict(effect="process_force", joint="A5", compliance_deg_per_nm=8e-5)],
+    [dict(effect="tracker_refraction", gradient_k_per_m=1.5)],
     [dict(effect="torque_hysteresis", joint="A1", half_width_deg=0.004, torque_nm=60)],
     [dict(effect="time_offset", drift_ppm=DRIFT_PPM)],
     [dict(effect="coupled_play", target="A5<-A4", half_gap_deg=0.01, ratio=0.8)],
@@ -512,6 +531,7 @@ SLIDE_MORE = [
 ]
 REGISTERED = [
     [dict(effect="tracker_scale", scale_ppm=-45)],
+    [dict(effect="tracker_refraction", gradient_k_per_m=-0.8)],
     [dict(effect="tracker_frame", x_um=40, ry_urad=-25, at_row=150)],
 ]
 SLIDE = [
@@ -553,10 +573,10 @@ def main():
         p = commands(robot, which, t)
         payload = 25.0 if which == "arm" else 0.0
         head = ["t_s"] + [f"cmd_{n}_{'mm' if robot.si(n) == 1e-3 else 'deg'}" for n in robot.names]
-        more = ["payload_kg", "temp_c"] + [f"torque_{n}_nm" for n in robot.names] if payload else []
+        more = ["payload_kg", "temp_c"] + [f"torque_{n}_nm" for n in robot.names] + ["fx_n", "fy_n", "fz_n"] if payload else []
         lines = [",".join(head + more)]
         for r in all_rows:
-            logged = ["25", "%.9f" % logged_temperature(t[r])] + ["%.6f" % logged_torque(t[r], n) for n in robot.names if payload]
+            logged = ["25", "%.9f" % logged_temperature(t[r])] + ["%.6f" % logged_torque(t[r], n) for n in robot.names if payload] + ["%.6f" % f for f in logged_force(t[r])]
             lines.append(",".join(["%.3f" % t[r]] + decimals(robot, p[:, r]) + (logged if payload else [])))
         (OUT / f"{which}_log.csv").write_text("\n".join(lines) + "\n")
         for effects in groups:

@@ -100,6 +100,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]),
         loaded: problem.logs.iter().any(|l| l.drive.gravity_torque(axis).iter().any(|t| *t != 0.0)),
         load: problem.logs.iter().flat_map(|l| l.drive.gravity_torque(axis).iter()).fold(0.0, |m, t| m.max(t.abs())),
+        pressed: problem.logs.iter().filter_map(|l| l.drive.process_torque(axis)).any(|t| t.iter().any(|t| *t != 0.0)),
         fastest: problem.motions().flat_map(|l| Inputs::speed(&l.drive, axis).iter()).fold(0.0, |m, v| m.max(v.abs())),
         torque_measured: problem.logs.iter().any(|l| l.drive.measured_torque(axis).is_some()),
         torque: problem
@@ -116,6 +117,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
         fastest_m_s: fastest.max(1e-6),
         points: problem.logs.iter().any(|l| l.reflectors() > 0),
         tracker: problem.logs.iter().any(|l| l.is_tracked()),
+        frame_known: !problem.frames_free,
         motion: !problem.is_settled(),
         temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
         only: None,

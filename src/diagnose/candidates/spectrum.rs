@@ -241,16 +241,18 @@ fn spectrum(
         let values = &back[g.range()];
         // weight and squared lever of each block
         let lever: Vec<(f64, f64)> = match g.sensor {
-            Sensor::Reflector(k) => {
-                let j = &ground.state.logs[g.log].jacobian[k][axis];
+            Sensor::Reflector(_) | Sensor::Orientation => {
+                let jacobian = &ground.state.logs[g.log].jacobian;
                 let tilts =
                     if let Lever::Tilt(_) = kind { Some(ground.problem.tilts(ground.state, g.log)) } else { None };
                 (0..n)
                     .map(|b| {
-                        let v = match (&tilts, kind) {
-                            (Some(tilts), Lever::Tilt(about)) => tilts[k][axis][g.middle(b)][about],
-                            _ => j[g.middle(b)],
+                        let row = g.middle(b);
+                        let along = |k: usize| match (&tilts, kind) {
+                            (Some(tilts), Lever::Tilt(about)) => tilts[k][axis][row][about],
+                            _ => jacobian[k][axis][row],
                         };
+                        let v = ground.problem.lever(g, &along, row);
                         (v.x * values[b] + v.y * values[n + b] + v.z * values[2 * n + b], v.norm_squared())
                     })
                     .collect()

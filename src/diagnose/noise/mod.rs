@@ -13,7 +13,7 @@
 
 pub(crate) mod whitening;
 
-use crate::diagnose::problem::layout::Group;
+use crate::diagnose::problem::layout::{Group, Sensor};
 
 /// Noise of one group.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ pub(in crate::diagnose) const LEAST_POINT_SIGMA: f64 = 1e-7;
 
 /// The smallest of a group.
 pub(in crate::diagnose) fn least_sigma(group: &Group) -> f64 {
-    if group.sensor.is_length() { LEAST_POINT_SIGMA } else { LEAST_SIGMA }
+    if group.sensor.is_length() || group.sensor == Sensor::Orientation { LEAST_POINT_SIGMA } else { LEAST_SIGMA }
 }
 
 impl Noise {
@@ -250,7 +250,6 @@ pub fn estimate(group: &Group, residual: &[f64], fitted: f64, slowest: f64) -> (
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::problem::layout::Sensor;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 

@@ -6,9 +6,11 @@
 //! no neighbours: [`poses_without_outliers`] looks at what a fit leaves.
 //!
 //! Files beside:
+//! - `orientation`: how the probe that measures the orientation sits on the tool
 //! - `thin`: long logs: means over runs of rows, and the commands within a run for what remembers the way
 //! - `sensors`: which channel drives the gears: the commands, or the encoders on the motors
 
+mod orientation;
 pub(crate) mod sensors;
 mod thin;
 
@@ -16,6 +18,7 @@ use crate::diagnose::noise;
 use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::forward::{Hypothesis, LogData, Problem, State};
 use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::diagnose::problem::orientation::{Orientation, points_m};
 use crate::diagnose::problem::reading::Reading;
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
@@ -23,7 +26,7 @@ use crate::machine::CommandTrajectory;
 use crate::machine::measurement::Instrument;
 use crate::model::Model;
 use crate::numerics::robust::{MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Rotation3, Vector3};
 use std::sync::{Arc, OnceLock};
 
 /// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
@@ -39,25 +42,39 @@ const PAIRS: usize = 3000;
 
 /// Puts a problem together; the hypothesis holds the model's known effects.
 pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
-    problem_of(model, logs.iter().map(|log| thin::whole(model, log)).collect())
+    problem_of(model, logs, thin::whole)
 }
 
 /// The same with every log thinned to `most_rows`.
 pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Result<(Problem, Hypothesis)> {
-    problem_of(model, logs.iter().map(|log| (thin::to_at_most(model, log, most_rows), None)).collect())
+    problem_of(model, logs, |model, log| (thin::to_at_most(model, log, most_rows), None))
 }
 
-fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem, Hypothesis)> {
-    let logs = logs.into_iter().map(|(log, fine)| log_data(model, log, fine)).collect::<Result<Vec<LogData>>>()?;
+fn problem_of(
+    model: &Model,
+    logs: &[Log],
+    thinned: impl Fn(&Model, &Log) -> (Log, Option<Fine>),
+) -> Result<(Problem, Hypothesis)> {
+    let mut notes: Vec<String> = model.robot.by_joints_alone().into_iter().collect();
+    let sits = orientation::probe(model, logs, &mut notes);
+    let log_data = |log: &Log| {
+        let (log, fine) = thinned(model, log);
+        log_data(model, log, fine, sits.as_ref())
+    };
+    let logs = logs.iter().map(log_data).collect::<Result<Vec<LogData>>>()?;
+    let mut robot = model.robot.clone();
+    if let Some(sits) = &sits {
+        robot.reflectors_m = points_m(&robot, sits);
+    }
     let mut problem = Problem {
-        robot: model.robot.clone(),
+        robot,
         initial_gap_side: model.initial_gap_side.clone(),
         logs,
         groups: Vec::new(),
         n: 0,
         frames_free: model.registration.is_none(),
         points_free: false,
-        notes: model.robot.by_joints_alone().into_iter().collect(),
+        notes,
         told: OnceLock::new(),
     };
     if !problem.logs.iter().any(LogData::is_tracked) {
@@ -89,7 +106,7 @@ fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem,
 }
 
 /// A log as the problem holds it, before sensors and frames are chosen.
-fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> Result<LogData> {
+fn log_data(model: &Model, log: Log, fine: Option<Fine>, sits: Option<&Rotation3<f64>>) -> Result<LogData> {
     Ok(LogData {
         drive: match &fine {
             Some(fine) => fine.told(CommandTrajectory::of_log(&model.robot, &log)),
@@ -103,6 +120,7 @@ fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> Result<LogData> {
         block: 1,
         left_out: Vec::new(),
         reading: Reading::of(&model.robot, &log)?.map(Arc::new),
+        orientation: sits.and_then(|sits| Orientation::of(&model.robot, &log, sits)).map(Arc::new),
         jacobian: OnceLock::new(),
         tilts: OnceLock::new(),
         log,
@@ -180,6 +198,10 @@ pub fn group(problem: &mut Problem) {
         let rows = |there: &dyn Fn(usize) -> bool| (0..log.log.len()).filter(|&r| there(r)).map(|r| r as u32).collect();
         for k in 0..log.reflectors() {
             add(Sensor::Reflector(k), rows(&|r| log.measured(k, r).is_some()));
+        }
+        if let Some(turned) = &log.orientation {
+            let at = Sensor::Orientation.left_out_as().unwrap_or(0);
+            add(Sensor::Orientation, rows(&|r| turned.is_there(r) && !log.is_left_out(at, r)));
         }
         if let Some(reading) = &log.reading {
             add(Sensor::Reading, rows(&|r| reading.is_there(r) && !log.is_left_out(0, r)));
@@ -276,7 +298,7 @@ fn value_of(group: &Group, values: &[f64], b: usize) -> Vector3<f64> {
 pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
     let mut found: Vec<(usize, usize, usize)> = Vec::new();
     for g in &problem.groups {
-        let Some(k) = g.sensor.point() else { continue };
+        let Some(k) = g.sensor.left_out_as() else { continue };
         let log = &problem.logs[g.log];
         if log.log.poses || g.rows.len() < 8 || log.block > 1 {
             continue;
@@ -321,7 +343,7 @@ pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
 pub fn drop_single(problem: &mut Problem, freed: &[f64]) -> usize {
     let mut found = Vec::new();
     for g in &problem.groups {
-        let Some(k) = g.sensor.point() else { continue };
+        let Some(k) = g.sensor.left_out_as() else { continue };
         let log = &problem.logs[g.log];
         if log.log.poses || g.rows.len() < 8 || log.block > 1 {
             continue;
@@ -367,7 +389,7 @@ pub fn leave_poses_out(problem: &mut Problem, poses: &[(usize, usize)]) {
 pub fn poses_without_outliers(problem: &mut Problem, state: &State) -> usize {
     let mut found = Vec::new();
     for g in &problem.groups {
-        let Sensor::Reflector(k) = g.sensor else { continue };
+        let Some(k) = g.sensor.left_out_as().filter(|_| g.dims == 3) else { continue };
         if !problem.logs[g.log].log.poses || g.len() < 12 {
             continue;
         }

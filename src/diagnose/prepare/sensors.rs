@@ -144,7 +144,7 @@ fn by_points(
         columns.extend(c.columns(problem, h, &state));
     }
     let only = |v: &mut Vec<f64>| {
-        for g in problem.groups.iter().filter(|g| g.log != l || g.dims != 3) {
+        for g in problem.groups.iter().filter(|g| g.log != l || !matches!(g.sensor, Sensor::Reflector(_))) {
             v[g.range()].fill(0.0);
         }
     };
@@ -159,8 +159,11 @@ fn by_points(
     let typical = |mut v: Vec<f64>| {
         only(&mut v);
         project_off(&basis, &mut v);
-        let sizes: Vec<f64> =
-            problem.groups_of(l).filter(|g| g.dims == 3).flat_map(|g| v[g.range()].iter().map(|x| x.abs())).collect();
+        let sizes: Vec<f64> = problem
+            .groups_of(l)
+            .filter(|g| matches!(g.sensor, Sensor::Reflector(_)))
+            .flat_map(|g| v[g.range()].iter().map(|x| x.abs()))
+            .collect();
         SIGMA_PER_MAD * median(&sizes)
     };
     let by_command = typical(residual.to_vec());

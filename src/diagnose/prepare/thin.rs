@@ -3,7 +3,7 @@
 //! Method: a run of rows becomes one row, its measurement the mean over the run. What moves a joint is computed at several places
 //! of every run and averaged as the measurement is: a gap that is crossed within a run looks like wind-up otherwise.
 
-use super::GROSS;
+use super::{GROSS, orientation};
 use crate::diagnose::noise::LEAST_POINT_SIGMA;
 use crate::diagnose::problem::fine::Fine;
 use crate::identify::scalar::{self, Setup};
@@ -95,6 +95,7 @@ fn commands_at(log: &Log, rows: &[usize]) -> Log {
         temp_c: log.temp_c.as_deref().map(numbers),
         instruments: crate::log::Instruments {
             torque_nm: log.instruments.torque_nm.iter().map(|t| t.as_deref().map(numbers)).collect(),
+            force_n: log.instruments.force_n.as_ref().map(|f| rows.iter().map(|&r| f[r]).collect()),
             ..crate::log::Instruments::default()
         },
     }
@@ -103,6 +104,12 @@ fn commands_at(log: &Log, rows: &[usize]) -> Log {
 /// The row that stands for a run of rows.
 fn middle(run: &std::ops::Range<usize>) -> usize {
     (run.start + run.end) / 2
+}
+
+/// Mean of the vectors that are there.
+fn mean_of(run: &[Option<Vector3<f64>>]) -> Option<Vector3<f64>> {
+    let count = run.iter().flatten().count();
+    (count > 0).then(|| run.iter().flatten().sum::<Vector3<f64>>() / count as f64)
 }
 
 /// A joint's sensor in each run: the command in its middle plus the mean of sensor minus command.
@@ -197,12 +204,13 @@ fn thinned(model: &Model, log: &Log, run: usize) -> Log {
         temp_c: numbers(&log.temp_c),
         instruments: crate::log::Instruments {
             torque_nm: log.instruments.torque_nm.iter().map(numbers).collect(),
+            force_n: log.instruments.force_n.as_ref().map(|f| runs.iter().map(|r| mean_of(&f[r.clone()])).collect()),
             distance_m: single(&log.instruments.distance_m),
             distance_off_m: single(&log.instruments.distance_off_m),
             dial_m: single(&log.instruments.dial_m),
+            orientation: orientation::thinned(model, log, &frame, &runs),
             centre_m: log.instruments.centre_m,
             direction: log.instruments.direction,
-            ..crate::log::Instruments::default()
         },
     }
 }

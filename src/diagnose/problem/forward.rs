@@ -12,6 +12,7 @@ mod change;
 
 use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::diagnose::problem::orientation::{self, Orientation};
 use crate::diagnose::problem::reading::Reading;
 use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
@@ -46,6 +47,8 @@ pub struct LogData {
     pub left_out: Vec<Vec<bool>>,
     /// Readings of a ballbar or a dial, where the log has no points.
     pub reading: Option<Arc<Reading>>,
+    /// Orientations of the tool beside its points.
+    pub orientation: Option<Arc<Orientation>>,
     /// Derivatives of the points at the first hypothesis: effects are far too small to change them.
     pub jacobian: OnceLock<Arc<Jacobian>>,
     /// Derivatives of the points by a tilt of each axis, at the first hypothesis that asks for them.
@@ -102,9 +105,14 @@ impl LogData {
         }
     }
 
-    /// Number of points of the tool that the log tells something of: reflectors with columns, or the TCP that a ballbar or a dial reads.
+    /// Number of points of the tool that the log tells something of: reflectors with columns, those of an orientation, or the TCP that
+    /// a ballbar or a dial reads.
     pub fn reflectors(&self) -> usize {
-        if self.is_tracked() { 1 + self.log.reflectors_m.len() } else { usize::from(self.reading.is_some()) }
+        match (self.is_tracked(), &self.orientation) {
+            (true, None) => 1 + self.log.reflectors_m.len(),
+            (_, Some(_)) => orientation::POINTS.end,
+            (false, None) => usize::from(self.reading.is_some()),
+        }
     }
 
     /// Whether the coordinates of the TCP were measured.
@@ -181,6 +189,7 @@ impl LogData {
             block: self.block,
             left_out: self.left_out.clone(),
             reading: self.reading.clone(),
+            orientation: self.orientation.clone(),
             jacobian: self.jacobian.clone(),
             tilts: self.tilts.clone(),
         }
@@ -211,19 +220,34 @@ impl Problem {
     /// Own quantities of the sensor of a group that are estimated.
     pub fn unknowns(&self, group: &Group) -> usize {
         match group.sensor {
-            Sensor::Reflector(_) => 0,
+            Sensor::Reflector(_) | Sensor::Orientation => 0,
             Sensor::Motor(_) | Sensor::Joint(_) => 1,
             Sensor::Reading => self.logs[group.log].reading.as_ref().map_or(0, |r| r.unknowns()),
         }
     }
 
-    /// Adds to `out`, the long vector, what a group measures of a movement of its point; nothing of a joint sensor.
-    pub fn add_movement(&self, group: &Group, out: &mut [f64], movement: impl Fn(usize) -> Vector3<f64>) {
-        match (group.sensor, &self.logs[group.log].reading) {
-            (Sensor::Reflector(_), _) => group.add_points(out, movement),
-            (Sensor::Reading, Some(reading)) => group.add_numbers(out, |r| reading.seen(r, &movement(r))),
+    /// Adds to `out`, the long vector, what a group measures of a movement of one of its points; nothing of a joint sensor.
+    pub fn add_movement(&self, group: &Group, point: usize, out: &mut [f64], movement: impl Fn(usize) -> Vector3<f64>) {
+        let log = &self.logs[group.log];
+        match (group.sensor, &log.reading, &log.orientation) {
+            (Sensor::Reflector(_), ..) => group.add_points(out, movement),
+            (Sensor::Reading, Some(reading), _) => group.add_numbers(out, |r| reading.seen(r, &movement(r))),
+            (Sensor::Orientation, _, Some(turned)) => group.add_points(out, |r| turned.seen(r, point, &movement(r))),
             _ => {}
         }
+    }
+
+    /// What a turn about a joint, or its slide, moves of what a group with three coordinates measures, per rad or m of the joint.
+    pub fn lever(&self, group: &Group, along: &dyn Fn(usize) -> Vector3<f64>, row: usize) -> Vector3<f64> {
+        match (group.sensor, &self.logs[group.log].orientation) {
+            (Sensor::Orientation, Some(turned)) => orientation::POINTS.map(|k| turned.seen(row, k, &along(k))).sum(),
+            (sensor, _) => along(sensor.point().unwrap_or(0)),
+        }
+    }
+
+    /// Whether the orientation of the tool was measured.
+    pub fn is_turned(&self) -> bool {
+        self.logs.iter().any(|l| l.orientation.is_some())
     }
 
     fn chains(&self, geometry: &Robot, log: &LogData) -> Vec<Chain> {
@@ -260,6 +284,12 @@ impl Problem {
                         Some(m) => back.transform_point(&m.into()).coords - points[r],
                         None => Vector3::zeros(),
                     });
+                }
+                Sensor::Orientation => {
+                    if let Some(turned) = &log.orientation {
+                        let back = h.frames[log.frame].rotation.inverse();
+                        g.add_points(&mut residual, |r| turned.residual(r, &back, |k| state.points_m[k][r]));
+                    }
                 }
                 Sensor::Motor(a) => {
                     g.add_numbers(&mut residual, |r| sensed(&log.log.enc, a, r) - state.servo[a][r] - zero);

@@ -1,10 +1,11 @@
 //! The observations of all logs as one long vector, and the way from rows of a log into it.
 //!
-//! A [`Group`] is what one sensor of one log measured: a reflector (three coordinates), a joint, or a reading of the TCP (one). Its values stand
-//! one coordinate after the other. Rows without a measurement are left out. Long logs are averaged over blocks of
+//! A [`Group`] is what one sensor of one log measured: a reflector or the orientation of the tool (three coordinates), a joint, or a reading
+//! of the TCP (one). Its values stand one coordinate after the other. Rows without a measurement are left out. Long logs are averaged over blocks of
 //! consecutive rows: a linear map, applied alike to what was measured and to every sensitivity, so that nothing but time
 //! resolution is lost.
 
+use crate::diagnose::problem::orientation;
 use nalgebra::Vector3;
 
 /// What a group of observations measures.
@@ -18,6 +19,8 @@ pub enum Sensor {
     Joint(usize),
     /// One reading of the TCP: a ballbar, a dial.
     Reading,
+    /// Orientation of the tool, as turns about the axes of the base, rad.
+    Orientation,
 }
 
 impl Sensor {
@@ -26,8 +29,18 @@ impl Sensor {
         match self {
             Self::Reflector(k) => Some(k),
             Self::Reading => Some(0),
-            Self::Motor(_) | Self::Joint(_) => None,
+            Self::Motor(_) | Self::Joint(_) | Self::Orientation => None,
         }
+    }
+
+    /// Whether it shows something of a movement of a point of the tool.
+    pub fn sees(self, point: usize) -> bool {
+        self.point() == Some(point) || self == Self::Orientation && orientation::POINTS.contains(&point)
+    }
+
+    /// The place of its samples among those that are left out; `None` of joint sensors, whose samples are all kept.
+    pub fn left_out_as(self) -> Option<usize> {
+        if self == Self::Orientation { Some(orientation::POINTS.start) } else { self.point() }
     }
 
     /// Whether its readings are metres at a point of the tool.
@@ -68,7 +81,7 @@ impl Group {
             }
         }
         starts.push(rows.len() as u32);
-        let dims = if matches!(sensor, Sensor::Reflector(_)) { 3 } else { 1 };
+        let dims = if matches!(sensor, Sensor::Reflector(_) | Sensor::Orientation) { 3 } else { 1 };
         Self { log, sensor, rows, starts, steps, offset, dims }
     }
 

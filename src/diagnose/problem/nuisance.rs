@@ -1,7 +1,8 @@
-//! What is estimated beside the effects: frames, places of the further reflectors, zeros of joint sensors, own quantities of ballbars and dials.
+//! What is estimated beside the effects: frames, places of the further reflectors, how a probe sits on the tool, zeros of joint sensors, own quantities of ballbars and dials.
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::layout::Sensor;
+use crate::diagnose::problem::orientation;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 impl Problem {
@@ -13,7 +14,9 @@ impl Problem {
                 columns.extend(self.frame_columns(state, f));
             }
         }
-        if self.points_free {
+        if self.is_turned() {
+            columns.extend((0..3).map(|k| self.probe_column(k)));
+        } else if self.points_free {
             for k in 0..h.points_m.len() {
                 columns.extend((0..3).map(|c| self.point_column(state, k, c)));
             }
@@ -29,6 +32,17 @@ impl Problem {
             }
         }
         columns
+    }
+
+    /// Sensitivity to a turn of the probe on the tool about one of its axes.
+    fn probe_column(&self, k: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.n];
+        for g in self.groups.iter().filter(|g| g.sensor == Sensor::Orientation) {
+            if let Some(turned) = &self.logs[g.log].orientation {
+                g.add_points(&mut out, |r| turned.own(k, r));
+            }
+        }
+        out
     }
 
     /// Sensitivity to a coordinate of a further reflector in the flange.
@@ -53,11 +67,16 @@ impl Problem {
                 let mut out = vec![0.0; self.n];
                 let e = Vector3::ith(k % 3, 1.0);
                 for g in &self.groups {
-                    if let Sensor::Reflector(reflector) = g.sensor
-                        && self.logs[g.log].frame == frame
-                    {
-                        let points = &state.logs[g.log].points_m[reflector];
-                        g.add_points(&mut out, |r| if k < 3 { e } else { e.cross(&points[r]) });
+                    if self.logs[g.log].frame != frame {
+                        continue;
+                    }
+                    match g.sensor {
+                        Sensor::Reflector(reflector) => {
+                            let points = &state.logs[g.log].points_m[reflector];
+                            g.add_points(&mut out, |r| if k < 3 { e } else { e.cross(&points[r]) });
+                        }
+                        Sensor::Orientation if k >= 3 => g.add_points(&mut out, |_| e),
+                        _ => {}
                     }
                 }
                 out
@@ -80,7 +99,14 @@ impl Hypothesis {
                 self.move_frame(f, take(6));
             }
         }
-        if problem.points_free {
+        if problem.is_turned() {
+            let places: Vec<Vector3<f64>> =
+                problem.robot.reflectors_m.iter().zip(&self.points_m).map(|(p, d)| p + d).collect();
+            let moved = orientation::turned(&places, take(3));
+            for ((d, p), new) in self.points_m.iter_mut().zip(&places).zip(&moved) {
+                *d += new - p;
+            }
+        } else if problem.points_free {
             for p in &mut self.points_m {
                 *p += Vector3::from_row_slice(take(3));
             }

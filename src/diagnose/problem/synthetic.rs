@@ -60,6 +60,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
                 block,
                 left_out: Vec::new(),
                 reading: None,
+                orientation: None,
                 jacobian: OnceLock::new(),
                 tilts: OnceLock::new(),
                 log,

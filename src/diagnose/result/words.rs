@@ -31,7 +31,8 @@ impl GapUnit {
 /// Name and unit of a parameter's key: "half_gap_deg" is ("half gap", "deg"). `joint_unit` is that of knots, which have
 /// none in their key.
 pub fn key(key: &str, joint_unit: &'static str) -> (String, &'static str) {
-    const UNITS: [(&str, &str); 18] = [
+    const UNITS: [(&str, &str); 19] = [
+        ("_k_per_m", "K/m"),
         ("_deg_per_nm", "deg/Nm"),
         ("_rad_per_nm", "rad/Nm"),
         ("_mm_per_n", "mm/N"),
@@ -235,6 +236,7 @@ mod tests {
             assert!(!name.is_empty() && !name.ends_with("per") && !name.contains(" per "), "{found}: {name}");
         }
         assert_eq!(key("x_rad_per_nm", "deg"), ("x".into(), "rad/Nm"));
+        assert_eq!(key("gradient_k_per_m", "deg"), ("gradient".into(), "K/m"));
         assert_eq!(key("fade_deg_s", "deg"), ("fade".into(), "deg/s"));
         assert_eq!(key("torque_nm", "deg"), ("torque".into(), "Nm"));
         assert_eq!(key("per_nm", "mm").1, "per N");

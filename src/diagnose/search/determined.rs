@@ -18,7 +18,7 @@ use crate::diagnose::search::prepared::Prepared;
 use crate::diagnose::search::together::blocks::Blocks;
 use crate::diagnose::search::together::members::SUPPORTED;
 use crate::diagnose::search::together::{members, prior};
-use crate::diagnose::search::{Search, freed, precise, remaining, sandwich};
+use crate::diagnose::search::{Search, freed, precise, remaining, sandwich, unnamed};
 use crate::effects::EffectInstance;
 use crate::numerics::chi_squared;
 use crate::numerics::normal::Z95;
@@ -80,7 +80,27 @@ fn chance_of_zero(problem: &Problem, fit: &Fit, k: usize, shape: Shape) -> f64 {
 
 /// Which free effects have sizes whose interval holds zero, by a covariance that knows of misfit: they are no names by themselves.
 pub fn doubtful(problem: &Problem, fit: &Fit) -> Vec<bool> {
-    (0..fit.free.len()).map(|k| chance_of_zero(problem, fit, k, Shape::Open) > HOLDS_ZERO).collect()
+    let named = |k: usize| !unnamed::is_unnamed(&fit.hypothesis.effects[fit.free[k]]);
+    (0..fit.free.len())
+        .map(|k| fit.converged && named(k) && chance_of_zero(problem, fit, k, Shape::Open) > HOLDS_ZERO)
+        .collect()
+}
+
+/// The same by standard uncertainties of each free effect's values.
+pub fn doubtful_by(problem: &Problem, fit: &Fit, sigma: &[Vec<f64>]) -> Vec<bool> {
+    let holds_zero = |(k, sigma): (usize, &Vec<f64>)| {
+        let placed = &fit.hypothesis.effects[fit.free[k]];
+        let kinds = prior::kinds(problem, placed);
+        let values = placed.effect.values();
+        let sizes: Vec<usize> = (0..kinds.len()).filter(|&v| kinds[v] == prior::Kind::Size && sigma[v] > 0.0).collect();
+        let sum: f64 = sizes.iter().map(|&v| (values[v] / sigma[v]).powi(2)).sum();
+        fit.converged
+            && !sizes.is_empty()
+            && !unnamed::is_unnamed(placed)
+            && !candidates::is_geometry(placed.effect.name())
+            && chi_squared::tail(sum, sizes.len() as f64) > HOLDS_ZERO
+    };
+    sigma.iter().enumerate().map(holds_zero).collect()
 }
 
 /// Lengths of the longest log at which a time constant may be held: the shortest that explains as much.

@@ -238,7 +238,7 @@ pub fn drop_gross(problem: &mut Problem, h: &Hypothesis, white: &dyn Fn(&Problem
         let mut found = Vec::new();
         for l in 0..problem.logs.len() {
             let mut size = vec![None; problem.logs[l].log.len()];
-            for g in problem.groups_of(l).filter(|g| g.dims == 3) {
+            for g in problem.groups_of(l).filter(|g| g.dims == 3 && g.sensor.is_length()) {
                 let (n, v) = (g.len(), &fit.state.residual[g.range()]);
                 for b in 0..n {
                     let s: f64 = (0..3).map(|c| v[c * n + b].powi(2)).sum::<f64>().sqrt();

@@ -27,6 +27,7 @@
 //! - `prepared`: what the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all
 //!   structure
 //! - `remaining`: is there structure that remains beyond what was found?
+//! - `rival`: what stands beside an effect whose size may be zero
 //! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
 //! - `side_by_side`: gaps of joints that reverse together, in the one reading of a ballbar or a dial
 //! - `slow`: what varies more slowly than the instrument scatters, which the noise model may hold for wander
@@ -53,6 +54,7 @@ pub(crate) mod outcome;
 pub(crate) mod precise;
 pub(crate) mod prepared;
 pub(crate) mod remaining;
+pub(crate) mod rival;
 pub(crate) mod sandwich;
 pub(crate) mod side_by_side;
 pub(crate) mod slow;
@@ -189,7 +191,11 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let motion = prepared.recording != Recording::JointSensors && remains.is_none() && group.is_none();
     let slow = motion.then(|| slow::beside_instrument(&problem, &fit, &structure)).flatten();
     let support = determined::support(&problem, &fit, &whitening);
-    let doubtful = if group.is_none() { determined::doubtful(&problem, &fit) } else { Vec::new() };
+    // the geometry of an arm is one name
+    let together = group.as_ref().map_or(0, |g| g.count);
+    let mut doubtful = determined::doubtful(&problem, &fit);
+    doubtful.iter_mut().take(together).for_each(|d| *d = false);
+    rival::beside(&problem, &fit, &whitening, (&prepared.candidates, price), &doubtful, &mut alternatives);
     unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);

@@ -91,7 +91,10 @@ fn changes(torque: Option<&[f64]>) -> bool {
 pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict {
     let logs = &outcome.problem.logs;
     // a joint that is held shows its wind-up under a torque that changes
-    let turned = |l: &LogData| (0..outcome.problem.robot.dof()).any(|a| changes(l.drive.measured_torque(a)));
+    let turned = |l: &LogData| {
+        (0..outcome.problem.robot.dof())
+            .any(|a| changes(l.drive.measured_torque(a)) || changes(l.drive.process_torque(a)))
+    };
     let moves = logs.iter().any(|l| !l.log.moving_axes().is_empty() || turned(l));
     if !moves && !logs.iter().any(|l| l.log.poses) {
         Verdict::NotObservable

@@ -36,7 +36,12 @@ impl Columns<'_> {
 
     /// Coordinates of the `k`-th reflector; a point with an empty cell is lost as a whole.
     fn points(&mut self, k: usize) -> Option<Vec<Option<Vector3<f64>>>> {
-        let [x, y, z] = [0, 1, 2].map(|coordinate| self.take(Meaning::Position { k, coordinate }));
+        self.vectors([0, 1, 2].map(|coordinate| Meaning::Position { k, coordinate }))
+    }
+
+    /// Vectors from three columns; one with an empty cell is lost as a whole.
+    fn vectors(&mut self, columns: [Meaning; 3]) -> Option<Vec<Option<Vector3<f64>>>> {
+        let [x, y, z] = columns.map(|m| self.take(m));
         let (x, y, z) = (x?, y?, z?);
         let point = |((x, y), z): ((&f64, &f64), &f64)| Some(Vector3::new(*x, *y, *z)).filter(|v| !v.sum().is_nan());
         Some(x.iter().zip(&y).zip(&z).map(point).collect())
@@ -58,6 +63,7 @@ impl Columns<'_> {
             dial_m: self.cells(Meaning::Dial),
             orientation: Vec::new(),
             torque_nm: if torque_nm.iter().any(Option::is_some) { torque_nm } else { Vec::new() },
+            force_n: self.vectors([0, 1, 2].map(Meaning::Force)),
             ..Instruments::default()
         };
         if let [Some(w), Some(x), Some(y), Some(z)] = [0, 1, 2, 3].map(|part| self.take(Meaning::Orientation(part))) {

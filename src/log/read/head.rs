@@ -140,6 +140,12 @@ impl Head {
         {
             return missing(absent, "qw, qx, qy and qz of an orientation".into());
         }
+        let force = [0, 1, 2].map(Meaning::Force);
+        if force.iter().any(|&m| has(m))
+            && let Some(&absent) = force.iter().find(|&&m| !has(m))
+        {
+            return missing(absent, "fx_n, fy_n and fz_n of a force; a column of zeros for what is none".into());
+        }
         Ok(())
     }
 }

@@ -65,6 +65,17 @@ pub(super) fn measured_torque(log: &Log) -> Vec<Option<Vec<f64>>> {
     log.instruments.torque_nm.iter().map(|t| t.as_ref().map(|t| from_first(t))).collect()
 }
 
+/// Force on the tool as a log has it; what is missing is what was measured before it, and before the first one none.
+pub(super) fn force(log: &Log) -> Option<Vec<Vector3<f64>>> {
+    let column = log.instruments.force_n.as_ref()?;
+    let mut last = Vector3::zeros();
+    let mut next = |v: &Option<Vector3<f64>>| {
+        last = v.unwrap_or(last);
+        last
+    };
+    Some(column.iter().map(&mut next).collect())
+}
+
 /// A column with gaps: what is missing is what stood before it; before the first value that one.
 pub(super) fn from_first(column: &[Option<f64>]) -> Vec<f64> {
     let mut last = column.iter().flatten().next().copied().unwrap_or(0.0);

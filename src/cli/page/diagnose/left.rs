@@ -88,10 +88,12 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &G
             Sensor::Reflector(0) => ("TCP".to_string(), None),
             Sensor::Reflector(k) => (format!("reflector {}", k + 1), None),
             Sensor::Reading => ("reading of the TCP".to_string(), None),
+            Sensor::Orientation => ("orientation of the tool".to_string(), None),
             Sensor::Motor(a) => (format!("motor of {}", robot.axis(a).name), Some(a)),
             Sensor::Joint(a) => (format!("joint {}", robot.axis(a).name), Some(a)),
         };
         let (sigma, unit) = match axis {
+            None if g.sensor == Sensor::Orientation => (noise.sigma * 1e6, "µrad"),
             None => (noise.sigma * 1e6, "µm"),
             Some(a) => (milli(robot, a, noise.sigma), if robot.axis(a).kind.unit() == "deg" { "mdeg" } else { "µm" }),
         };

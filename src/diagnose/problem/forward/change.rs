@@ -19,9 +19,10 @@ impl Problem {
     ) {
         for g in self.groups_of(log) {
             match g.sensor {
-                Sensor::Reflector(_) | Sensor::Reading => {
-                    let j = &state.logs[log].jacobian[g.sensor.point().unwrap_or(0)][axis];
-                    self.add_movement(g, out, |r| j[r] * joint(r));
+                Sensor::Reflector(_) | Sensor::Reading | Sensor::Orientation => {
+                    for (k, j) in state.logs[log].jacobian.iter().enumerate().filter(|(k, _)| g.sensor.sees(*k)) {
+                        self.add_movement(g, k, out, |r| j[axis][r] * joint(r));
+                    }
                 }
                 Sensor::Joint(a) if a == axis => g.add_numbers(out, joint),
                 Sensor::Motor(a) if a == axis => {
@@ -132,8 +133,8 @@ impl Problem {
             let other = machine::geometry(&state.geometry, &effects);
             for (k, chain) in self.chains(&other, log).iter().enumerate() {
                 let (x, y) = (&s.chain_m[k], along(chain, &s.joint, log.drive.rows()));
-                for g in self.groups_of(l).filter(|g| g.sensor.point() == Some(k)) {
-                    self.add_movement(g, out, |r| (y[r] - x[r]) * per);
+                for g in self.groups_of(l).filter(|g| g.sensor.sees(k)) {
+                    self.add_movement(g, k, out, |r| (y[r] - x[r]) * per);
                 }
             }
         }
@@ -145,8 +146,8 @@ impl Problem {
                 let scene = self.scene(h, log, chain, &columns, Clock::default());
                 let x = parts::displacements_m(&scene, &from, &s.points_m[k]);
                 let y = parts::displacements_m(&scene, &to, &s.points_m[k]);
-                for g in self.groups_of(l).filter(|g| g.sensor.point() == Some(k)) {
-                    self.add_movement(g, out, |r| (y[r] - x[r]) * per);
+                for g in self.groups_of(l).filter(|g| g.sensor.sees(k)) {
+                    self.add_movement(g, k, out, |r| (y[r] - x[r]) * per);
                 }
             }
         }
@@ -154,12 +155,13 @@ impl Problem {
             let by = parts::clock(to).minus(&parts::clock(from));
             for g in self.groups_of(l) {
                 match g.sensor {
-                    Sensor::Reflector(_) | Sensor::Reading => {
+                    Sensor::Reflector(_) | Sensor::Reading | Sensor::Orientation => {
                         // the state holds `from` already
-                        let x = &s.points_m[g.sensor.point().unwrap_or(0)];
-                        let mut y = x.as_ref().clone();
-                        parts::shift_in_time(&log.drive, by, &mut y);
-                        self.add_movement(g, out, |r| (y[r] - x[r]) * per);
+                        for (k, x) in s.points_m.iter().enumerate().filter(|(k, _)| g.sensor.sees(*k)) {
+                            let mut y = x.as_ref().clone();
+                            parts::shift_in_time(&log.drive, by, &mut y);
+                            self.add_movement(g, k, out, |r| (y[r] - x[r]) * per);
+                        }
                     }
                     Sensor::Joint(a) => {
                         let x = &s.joint[a];

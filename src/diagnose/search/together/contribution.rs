@@ -1,6 +1,7 @@
 //! How far each effect moves the TCP.
 
 use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::problem::layout::Sensor;
 use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::search::fit::Fit;
 use crate::effects::EffectInstance;
@@ -24,7 +25,8 @@ pub(super) fn contribution(problem: &Problem, fit: &Fit, effects: &[EffectInstan
 
 /// rms over one log of a column beyond what a rigid movement of that log explains.
 fn beyond_frame(problem: &Problem, fit: &Fit, log: usize, column: &[f64]) -> f64 {
-    let groups: Vec<_> = problem.groups_of(log).collect();
+    // micrometres are those of the TCP
+    let groups: Vec<_> = problem.groups_of(log).filter(|g| g.sensor != Sensor::Orientation).collect();
     let n: usize = groups.iter().map(|g| g.range().len()).sum();
     let part = |v: &[f64]| -> Vec<f64> { groups.iter().flat_map(|g| v[g.range()].iter().copied()).collect() };
     let y = part(column);

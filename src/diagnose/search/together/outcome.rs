@@ -12,7 +12,7 @@ use crate::diagnose::problem::residual::{largest, rms};
 use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::Outcome;
-use crate::diagnose::search::slow;
+use crate::diagnose::search::{determined, rival, slow};
 
 /// Fits everything together and tells it, where that finds many effects; with the number of its members that stand clear of the
 /// noise, geometry and all lags among them.
@@ -48,7 +48,10 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
     let slow = quiet.then(|| slow::beside_instrument(&problem, &machine.fit, &structure)).flatten();
     let support = members::support(&problem, &machine);
     let story = share::story(&problem, &machine, uncertainties);
-    let alternatives = alternatives::of(&problem, &machine, &support);
+    let mut alternatives = alternatives::of(&problem, &machine, &support);
+    let price = (problem.n as f64).ln().min(8.0);
+    let doubtful = doubtful(&problem, &machine.fit, &story);
+    rival::beside(&problem, &machine.fit, &machine.whitening, (&candidates, price), &doubtful, &mut alternatives);
     let clear = triage::clear(&machine, &support);
     let members = support.iter().filter(|s| **s > triage::CLEAR).count();
     let super::MachineFit { fit, whitening, .. } = machine;
@@ -72,7 +75,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         remains,
         slow,
         support,
-        doubtful: Vec::new(),
+        doubtful,
         next: None,
         last,
         outliers: first + outliers,
@@ -83,12 +86,19 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         rms_nuisance,
         rms_named,
         state_nuisance: nuisance.state,
-        price: (problem.n as f64).ln().min(8.0),
+        price,
         fit,
         whitening,
         problem,
     };
     (outcome, clear, members)
+}
+
+/// Which free effects have sizes that may be zero; a gap counts with the wind-up that is not in the fit, as the log tells their sum.
+fn doubtful(problem: &Problem, fit: &Fit, story: &share::Story) -> Vec<bool> {
+    let of = |(alone, together): (&Vec<f64>, &Option<Vec<f64>>)| together.clone().unwrap_or_else(|| alone.clone());
+    let sigma: Vec<Vec<f64>> = story.sigma.iter().zip(&story.with_windup).map(of).collect();
+    determined::doubtful_by(problem, fit, &sigma)
 }
 
 /// The test without the catalogue after a fit, and what remains.
