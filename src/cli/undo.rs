@@ -5,6 +5,7 @@ use crate::cli::paths;
 use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::input;
 use crate::io::journal::{self, Towards};
+use crate::io::links;
 use crate::io::name::path_of;
 use crate::io::output::Output;
 use crate::io::transaction::Transaction;
@@ -90,8 +91,7 @@ pub fn run(args: Args) -> Result<()> {
     if !args.input.is_file() {
         return Err(bad(Place::file(shown(&args.input)), "no file", "a program that `rewrite` wrote"));
     }
-    let folder = args.input.parent().unwrap_or(Path::new(""));
-    journal::finish(folder, Towards::Result)?;
+    journal::finish(&links::home_of(&args.input), Towards::Result)?;
     let Some(note) = read_note(&args.input)? else {
         return Err(bad(Place::file(&name), "no note of `rewrite`", "the note next to a rewritten program"));
     };

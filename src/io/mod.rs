@@ -10,6 +10,7 @@
 //! - [`folder`]: what lies in a folder.
 //! - [`output`]: one output, in a temporary file until it is committed; [`ahead`]: a long one goes to disk while it is written.
 //! - [`kind`]: an output replaces a file of its own kind only.
+//! - [`links`]: where a name leads; [`regular`]: names that anybody may have made are opened as regular files alone.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
 //! - [`interrupt`]: whoever ends the process on a signal waits until no output is partly in place.
@@ -43,11 +44,13 @@ pub mod interrupt;
 pub mod journal;
 pub mod keyed;
 pub mod kind;
+pub mod links;
 pub mod lock;
 pub mod memory;
 pub mod names;
 pub mod notice;
 pub mod output;
+pub mod regular;
 #[cfg(feature = "cloud")]
 pub mod store;
 pub mod temporary;

@@ -8,6 +8,7 @@
 use super::ahead::Ahead;
 use super::folder::ignore_unsupported;
 use super::kind::Kind;
+use super::links;
 use super::temporary::Temporary;
 use super::transaction::Transaction;
 use crate::error::{Error, Result, is_stdio, shown};
@@ -80,9 +81,8 @@ impl Output {
         let shown = shown(path);
         // a new file needs no second look: there may be thousands
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
-        // a link stays a link: what it points to is replaced
-        let real = if nothing { None } else { std::fs::canonicalize(path).ok() };
-        let target = real.unwrap_or_else(|| path.to_path_buf());
+        // a link stays a link: what it points to is replaced, or made
+        let target = if nothing { path.to_path_buf() } else { links::target_of(path) };
         let there = if nothing { None } else { std::fs::metadata(&target).ok() };
         if let Some(meta) = &there {
             if meta.is_dir() {

@@ -38,14 +38,6 @@ impl Step {
         }
     }
 
-    /// As it was named, for the folder of the journal.
-    fn named(&self) -> &Path {
-        match self {
-            Self::Put(file) => &file.named,
-            Self::Remove(path) => path,
-        }
-    }
-
     fn is_new(&self) -> bool {
         matches!(self, Self::Put(file) if !file.replaces)
     }
@@ -122,9 +114,12 @@ fn in_order(steps: Vec<Step>, streams: Streams) -> Result<()> {
     release(streams, done)
 }
 
-/// Steps with a journal in the folder of the first of them.
+/// Steps with a journal in the folder of the first of them: where its file is, whatever link it was named by.
 fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> {
-    let home = steps.first().map(|s| folder_of(s.named()).to_path_buf()).unwrap_or_default();
+    let home = steps.first().map(|s| folder_of(s.target()).to_path_buf()).unwrap_or_default();
+    // one folder may be named in several ways
+    let real = |folder: &Path| std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let real_home = real(&home);
     // a run that does not sync holds its folder as a whole
     let _lock = match synced {
         true => FolderLock::take(&home, Sharing::Alone, PATIENCE)?,
@@ -137,9 +132,9 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
     for step in &steps {
         backups.push(backup(step).map_err(|e| Error::io(step.target(), "keep a copy of", e))?);
     }
-    let entries = steps.iter().zip(&backups).filter(|(s, _)| folder_of(s.named()) == home);
+    let entries = steps.iter().zip(&backups).filter(|(s, _)| real(folder_of(s.target())) == real_home);
     let entries = entries.map(|(step, old)| journal::Entry {
-        target: name_of(step.named()),
+        target: name_of(step.target()),
         new: match step {
             Step::Put(file) => Some(name_of(file.temporary.path())),
             Step::Remove(_) => None,

@@ -1,0 +1,127 @@
+//! The program that was there before is not lost: links, standard input, a second run in place, notes, power failures.
+
+#![cfg(unix)]
+
+use crate::support::{self, Outcome, WorkFolder, root};
+use std::os::unix::fs::symlink;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// A folder with a program, the robot and a model with a gap on its first joint.
+pub struct Cell(WorkFolder);
+
+/// Goes to and fro in the first joint.
+const TURNS: [u32; 9] = [0, 1, 2, 3, 2, 1, 0, 1, 2];
+
+/// The program with its first joint `from_deg` further.
+pub fn program(from_deg: u32) -> String {
+    let row = |turn: u32| format!("{}.0000,-90.0000,90.0000,0.0000,10.0000,0.0000\n", from_deg + turn);
+    let rows: String = TURNS.into_iter().map(row).collect();
+    format!("a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n{rows}")
+}
+
+const REWRITE: &str = "rewrite --model model.yaml";
+
+impl Cell {
+    pub fn new() -> Self {
+        let cell = Self(WorkFolder::new());
+        std::fs::copy(root().join("configs/kuka-kr120-r2500-pro.yaml"), cell.path("robot.yaml")).unwrap();
+        let effect = "{effect: backlash, joint: A1, half_gap_deg: 0.0028}";
+        cell.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n"));
+        cell.write("w.csv", &program(0));
+        cell
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    pub fn write(&self, name: &str, text: &str) {
+        std::fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    pub fn link(&self, to: &str, name: &str) {
+        std::fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        symlink(to, self.path(name)).unwrap();
+    }
+
+    pub fn fifo(&self, name: &str) {
+        std::fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        assert!(Command::new("mkfifo").arg(self.path(name)).status().unwrap().success());
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        String::from_utf8(std::fs::read(self.path(name)).unwrap()).unwrap()
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        std::fs::symlink_metadata(self.path(name)).is_ok()
+    }
+
+    pub fn run(&self, line: &str) -> Outcome {
+        self.0.run(line)
+    }
+
+    /// `rewrite` with the model; it ends within a minute.
+    pub fn rewrite(&self, line: &str) -> Outcome {
+        let line = format!("60 {} {REWRITE} {line}", support::binary().display());
+        support::outcome(assert_cmd::Command::new("timeout").current_dir(self.0.path()).args(line.split(' ')))
+    }
+
+    /// `rewrite` with a file as standard input.
+    fn rewrite_from(&self, stdin: &str, line: &str) -> std::process::Output {
+        let mut command = support::process();
+        command.current_dir(self.0.path()).args(format!("{REWRITE} {line}").split(' '));
+        command.stdin(std::fs::File::open(self.path(stdin)).unwrap()).output().unwrap()
+    }
+
+    /// `rewrite` whose standard output has no reader.
+    fn rewrite_unread(&self, line: &str) -> std::process::Output {
+        let mut command = support::process();
+        command.current_dir(self.0.path()).args(format!("{REWRITE} {line}").split(' '));
+        let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(run.stdout.take());
+        run.wait_with_output().unwrap()
+    }
+
+    /// Names that begin as ours do.
+    pub fn leftovers(&self, folder: &str) -> Vec<String> {
+        let names =
+            std::fs::read_dir(self.path(folder)).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        names.filter(|n| n.starts_with(".lostmotion")).collect()
+    }
+}
+
+const FOREIGN_JOURNAL: &str = r#"{"schema":"lostmotion/journal/1","back":true,"files":[
+    {"target":"x.csv","new":".lostmotion-q.part","bytes":0,"old":null}]}"#;
+
+#[test]
+fn a_journal_reaches_no_file_outside_its_folder_through_a_link() {
+    let cell = Cell::new();
+    cell.write("home/precious.csv", &program(20));
+    cell.write("cell/w.csv", &program(0));
+    cell.link("../home/precious.csv", "cell/x.csv");
+    cell.write("cell/.lostmotion-abcdefghij.journal", FOREIGN_JOURNAL);
+    for line in ["cell/w.csv --output o.csv", "cell --output-dir out"] {
+        let run = cell.rewrite(line).ends_with(2);
+        assert!(run.stderr.contains("a journal that is damaged"), "{}", run.stderr);
+        assert_eq!(cell.read("home/precious.csv"), program(20), "{line}");
+    }
+}
+
+#[test]
+fn an_output_through_a_link_has_its_journal_where_its_file_is() {
+    let cell = Cell::new();
+    cell.write("home/keep", "");
+    cell.link("../home/o.csv", "cell/o.csv");
+    // through a link to nowhere the file is made, and the link stays
+    cell.rewrite("w.csv --output cell/o.csv").success();
+    let once = cell.read("home/o.csv");
+    assert!(std::fs::symlink_metadata(cell.path("cell/o.csv")).unwrap().is_symlink());
+    // and what a killed run left there is taken back before it is written again
+    cell.write("home/.lostmotion-abcdefghij.journal", &FOREIGN_JOURNAL.replace("x.csv", "o.csv"));
+    cell.rewrite("w.csv --output cell/o.csv").success();
+    assert_eq!(cell.read("home/o.csv"), once);
+    assert_eq!(cell.leftovers("home"), Vec::<String>::new());
+}
