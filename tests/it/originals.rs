@@ -125,3 +125,17 @@ fn an_output_through_a_link_has_its_journal_where_its_file_is() {
     assert_eq!(cell.read("home/o.csv"), once);
     assert_eq!(cell.leftovers("home"), Vec::<String>::new());
 }
+
+#[test]
+fn a_link_at_the_name_of_the_lock_destroys_and_shows_no_file() {
+    let cell = Cell::new();
+    cell.write("precious.csv", &program(20));
+    cell.write("in/w.csv", &program(0));
+    cell.link("../precious.csv", "in/.lostmotion.lock");
+    cell.link("../precious.csv", "out/.lostmotion.lock");
+    for line in ["in/w.csv --output o.csv", "w.csv --output out/o.csv", "in --output-dir out"] {
+        let run = cell.rewrite(line).ends_with(2);
+        assert!(run.stderr.contains("no lock of lostmotion") && !run.stderr.contains("a1_deg"), "{}", run.stderr);
+        assert_eq!(cell.read("precious.csv"), program(20), "{line}");
+    }
+}
