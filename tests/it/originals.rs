@@ -139,3 +139,31 @@ fn a_link_at_the_name_of_the_lock_destroys_and_shows_no_file() {
         assert_eq!(cell.read("precious.csv"), program(20), "{line}");
     }
 }
+
+#[test]
+fn a_link_in_the_output_folder_never_leads_a_result_over_a_program() {
+    // as `cp -s` makes it; a link of a folder; to another program; among the programs
+    for (to, link) in
+        [("../in/w.csv", "w.csv"), ("../in/sub", "sub"), ("../in/v.csv", "w.csv"), ("../in/x.csv", "v.csv")]
+    {
+        let cell = Cell::new();
+        let names = ["w.csv", "v.csv", "sub/w.csv"];
+        names.iter().enumerate().for_each(|(k, n)| cell.write(&format!("in/{n}"), &program(10 * k as u32)));
+        cell.link(to, &format!("out/{link}"));
+        let run = cell.rewrite("in --output-dir out").ends_with(1);
+        assert!(run.stderr.contains(&format!("out/{link}")) && run.stderr.contains("a link "), "{}", run.stderr);
+        for (k, name) in names.iter().enumerate() {
+            assert_eq!(cell.read(&format!("in/{name}")), program(10 * k as u32), "{link} -> {to}");
+        }
+        assert!(!cell.has("in/x.csv") && !cell.has("in/w.csv.lostmotion.json"), "{link} -> {to}");
+    }
+}
+
+#[test]
+fn an_input_that_is_a_link_to_its_result_is_not_replaced() {
+    let cell = Cell::new();
+    cell.write("out/w.csv", &program(0));
+    cell.link("../out/w.csv", "in/w.csv");
+    cell.rewrite("in --output-dir out").ends_with(1);
+    assert_eq!(cell.read("out/w.csv"), program(0));
+}
