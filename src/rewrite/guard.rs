@@ -69,6 +69,13 @@ pub struct Note {
     pub companions: Vec<Companion>,
 }
 
+impl Note {
+    /// One word for the SHA-256 of all files of the result.
+    pub fn result(&self) -> String {
+        together(std::iter::once(&self.sha256_out).chain(self.companions.iter().map(|c| &c.sha256_out)))
+    }
+}
+
 /// A file that belongs to a program, such as the `.dat` of a `.src`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Companion {
@@ -195,9 +202,8 @@ impl Notes {
             Err(e) => Some(Err(Error::io(&p, "read", e))),
         };
         let notes = entries.filter(|p| is_note(p)).filter_map(read);
-        let whole =
-            |n: Note| together(std::iter::once(&n.sha256_out).chain(n.companions.iter().map(|c| &c.sha256_out)));
-        let found: Arc<Vec<String>> = Arc::new(notes.map(|n: Result<Note>| n.map(whole)).collect::<Result<_>>()?);
+        let found: Arc<Vec<String>> =
+            Arc::new(notes.map(|n: Result<Note>| n.map(|n| n.result())).collect::<Result<_>>()?);
         folders.insert(here.to_path_buf(), Arc::clone(&found));
         Ok(found)
     }

@@ -28,6 +28,7 @@ impl Cell {
         std::fs::copy(root().join("configs/kuka-kr120-r2500-pro.yaml"), cell.path("robot.yaml")).unwrap();
         let effect = "{effect: backlash, joint: A1, half_gap_deg: 0.0028}";
         cell.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n"));
+        cell.write("still.yaml", &cell.read("model.yaml").replace("joint: A1", "joint: A6"));
         cell.write("w.csv", &program(0));
         cell
     }
@@ -166,4 +167,68 @@ fn an_input_that_is_a_link_to_its_result_is_not_replaced() {
     cell.link("../out/w.csv", "in/w.csv");
     cell.rewrite("in --output-dir out").ends_with(1);
     assert_eq!(cell.read("out/w.csv"), program(0));
+}
+
+const IN_PLACE: &str = "w.csv --output w.csv --force";
+
+#[test]
+fn a_program_in_place_is_not_rewritten_twice_even_by_force() {
+    let cell = Cell::new();
+    cell.rewrite("w.csv --output once.csv").success();
+    cell.rewrite(IN_PLACE).success();
+    cell.link("w.csv", "link.csv");
+    for line in [IN_PLACE, "link.csv --output w.csv --force", "w.csv --output link.csv --force"] {
+        let run = cell.rewrite(line).ends_with(2);
+        assert!(run.stderr.contains("rewritten already") && run.stderr.contains("undo"), "{}", run.stderr);
+        assert_eq!(cell.read("w.csv"), cell.read("once.csv"), "{line}");
+    }
+    cell.run("undo w.csv --in-place").success();
+    assert_eq!(cell.read("w.csv"), program(0));
+    // elsewhere the force means what it meant
+    cell.rewrite(IN_PLACE).success();
+    cell.rewrite("w.csv --output twice.csv --force").success();
+    assert_ne!(cell.read("twice.csv"), cell.read("once.csv"));
+}
+
+#[test]
+fn a_krl_program_and_a_folder_in_place_are_not_rewritten_twice_even_by_force() {
+    let cell = Cell::new();
+    for name in ["points.src", "points.DAT"] {
+        std::fs::copy(root().join("samples/programs/krl").join(name), cell.path(name)).unwrap();
+    }
+    let krl = "points.src --output points.src --force";
+    cell.rewrite(krl).success();
+    let once = [cell.read("points.src"), cell.read("points.DAT")];
+    cell.rewrite(krl).ends_with(2);
+    assert_eq!([cell.read("points.src"), cell.read("points.DAT")], once);
+    cell.write("in/w.csv", &program(0));
+    cell.rewrite("in --output-dir in --force").success();
+    let once = cell.read("in/w.csv");
+    assert_ne!(once, program(0));
+    cell.rewrite("in --output-dir in --force").ends_with(1);
+    assert_eq!(cell.read("in/w.csv"), once);
+    cell.run("undo in/w.csv --in-place").success();
+    assert_eq!(cell.read("in/w.csv"), program(0));
+}
+
+/// Killed when all names are in place, but what was kept is not yet gone.
+#[cfg(target_os = "linux")]
+#[test]
+#[cfg_attr(not(strace), ignore = "strace is absent: it makes system calls fail")]
+fn fault_injection_a_program_in_place_that_was_killed_at_its_end_is_not_rewritten_twice() {
+    let cell = Cell::new();
+    cell.rewrite("w.csv --output once.csv").success();
+    for when in 1..=3 {
+        cell.write("w.csv", &program(0));
+        let _ = std::fs::remove_file(cell.path("w.csv.lostmotion.json"));
+        let mut strace = Command::new("strace");
+        strace.args(["-f", "-qq", "-o", "/dev/null", "-e", &format!("inject=unlink:signal=SIGKILL:when={when}")]);
+        strace.arg(support::binary()).args(format!("{REWRITE} {IN_PLACE}").split(' ')).current_dir(cell.path(""));
+        strace.output().expect("strace is needed");
+        let again = cell.rewrite(IN_PLACE);
+        assert!(matches!(again.code, Some(0 | 2)), "{when}: {}", again.stderr);
+        assert_eq!(cell.read("w.csv"), cell.read("once.csv"), "{when}");
+        cell.run("undo w.csv --in-place").success();
+        assert_eq!(cell.read("w.csv"), program(0), "{when}");
+    }
 }

@@ -78,7 +78,7 @@ impl Job<'_> {
             let note = self.note_of(source, path, &paths, &done.originals, &sums, &outcome);
             self.prepare_note(path, &note)?
         };
-        let stale_note = self.stale_note(path, outcome.unchanged)?;
+        let stale_note = self.stale_note(path, outcome.unchanged, &sums)?;
         Ok(Ready { outcome, files, note, stale_note })
     }
 
@@ -100,7 +100,7 @@ impl Job<'_> {
         }
         let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;
         let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
-        self.refuse_known(&name, &self.known(input)?, &Some(guard::together(hashes.iter())))?;
+        self.refuse_known(&name, &self.known(input, &target)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.last_digits()?;
         let task = Task {
             robot: self.robot,
