@@ -232,3 +232,21 @@ fn fault_injection_a_program_in_place_that_was_killed_at_its_end_is_not_rewritte
         assert_eq!(cell.read("w.csv"), program(0), "{when}");
     }
 }
+
+#[test]
+fn a_note_of_the_very_bytes_that_stand_there_stays_where_nothing_is_compensated() {
+    let cell = Cell::new();
+    cell.rewrite("w.csv --output o.csv").success();
+    cell.write("far/copy.csv", &cell.read("o.csv"));
+    let still = |line: &str| cell.run(&format!("rewrite --model still.yaml {line}"));
+    // in place it is refused, and by way of a copy nothing changes
+    still("o.csv --output o.csv --force").ends_with(2);
+    still("far/copy.csv --output o.csv --force").success();
+    assert_eq!(cell.read("o.csv"), cell.read("far/copy.csv"));
+    cell.run("undo o.csv --output back.csv").success();
+    assert_eq!(cell.read("back.csv"), program(0));
+    // the note of other bytes goes
+    still("w.csv --output o.csv --force").success();
+    assert_eq!(cell.read("o.csv"), program(0));
+    assert!(!cell.has("o.csv.lostmotion.json"));
+}
