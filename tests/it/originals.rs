@@ -250,3 +250,21 @@ fn a_note_of_the_very_bytes_that_stand_there_stays_where_nothing_is_compensated(
     assert_eq!(cell.read("o.csv"), program(0));
     assert!(!cell.has("o.csv.lostmotion.json"));
 }
+
+#[test]
+fn the_file_that_is_standard_input_is_not_replaced() {
+    let cell = Cell::new();
+    cell.link("w.csv", "link.csv");
+    for line in ["- --output w.csv", "- --output link.csv --force", "- --output o.csv --summary w.csv"] {
+        let run = cell.rewrite_from("w.csv", line);
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(run.status.code() == Some(2) && said.contains("the same file as standard input"), "{line}: {said}");
+        assert_eq!(cell.read("w.csv"), program(0), "{line}");
+    }
+    // another file, and a page of what comes from a file
+    assert!(cell.rewrite_from("w.csv", "- --output o.csv").status.success());
+    let mut show = support::process();
+    show.current_dir(cell.path("")).args(["simulate", "--model", "model.yaml", "--input", "-", "--output", "w.csv"]);
+    let done = show.stdin(std::fs::File::open(cell.path("w.csv")).unwrap()).output().unwrap();
+    assert_eq!((done.status.code(), cell.read("w.csv")), (Some(2), program(0)));
+}
