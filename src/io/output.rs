@@ -163,6 +163,16 @@ impl Output {
         Ok(())
     }
 
+    /// Looks again whether a file stands at the target: one may have come since the output was made. Where a run holds the folder,
+    /// none does.
+    pub(super) fn look_again(&mut self) {
+        if let Sink::File(file) = &mut self.sink
+            && self.durability == Durability::Synced
+        {
+            file.replaces |= std::fs::symlink_metadata(&file.target).is_ok();
+        }
+    }
+
     /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
         let Sink::File(file) = &self.sink else { return Ok(()) };

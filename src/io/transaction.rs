@@ -72,6 +72,7 @@ impl Transaction {
     /// Nothing is in place then, but for [`Error::Unfinished`], whose message says what is.
     pub fn commit(mut self) -> Result<()> {
         self.prepare()?;
+        self.outputs.iter_mut().for_each(Output::look_again);
         self.outputs.iter().try_for_each(Output::refuse_other_kind)?;
         let replaced: Vec<String> =
             self.outputs.iter().filter(|o| o.tells_replaced()).map(|o| o.shown.clone()).collect();
@@ -313,3 +314,20 @@ fn sync_folders(folders: &[PathBuf]) {
 
 #[cfg(not(unix))]
 fn sync_folders(_: &[PathBuf]) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_file_that_came_since_the_output_was_made_is_of_its_kind_or_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("summary.jsonl");
+        let mut output = Output::create(&target).unwrap();
+        output.write_all(b"{\"input\": \"w.csv\"}\n").unwrap();
+        std::fs::write(&target, "{\"schema\": \"lostmotion/rewritten/1\"}").unwrap();
+        assert!(output.commit().unwrap_err().is_bad_input());
+        assert!(std::fs::read_to_string(&target).unwrap().contains("rewritten"));
+    }
+}
