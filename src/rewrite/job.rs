@@ -141,7 +141,7 @@ impl Job<'_> {
             return Ok(None);
         }
         let stale = guard::read_note(output)?.filter(|n| n.result() != guard::together(written.iter()));
-        Ok(stale.map(|_| guard::note_path(output)))
+        Ok(stale.map(|_| guard::find_note(output)))
     }
 
     /// SHA-256 of programs that are known to be rewritten, beside `input`; where that is forced, of none but the result that `input`
@@ -198,7 +198,12 @@ impl Job<'_> {
             return Ok(None);
         }
         let text = guard::note_text(note)?;
-        let mut output = Output::create_as(&guard::note_path(file), self.durability)?;
+        let path = guard::note_path(file);
+        if std::fs::metadata(&path).is_ok_and(|m| !m.is_file()) {
+            let expected = "a place for the note of the program (remove it, or give another output)";
+            return Err(Error::bad(Place::file(shown(&path)), "no regular file", expected));
+        }
+        let mut output = Output::create_as(&path, self.durability)?;
         output.put(text.as_bytes())?;
         Ok(Some(output))
     }

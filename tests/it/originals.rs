@@ -268,3 +268,73 @@ fn the_file_that_is_standard_input_is_not_replaced() {
     let done = show.stdin(std::fs::File::open(cell.path("w.csv")).unwrap()).output().unwrap();
     assert_eq!((done.status.code(), cell.read("w.csv")), (Some(2), program(0)));
 }
+
+#[test]
+fn a_summary_or_a_page_goes_over_no_note_of_a_folder() {
+    let cell = Cell::new();
+    cell.write("in/w.csv", &program(0));
+    cell.link("out/w.csv.lostmotion.json", "link.json");
+    for option in ["--summary", "--report"] {
+        for file in ["out/w.csv.lostmotion.json", "in/w.csv.lostmotion.json", "link.json"] {
+            std::fs::create_dir_all(cell.path("out")).unwrap();
+            let run = cell.rewrite(&format!("in --output-dir out {option} {file}")).ends_with(2);
+            assert!(run.stderr.contains("the note of a program"), "{option} {file}: {}", run.stderr);
+            assert!(!cell.has("out/w.csv"), "{option} {file}");
+        }
+    }
+}
+
+#[test]
+fn the_note_of_a_result_is_found_by_every_name_of_the_file() {
+    let cell = Cell::new();
+    cell.write("real/w.csv", &program(30));
+    cell.link("../real/w.csv", "l/w.csv");
+    cell.rewrite("w.csv --output l/w.csv").success();
+    let once = cell.read("real/w.csv");
+    assert!(cell.has("real/w.csv.lostmotion.json") && !cell.has("l/w.csv.lostmotion.json"));
+    cell.link("../real/w.csv", "far/other.csv");
+    for input in ["real/w.csv", "l/w.csv", "far/other.csv"] {
+        let run = cell.rewrite(&format!("{input} --output two.csv")).ends_with(2);
+        assert!(run.stderr.contains("rewritten already"), "{input}: {}", run.stderr);
+        cell.run(&format!("undo {input} --output back.csv")).success();
+        assert_eq!(cell.read("back.csv"), program(0));
+    }
+    cell.rewrite("far --output-dir out").ends_with(1);
+    cell.run("undo l/w.csv --in-place").success();
+    assert_eq!(cell.read("real/w.csv"), program(0));
+    assert!(!cell.has("real/w.csv.lostmotion.json") && once != program(0));
+}
+
+#[test]
+fn a_note_of_an_earlier_version_beside_a_link_is_still_found() {
+    let cell = Cell::new();
+    cell.write("real/w.csv", &program(30));
+    cell.link("../real/w.csv", "l/w.csv");
+    cell.rewrite("w.csv --output l/w.csv").success();
+    std::fs::rename(cell.path("real/w.csv.lostmotion.json"), cell.path("l/w.csv.lostmotion.json")).unwrap();
+    cell.rewrite("l/w.csv --output two.csv").ends_with(2);
+    cell.run("undo l/w.csv --in-place").success();
+    assert_eq!(cell.read("real/w.csv"), program(0));
+    assert!(!cell.has("l/w.csv.lostmotion.json"));
+}
+
+#[test]
+fn fifos_and_folders_under_our_names_keep_no_run_waiting_and_stop_no_program() {
+    let cell = Cell::new();
+    cell.write("top/in/w.csv", &program(0));
+    cell.fifo("top/in/other.csv.lostmotion.json");
+    cell.fifo("top/in/.lostmotion-aaaaaaaaaa.part");
+    cell.fifo("top/.lostmotion.lock");
+    cell.link("nowhere", "top/in/l.csv.lostmotion.json");
+    std::fs::create_dir(cell.path("top/in/d.csv.lostmotion.json")).unwrap();
+    cell.rewrite("top/in/w.csv --output top/in/o.csv").success();
+    cell.write("top/v/w.csv", &program(0));
+    cell.fifo("top/v/other.csv.lostmotion.json");
+    cell.fifo("top/out/.lostmotion-aaaaaaaaaa.part");
+    cell.rewrite("top/v --output-dir top/out").success();
+    // a note has no other place
+    cell.fifo("p.csv.lostmotion.json");
+    let run = cell.rewrite("w.csv --output p.csv").ends_with(2);
+    assert!(run.stderr.contains("p.csv.lostmotion.json"), "{}", run.stderr);
+    assert!(!cell.has("p.csv"));
+}
