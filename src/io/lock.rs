@@ -10,11 +10,11 @@
 
 use super::regular;
 use crate::error::{Error, Place, Result, shown};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Name of the file in a folder that a run writes into.
@@ -24,11 +24,26 @@ const AGAIN: Duration = Duration::from_millis(20);
 /// Time that parts of a job give to one that clears up a folder of millions of files.
 const CLEARED: Duration = Duration::from_secs(600);
 
-/// Locks of this process, by path: they stand in its own way nowhere.
-static HELD: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Locks of this process, by path: they stand in its own way nowhere, and go with it.
+static HELD: Mutex<BTreeMap<PathBuf, (Arc<File>, Sharing)>> = Mutex::new(BTreeMap::new());
 
-fn held() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
+fn held() -> std::sync::MutexGuard<'static, BTreeMap<PathBuf, (Arc<File>, Sharing)>> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Takes the lock files of this process away: for a process that receives a signal to stop.
+pub fn discard() {
+    for (path, (file, sharing)) in held().iter() {
+        take_away(file, *sharing, path);
+    }
+}
+
+/// While it is ours: who waits for this file finds that it is no longer the folder's. The last of several parts takes it away.
+fn take_away(file: &File, sharing: Sharing, path: &Path) {
+    let last = sharing != Sharing::Shared || file.unlock().is_ok() && file.try_lock().is_ok();
+    if last && is_at(file, path) {
+        let _ = std::fs::remove_file(path);
+    }
 }
 
 /// Who else may hold the same lock.
@@ -46,7 +61,7 @@ pub enum Sharing {
 #[derive(Debug)]
 pub struct FolderLock {
     path: PathBuf,
-    file: File,
+    file: Arc<File>,
     sharing: Sharing,
     /// What the run wrote that held the lock last and was killed.
     pub stale: Option<String>,
@@ -98,11 +113,7 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // while it is ours: who waits for this file finds that it is no longer the folder's. The last of several parts takes it away
-        let last = self.sharing != Sharing::Shared || self.file.unlock().is_ok() && self.file.try_lock().is_ok();
-        if last && is_at(&self.file, &self.path) {
-            let _ = std::fs::remove_file(&self.path);
-        }
+        take_away(&self.file, self.sharing, &self.path);
         held().remove(&self.path);
     }
 }
@@ -131,7 +142,7 @@ fn foreign(path: &Path) -> Error {
 
 /// Who holds the lock file at `path`, where another process does.
 pub fn holder(path: &Path) -> Option<String> {
-    if held().contains(path) {
+    if held().contains_key(path) {
         return None;
     }
     let mut file = regular::open_unlinked(path).ok()?;
@@ -168,7 +179,8 @@ fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
     file.seek(SeekFrom::Start(0))?;
     let does = if sharing == Sharing::Clearing { CLEARING } else { "" };
     file.write_all(format!("process {}{does}\n", std::process::id()).as_bytes())?;
-    held().insert(path.to_path_buf());
+    let file = Arc::new(file);
+    held().insert(path.to_path_buf(), (Arc::clone(&file), sharing));
     Ok(Tried::Got(FolderLock { path: path.to_path_buf(), file, sharing, stale }))
 }
 

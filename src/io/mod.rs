@@ -13,6 +13,7 @@
 //! - [`links`]: where a name leads; [`regular`]: names that anybody may have made are opened as regular files alone.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
+//! - `streams`: what was held back for standard output, FIFOs and devices.
 //! - [`interrupt`]: whoever ends the process on a signal waits until no output is partly in place.
 //! - [`threads`]: as many as there are.
 //! - [`keyed`]: an entry of a document whose key carries a unit.
@@ -53,6 +54,7 @@ pub mod output;
 pub mod regular;
 #[cfg(feature = "cloud")]
 pub mod store;
+mod streams;
 pub mod temporary;
 pub mod threads;
 pub mod transaction;

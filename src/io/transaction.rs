@@ -4,7 +4,8 @@
 //! name (a hard link). Where a step fails, those before it are taken back, so that an error means that nothing was written. Where
 //! the process ends between two renames, a [`journal`], written before the first one, lets the next run finish. It is kept for
 //! the files of one folder; a note stands before its program, and whatever stands in other folders (a summary, a page) follows.
-//! Standard output comes last of all, as it cannot be taken back.
+//! Standard output comes last of all, as it cannot be taken back ([`super::streams`]); a signal that comes while its reader is waited
+//! for takes the files back.
 //!
 //! New files of a run that holds their folder need no journal: the note that comes first shows what the program would be.
 
@@ -14,6 +15,7 @@ use super::journal::{self, Journal, Towards};
 use super::lock::{FolderLock, Sharing};
 use super::notice::{self, Notice};
 use super::output::{Durability, InFile, Output, Sink};
+use super::streams::{self, Streams};
 use super::temporary::{self, OLD};
 use crate::error::{Error, Result, shown};
 use std::fs::File;
@@ -85,12 +87,16 @@ impl Transaction {
             }
         }
         steps.extend(self.removals.into_iter().map(Step::Remove));
-        let _no_signal = interrupt::placing();
+        let no_signal = interrupt::placing();
         let folders = folders(&steps);
         let kept = steps.len() > 1 && (synced || !steps.iter().all(Step::is_new));
         let written = if kept { with_journal(steps, streams, synced) } else { in_order(steps, streams) };
-        if synced && !matches!(written, Err(ref e) if !e.is_closed_pipe()) {
+        if synced && written.is_ok() {
             sync_folders(&folders);
+        }
+        drop(no_signal);
+        if written.is_err() && interrupt::is_ending() {
+            interrupt::wait_for_end();
         }
         if written.is_ok() && !replaced.is_empty() {
             notice::report(Notice::Replaced(&replaced));
@@ -98,8 +104,6 @@ impl Transaction {
         written
     }
 }
-
-type Streams = Vec<(Sink, String)>;
 
 /// Steps that need no journal: one alone, or new files of a run that holds their folder.
 fn in_order(steps: Vec<Step>, streams: Streams) -> Result<()> {
@@ -112,7 +116,7 @@ fn in_order(steps: Vec<Step>, streams: Streams) -> Result<()> {
             Err(e) => return Err(back(done, e)),
         }
     }
-    release(streams, done)
+    streams::release(streams).map_err(|e| back(done, e))
 }
 
 /// Steps with a journal in the folder of the first of them: where its file is, whatever link it was named by.
@@ -154,17 +158,16 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
             Err(e) => return Err(back_with(journal, &home, done, e)),
         }
     }
-    let result = match release(streams, Vec::new()) {
-        Err(e) if !e.is_closed_pipe() => return Err(back_with(journal, &home, done, e)),
-        result => result,
-    };
+    if let Err(e) = streams::release(streams) {
+        return Err(back_with(journal, &home, done, e));
+    }
     if synced {
         sync_folders(&[home]);
     }
     // the journal first: without it what was kept belongs to no run, and the next run removes it
     drop(journal);
     drop(done);
-    result
+    Ok(())
 }
 
 /// Takes back what was done, then the journal that would do it again.
@@ -244,19 +247,6 @@ fn back(done: Vec<Done>, e: Error) -> Error {
         true => e,
         false => Error::Unfinished { files: left.join(", "), source: Box::new(e) },
     }
-}
-
-/// Hands on what was held back for streams; where that fails, what is `done` is taken back. A reader that went away is no failure.
-fn release(streams: Streams, done: Vec<Done>) -> Result<()> {
-    let mut closed = None;
-    for (mut stream, name) in streams {
-        match stream.release().map_err(|e| Error::io_of(&name, "write", e)) {
-            Err(e) if e.is_closed_pipe() => closed = Some(e),
-            Err(e) => return Err(back(done, e)),
-            Ok(()) => {}
-        }
-    }
-    closed.map_or(Ok(()), Err)
 }
 
 /// A second name for what a step replaces.
