@@ -11,6 +11,7 @@
 //! - [`output`]: one output, in a temporary file until it is committed; [`ahead`]: a long one goes to disk while it is written.
 //! - [`kind`]: an output replaces a file of its own kind only.
 //! - [`links`]: where a name leads; [`regular`]: names that anybody may have made are opened as regular files alone.
+//! - [`remains`]: what a loss of power leaves of a file.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
 //! - `streams`: what was held back for standard output, FIFOs and devices.
@@ -52,6 +53,7 @@ pub mod names;
 pub mod notice;
 pub mod output;
 pub mod regular;
+pub mod remains;
 #[cfg(feature = "cloud")]
 pub mod store;
 mod streams;

@@ -140,8 +140,15 @@ impl Job<'_> {
         if !unchanged || is_stdio(output) {
             return Ok(None);
         }
-        let stale = guard::read_note(output)?.filter(|n| n.result() != guard::together(written.iter()));
-        Ok(stale.map(|_| guard::find_note(output)))
+        let stale = match guard::read_note(output) {
+            Ok(note) => note.is_some_and(|n| n.result() != guard::together(written.iter())),
+            // a damaged one may still have the original of a program in place
+            Err(e) if e.is_bad_input() && self.force => false,
+            // in a folder of results a loss of power damages notes
+            Err(e) if e.is_bad_input() && self.durability == Durability::RenameOnly => true,
+            Err(e) => return Err(e),
+        };
+        Ok(stale.then(|| guard::find_note(output)))
     }
 
     /// SHA-256 of programs that are known to be rewritten, beside `input`; where that is forced, of none but the result that `input`
