@@ -12,10 +12,11 @@ use super::links;
 use super::lock::{FolderLock, LOCK, Sharing};
 use super::name::path_of;
 use super::notice::{self, Notice};
+use super::regular;
 use super::temporary::{self, OLD, PART, PREFIX, Temporary};
 use crate::error::{Error, Result, shown};
 use serde::{Deserialize, Serialize};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
@@ -89,9 +90,17 @@ impl Journal {
         &self.files
     }
 
-    fn read(path: &Path) -> Option<Self> {
-        let small = std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= LARGEST);
-        Self::parse(&small.then(|| std::fs::read(path).ok()).flatten()?)
+    /// Reads a journal; what the system refuses is no damage.
+    fn read(path: &Path) -> Result<Self> {
+        let refused = |e: io::Error| match regular::is_other(&e) {
+            true => damaged(path),
+            false => Error::io(path, "read", e),
+        };
+        let mut bytes = Vec::new();
+        let file = regular::open(path).map_err(refused)?;
+        file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(refused)?;
+        let small = bytes.len() as u64 <= LARGEST;
+        small.then(|| Self::parse(&bytes)).flatten().ok_or_else(|| damaged(path))
     }
 
     /// A journal as this program writes it; `None`: it is damaged, or names a file out of its folder.
@@ -215,7 +224,7 @@ fn is_read_only(e: &io::Error) -> bool {
 pub fn finish_locked(folder: &Path, towards: Towards) -> Result<()> {
     let journals = temporary::named(folder, ENDING);
     for path in &journals {
-        let journal = Journal::read(path).ok_or_else(|| damaged(path))?;
+        let journal = Journal::read(path)?;
         let done = journal.finish(folder, towards).map_err(|e| Error::io(path, "finish what it lists in", e))?;
         if !done {
             return Err(damaged(path));

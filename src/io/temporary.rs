@@ -198,6 +198,13 @@ mod tests {
         assert!(!left.exists() && mine.path().exists() && foreign.exists());
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn an_error_is_that_of_the_system_without_the_name_of_the_temporary_file() {
+        let refused = Temporary::create(Path::new("/proc"), None).unwrap_err();
+        assert!(refused.raw_os_error().is_some() && !refused.to_string().contains(PREFIX), "{refused}");
+    }
+
     #[test]
     fn what_a_journal_needs_stays() {
         let dir = tempfile::tempdir().unwrap();
