@@ -2,6 +2,7 @@
 
 use crate::cli::exit::bad;
 use crate::error::{Place, is_stdio, shown};
+use crate::io::links;
 use crate::program::formats;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,12 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
             taken.push((option, file));
         }
     }
+    let reads_stdin = inputs.iter().any(|(_, p)| p.is_some_and(is_stdio));
     for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
+        if reads_stdin && is_standard_input(path) {
+            let expected = "another file: the one that is read would be lost";
+            return Err(bad(Place::file(option), "the same file as standard input", expected));
+        }
         let Some(file) = real(path) else { continue };
         if let Some((other, _)) = taken.iter().find(|(_, f)| *f == file) {
             return Err(bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
@@ -55,6 +61,24 @@ pub fn same(a: &Path, b: &Path) -> bool {
     !is_stdio(a) && !is_stdio(b) && real(a).is_some_and(|a| real(b) == Some(a))
 }
 
+/// Whether standard input is the regular file at `path`, by whatever name.
+#[cfg(unix)]
+fn is_standard_input(path: &Path) -> bool {
+    use std::os::fd::AsFd;
+    use std::os::unix::fs::MetadataExt;
+    let input = std::io::stdin().as_fd().try_clone_to_owned();
+    let input = input.and_then(|fd| std::fs::File::from(fd).metadata());
+    match (input, std::fs::metadata(path)) {
+        (Ok(a), Ok(b)) => a.is_file() && !is_stdio(path) && (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_standard_input(_: &Path) -> bool {
+    false
+}
+
 /// Where a path leads, whether or not the file is there; `None`: a FIFO, `/dev/null`, a folder, a path to nowhere.
 fn real(path: &Path) -> Option<PathBuf> {
     if is_stdio(path) {
@@ -62,9 +86,6 @@ fn real(path: &Path) -> Option<PathBuf> {
     }
     match std::fs::canonicalize(path) {
         Ok(real) => Some(real).filter(|r| r.is_file()),
-        Err(_) => {
-            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            Some(std::fs::canonicalize(folder).ok()?.join(path.file_name()?))
-        }
+        Err(_) => links::real(path),
     }
 }

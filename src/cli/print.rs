@@ -2,14 +2,14 @@
 
 use anyhow::Result;
 
-/// Prints a result on standard output.
+/// Prints a result on standard output. A reader that has gone has read what it wanted; the command goes on to its answer.
 pub(crate) fn print(text: &str) -> Result<()> {
-    use std::io::Write;
+    use std::io::{ErrorKind, Write};
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .map_err(|e| crate::error::Error::io("standard output", "write", e))
-        .map_err(Into::into)
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        done => done.map_err(|e| crate::error::Error::io("standard output", "write", e).into()),
+    }
 }
 
 /// One JSON document with a last newline.

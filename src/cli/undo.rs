@@ -5,10 +5,11 @@ use crate::cli::paths;
 use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::input;
 use crate::io::journal::{self, Towards};
+use crate::io::links;
 use crate::io::name::path_of;
 use crate::io::output::Output;
 use crate::io::transaction::Transaction;
-use crate::rewrite::guard::{Companion, Note, note_path, read_note};
+use crate::rewrite::guard::{Companion, Note, find_note, read_note};
 use crate::rewrite::original::{KEPT_UP_TO, unpack};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
@@ -85,13 +86,12 @@ struct UndoneFile {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let note_file = note_path(&args.input);
-    let name = shown(&note_file);
     if !args.input.is_file() {
         return Err(bad(Place::file(shown(&args.input)), "no file", "a program that `rewrite` wrote"));
     }
-    let folder = args.input.parent().unwrap_or(Path::new(""));
-    journal::finish(folder, Towards::Result)?;
+    journal::finish(&links::home_of(&args.input), Towards::Result)?;
+    let note_file = find_note(&args.input);
+    let name = shown(&note_file);
     let Some(note) = read_note(&args.input)? else {
         return Err(bad(Place::file(&name), "no note of `rewrite`", "the note next to a rewritten program"));
     };

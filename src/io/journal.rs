@@ -4,16 +4,19 @@
 //! files are whole under their temporary names, and what they replace has a second name. A run that finds it (and no living run
 //! holds the folder) goes one of two ways ([`Towards`]): `rewrite` restores what stood there before, as the interrupted run has
 //! not said that it was done and would be repeated on its own result otherwise; `undo` does the renames that are left, and finds
-//! the note that it needs. Where everything had come into place, only the journal goes. A journal names files of its own folder alone.
+//! the note that it needs. Where everything had come into place, only the journal goes. A journal names files of its own folder
+//! alone: one that names a link which leads out of the folder is damaged.
 
 use super::folder::{folder_of, ignore_unsupported};
+use super::links;
 use super::lock::{FolderLock, LOCK, Sharing};
 use super::name::path_of;
 use super::notice::{self, Notice};
+use super::regular;
 use super::temporary::{self, OLD, PART, PREFIX, Temporary};
 use crate::error::{Error, Result, shown};
 use serde::{Deserialize, Serialize};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
@@ -87,9 +90,17 @@ impl Journal {
         &self.files
     }
 
-    fn read(path: &Path) -> Option<Self> {
-        let small = std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= LARGEST);
-        Self::parse(&small.then(|| std::fs::read(path).ok()).flatten()?)
+    /// Reads a journal; what the system refuses is no damage.
+    fn read(path: &Path) -> Result<Self> {
+        let refused = |e: io::Error| match regular::is_other(&e) {
+            true => damaged(path),
+            false => Error::io(path, "read", e),
+        };
+        let mut bytes = Vec::new();
+        let file = regular::open(path).map_err(refused)?;
+        file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(refused)?;
+        let small = bytes.len() as u64 <= LARGEST;
+        small.then(|| Self::parse(&bytes)).flatten().ok_or_else(|| damaged(path))
     }
 
     /// A journal as this program writes it; `None`: it is damaged, or names a file out of its folder.
@@ -103,43 +114,53 @@ impl Journal {
         (journal.schema == SCHEMA && journal.files.iter().all(sound)).then_some(journal)
     }
 
-    /// Whether nothing is left to do.
-    fn is_complete(&self, folder: &Path) -> bool {
-        self.files.iter().all(|e| match &e.new {
-            Some(new) => !beside(folder, e).join(new).exists(),
-            None => std::fs::symlink_metadata(named(folder, e)).is_err(),
-        })
+    /// Its entries with the files that they are about, all of them in `folder`; `None`: a link leads elsewhere.
+    fn targets(&self, folder: &Path) -> Option<Vec<(&Entry, PathBuf)>> {
+        let folder = std::fs::canonicalize(folder).ok()?;
+        let target = |e: &Entry| {
+            let target = links::target_of(&folder.join(ours(&e.target)?));
+            (std::fs::canonicalize(folder_of(&target)).ok()? == folder).then_some(target)
+        };
+        self.files.iter().map(|e| Some((e, target(e)?))).collect()
     }
 
-    /// Does what is left to do, or takes back what was done.
-    fn finish(&self, folder: &Path, towards: Towards) -> io::Result<()> {
-        let whole = |e: &Entry, new: &str| {
-            let meta = std::fs::metadata(beside(folder, e).join(new));
-            meta.map_or(true, |m| m.len() == e.bytes) // not there: it has its name already
+    /// Does what is left to do, or takes back what was done. `false`: nothing was done, as it is damaged.
+    fn finish(&self, folder: &Path, towards: Towards) -> io::Result<bool> {
+        let Some(targets) = self.targets(folder) else { return Ok(false) };
+        let whole = |target: &Path, e: &Entry, new: &str| {
+            let meta = std::fs::symlink_metadata(folder_of(target).join(new));
+            meta.map_or(true, |m| m.is_file() && m.len() == e.bytes) // not there: it has its name already
         };
-        let towards_result = towards == Towards::Result || self.is_complete(folder);
-        let forward =
-            !self.back && towards_result && self.files.iter().all(|e| e.new.as_deref().is_none_or(|n| whole(e, n)));
-        for entry in &self.files {
-            let target = target_of(folder, entry);
-            let here = folder_of(&target);
+        let towards_result = towards == Towards::Result || is_complete(&targets);
+        let forward = !self.back
+            && towards_result
+            && targets.iter().all(|(e, target)| e.new.as_deref().is_none_or(|n| whole(target, e, n)));
+        for (entry, target) in &targets {
+            let here = folder_of(target);
             match (&entry.new, &entry.old) {
-                (Some(new), _) if forward => rename(&here.join(new), &target)?,
-                (None, _) if forward => remove(&named(folder, entry))?,
-                (_, Some(old)) => rename(&here.join(old), &target)?,
+                (Some(new), _) if forward => rename(&here.join(new), target)?,
+                (None, _) if forward => remove(&here.join(ours(&entry.target).unwrap_or_default()))?,
+                (_, Some(old)) => rename(&here.join(old), target)?,
                 // it has its name: nothing stood there before
-                (Some(new), None) if !here.join(new).exists() => remove(&target)?,
+                (Some(new), None) if !here.join(new).exists() => remove(target)?,
                 _ => {}
             }
         }
-        for entry in &self.files {
-            let here = beside(folder, entry);
+        for (entry, target) in &targets {
             for left in entry.old.iter().chain(&entry.new) {
-                let _ = remove(&here.join(left));
+                let _ = remove(&folder_of(target).join(left));
             }
         }
-        Ok(())
+        Ok(true)
     }
+}
+
+/// Whether nothing is left to do.
+fn is_complete(targets: &[(&Entry, PathBuf)]) -> bool {
+    targets.iter().all(|(entry, target)| match &entry.new {
+        Some(new) => !folder_of(target).join(new).exists(),
+        None => std::fs::symlink_metadata(target).is_err(),
+    })
 }
 
 impl Written {
@@ -203,14 +224,11 @@ fn is_read_only(e: &io::Error) -> bool {
 pub fn finish_locked(folder: &Path, towards: Towards) -> Result<()> {
     let journals = temporary::named(folder, ENDING);
     for path in &journals {
-        let Some(journal) = Journal::read(path) else {
-            return Err(Error::bad(
-                crate::error::Place::file(shown(path)),
-                "a journal that is damaged",
-                "the journal of a run that was killed (check the programs next to it, then remove it)",
-            ));
-        };
-        journal.finish(folder, towards).map_err(|e| Error::io(path, "finish what it lists in", e))?;
+        let journal = Journal::read(path)?;
+        let done = journal.finish(folder, towards).map_err(|e| Error::io(path, "finish what it lists in", e))?;
+        if !done {
+            return Err(damaged(path));
+        }
         std::fs::remove_file(path).map_err(|e| Error::io(path, "remove", e))?;
         notice::report(Notice::ClearedUp(folder));
     }
@@ -219,6 +237,14 @@ pub fn finish_locked(folder: &Path, towards: Towards) -> Result<()> {
     }
     temporary::clean(folder);
     Ok(())
+}
+
+fn damaged(path: &Path) -> Error {
+    Error::bad(
+        crate::error::Place::file(shown(path)),
+        "a journal that is damaged",
+        "the journal of a run that was killed (check the programs next to it, then remove it)",
+    )
 }
 
 /// Whether a name is that of a journal.
@@ -237,21 +263,6 @@ fn ours(text: &str) -> Option<PathBuf> {
 
 fn named_as(text: &str, suffix: &str) -> bool {
     ours(text).is_some() && text.starts_with(PREFIX) && text.ends_with(suffix)
-}
-
-/// A target by its name.
-fn named(folder: &Path, entry: &Entry) -> PathBuf {
-    folder.join(ours(&entry.target).unwrap_or_default())
-}
-
-/// Where the target's name leads.
-fn target_of(folder: &Path, entry: &Entry) -> PathBuf {
-    let named = named(folder, entry);
-    std::fs::canonicalize(&named).unwrap_or(named)
-}
-
-fn beside(folder: &Path, entry: &Entry) -> PathBuf {
-    folder_of(&target_of(folder, entry)).to_path_buf()
 }
 
 /// Renames a file that may have its name already.
@@ -284,5 +295,43 @@ mod tests {
         for target in ["", ".", "..", "out.src/", "out.src/.", "./out.src", "/out.src", "a/out.src"] {
             assert!(Journal::parse(text(target).as_bytes()).is_none(), "{target}");
         }
+    }
+
+    /// A folder `cell` with a program and a journal about `target`, and another folder beside it.
+    #[cfg(unix)]
+    fn with_journal(target: &str) -> (tempfile::TempDir, PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let cell = dir.path().join("cell");
+        std::fs::create_dir(&cell).unwrap();
+        std::fs::create_dir(dir.path().join("home")).unwrap();
+        std::fs::write(cell.join("w.csv"), "w").unwrap();
+        std::fs::write(dir.path().join("home/precious.csv"), "precious").unwrap();
+        let entry = Entry { target: target.into(), new: Some(".lostmotion-q.part".into()), bytes: 0, old: None };
+        let journal = Journal { schema: SCHEMA.into(), back: true, files: vec![entry] };
+        std::fs::write(cell.join(".lostmotion-abcdefghij.journal"), serde_json::to_vec(&journal).unwrap()).unwrap();
+        (dir, cell)
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_journal_whose_link_leads_out_of_its_folder_is_damaged_and_touches_nothing() {
+        for link in ["../home/precious.csv", "../home/new.csv"] {
+            let (dir, cell) = with_journal("x.csv");
+            std::os::unix::fs::symlink(link, cell.join("x.csv")).unwrap();
+            let refused = finish(&cell, Towards::Before).unwrap_err().to_string();
+            assert!(refused.contains("a journal that is damaged"), "{refused}");
+            assert_eq!(std::fs::read(dir.path().join("home/precious.csv")).unwrap(), b"precious");
+            assert!(std::fs::symlink_metadata(cell.join("x.csv")).is_ok(), "the link stays");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_within_the_folder_is_followed_as_the_run_did_that_wrote_the_journal() {
+        let (_dir, cell) = with_journal("x.csv");
+        std::os::unix::fs::symlink("w.csv", cell.join("x.csv")).unwrap();
+        finish(&cell, Towards::Before).unwrap();
+        assert!(!cell.join("w.csv").exists(), "nothing stood there before");
+        assert!(std::fs::symlink_metadata(cell.join("x.csv")).is_ok());
     }
 }

@@ -4,13 +4,17 @@
 //! away. A lock ends with its process, so that a file without a lock is stale, whatever its text. A folder is also taken where one
 //! above it is, or one below it. On a file system that knows no locks, runs are not kept apart; each of their files still
 //! appears whole, as no other process has its temporary name.
+//!
+//! The name may stand for a file of somebody else: a link, a second name of a file, other text. That file is not written to, and the
+//! folder is refused.
 
+use super::regular;
 use crate::error::{Error, Place, Result, shown};
-use std::collections::BTreeSet;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::collections::BTreeMap;
+use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Name of the file in a folder that a run writes into.
@@ -20,11 +24,26 @@ const AGAIN: Duration = Duration::from_millis(20);
 /// Time that parts of a job give to one that clears up a folder of millions of files.
 const CLEARED: Duration = Duration::from_secs(600);
 
-/// Locks of this process, by path: they stand in its own way nowhere.
-static HELD: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Locks of this process, by path: they stand in its own way nowhere, and go with it.
+static HELD: Mutex<BTreeMap<PathBuf, (Arc<File>, Sharing)>> = Mutex::new(BTreeMap::new());
 
-fn held() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
+fn held() -> std::sync::MutexGuard<'static, BTreeMap<PathBuf, (Arc<File>, Sharing)>> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Takes the lock files of this process away: for a process that receives a signal to stop.
+pub fn discard() {
+    for (path, (file, sharing)) in held().iter() {
+        take_away(file, *sharing, path);
+    }
+}
+
+/// While it is ours: who waits for this file finds that it is no longer the folder's. The last of several parts takes it away.
+fn take_away(file: &File, sharing: Sharing, path: &Path) {
+    let last = sharing != Sharing::Shared || file.unlock().is_ok() && file.try_lock().is_ok();
+    if last && is_at(file, path) {
+        let _ = std::fs::remove_file(path);
+    }
 }
 
 /// Who else may hold the same lock.
@@ -42,7 +61,7 @@ pub enum Sharing {
 #[derive(Debug)]
 pub struct FolderLock {
     path: PathBuf,
-    file: File,
+    file: Arc<File>,
     sharing: Sharing,
     /// What the run wrote that held the lock last and was killed.
     pub stale: Option<String>,
@@ -54,6 +73,8 @@ enum Tried {
     /// The file was taken away in between.
     Again,
     Unsupported,
+    /// What stands there is no lock.
+    Foreign,
 }
 
 impl FolderLock {
@@ -73,6 +94,7 @@ impl FolderLock {
         loop {
             let by = match try_take(&path, sharing).map_err(|e| Error::io(&path, "lock", e))? {
                 Tried::Unsupported => return Ok(None),
+                Tried::Foreign => return Err(foreign(&path)),
                 Tried::Again => continue,
                 Tried::Busy(by) => by,
                 Tried::Got(lock) => match folder.ancestors().skip(1).find_map(|above| holder(&above.join(LOCK))) {
@@ -91,11 +113,7 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // while it is ours: who waits for this file finds that it is no longer the folder's. The last of several parts takes it away
-        let last = self.sharing != Sharing::Shared || self.file.unlock().is_ok() && self.file.try_lock().is_ok();
-        if last && is_at(&self.file, &self.path) {
-            let _ = std::fs::remove_file(&self.path);
-        }
+        take_away(&self.file, self.sharing, &self.path);
         held().remove(&self.path);
     }
 }
@@ -114,12 +132,20 @@ pub fn busy(folder: &Path, by: &str) -> Error {
     )
 }
 
+fn foreign(path: &Path) -> Error {
+    Error::bad(
+        Place::file(shown(path)),
+        "a link, or a file that is no lock of lostmotion",
+        "the lock file of a run, or none (remove it if nothing else needs it)",
+    )
+}
+
 /// Who holds the lock file at `path`, where another process does.
 pub fn holder(path: &Path) -> Option<String> {
-    if held().contains(path) {
+    if held().contains_key(path) {
         return None;
     }
-    let mut file = File::open(path).ok()?;
+    let mut file = regular::open_unlinked(path).ok()?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Some(says(&mut file)),
         _ => None,
@@ -127,7 +153,10 @@ pub fn holder(path: &Path) -> Option<String> {
 }
 
 fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
-    let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+    let mut file = match regular::open_or_make_unlinked(path) {
+        Err(e) if regular::is_other(&e) || is_link(path) => return Ok(Tried::Foreign),
+        file => file?,
+    };
     let locked = match sharing {
         Sharing::Alone | Sharing::Clearing => file.try_lock(),
         Sharing::Shared => file.try_lock_shared(),
@@ -141,13 +170,17 @@ fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
     if !is_at(&file, path) {
         return Ok(Tried::Again);
     }
+    if has_other_names(&file) || !is_lock_text(&head(&mut file)?) {
+        return Ok(Tried::Foreign);
+    }
     let before = says(&mut file);
     let stale = (sharing != Sharing::Shared && before != UNKNOWN).then_some(before);
     file.set_len(0)?;
     file.seek(SeekFrom::Start(0))?;
     let does = if sharing == Sharing::Clearing { CLEARING } else { "" };
     file.write_all(format!("process {}{does}\n", std::process::id()).as_bytes())?;
-    held().insert(path.to_path_buf());
+    let file = Arc::new(file);
+    held().insert(path.to_path_buf(), (Arc::clone(&file), sharing));
     Ok(Tried::Got(FolderLock { path: path.to_path_buf(), file, sharing, stale }))
 }
 
@@ -155,20 +188,57 @@ const UNKNOWN: &str = "an unknown process";
 /// What the lock file of a part states that clears up.
 const CLEARING: &str = ", which clears up after a run that was killed";
 
+/// Bytes that a lock file has at most.
+const MOST: u64 = 200;
+
 /// What a lock file states about its holder.
 fn says(file: &mut File) -> String {
-    const MOST: u64 = 200;
-    let mut text = String::new();
-    let read = file.seek(SeekFrom::Start(0)).and_then(|_| file.take(MOST).read_to_string(&mut text));
-    let text = text.trim();
-    if read.is_err() || text.is_empty() { UNKNOWN.into() } else { crate::error::one_line(text) }
+    let head = head(file).unwrap_or_default();
+    match std::str::from_utf8(&head).map(str::trim) {
+        Ok(text) if text.starts_with(PROCESS) && is_lock_text(&head) => crate::error::one_line(text),
+        _ => UNKNOWN.into(),
+    }
+}
+
+/// The first bytes of a file, one more than a lock has.
+fn head(file: &mut File) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    file.seek(SeekFrom::Start(0))?;
+    file.take(MOST + 1).read_to_end(&mut head)?;
+    Ok(head)
+}
+
+/// How the text of a lock begins.
+const PROCESS: &str = "process ";
+
+/// Whether a text is that of a lock: one line about a process, or nothing where the process or the power ended before it was there.
+fn is_lock_text(head: &[u8]) -> bool {
+    let line = head.strip_suffix(b"\n").unwrap_or(head);
+    let states = line.starts_with(PROCESS.as_bytes()) && !line.contains(&b'\n');
+    head.len() as u64 <= MOST && (states || head.iter().all(|b| *b == 0))
+}
+
+fn is_link(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|m| m.is_symlink())
+}
+
+/// Whether a file has a second name: then it was not made here.
+#[cfg(unix)]
+fn has_other_names(file: &File) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    file.metadata().is_ok_and(|m| m.nlink() > 1)
+}
+
+#[cfg(not(unix))]
+fn has_other_names(_: &File) -> bool {
+    false
 }
 
 /// The file is still the one at the path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
-    match (file.metadata(), std::fs::metadata(path)) {
+    match (file.metadata(), std::fs::symlink_metadata(path)) {
         (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
         _ => false,
     }
@@ -238,5 +308,52 @@ mod tests {
         });
         assert!(FolderLock::take(dir.path(), Sharing::Shared, AT_ONCE).unwrap().is_some());
         done.join().unwrap();
+    }
+
+    /// What may stand at the name of the lock: the name of a file with `text`, a link to it, a second name of it.
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_no_lock_is_neither_written_to_nor_shown() {
+        type Make = fn(&Path, &Path) -> io::Result<()>;
+        let link: Make = |file, lock| std::os::unix::fs::symlink(file, lock);
+        let second: Make = |file, lock| std::fs::hard_link(file, lock);
+        let itself: Make = |file, lock| std::fs::rename(file, lock);
+        let long = format!("process {}\n", "1".repeat(300));
+        for (text, make) in [
+            ("0,1,2\n", link),
+            ("process 12345\n", link),
+            ("process 12345\n", second),
+            ("0,1,2\n", itself),
+            ("process 12345\n0,1,2\n", itself),
+            (&long, itself),
+        ] {
+            let dir = tempfile::tempdir().unwrap();
+            let (file, lock) = (dir.path().join("precious.csv"), dir.path().join(LOCK));
+            std::fs::write(&file, text).unwrap();
+            make(&file, &lock).unwrap();
+            let refused = FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).unwrap_err().to_string();
+            assert!(refused.contains("no lock of lostmotion") && !refused.contains("0,1,2"), "{refused}");
+            assert_eq!(std::fs::read(&lock).unwrap(), text.as_bytes());
+        }
+    }
+
+    #[test]
+    fn a_lock_whose_text_was_lost_is_one() {
+        for text in ["", "\0\0\0\0", "process 1", "process 12345, which clears up after a run that was killed\n"] {
+            let dir = tempfile::tempdir().unwrap();
+            std::fs::write(dir.path().join(LOCK), text).unwrap();
+            assert!(FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).unwrap().is_some(), "{text}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_fifo_is_no_lock_and_nobody_waits_for_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let below = dir.path().join("below");
+        std::fs::create_dir(&below).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(dir.path().join(LOCK)).status().unwrap().success());
+        assert!(FolderLock::take(&below, Sharing::Alone, AT_ONCE).unwrap().is_some());
+        assert!(FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).is_err());
     }
 }

@@ -10,8 +10,11 @@
 //! - [`folder`]: what lies in a folder.
 //! - [`output`]: one output, in a temporary file until it is committed; [`ahead`]: a long one goes to disk while it is written.
 //! - [`kind`]: an output replaces a file of its own kind only.
+//! - [`links`]: where a name leads; [`regular`]: names that anybody may have made are opened as regular files alone.
+//! - [`remains`]: what a loss of power leaves of a file.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
+//! - `streams`: what was held back for standard output, FIFOs and devices.
 //! - [`interrupt`]: whoever ends the process on a signal waits until no output is partly in place.
 //! - [`threads`]: as many as there are.
 //! - [`keyed`]: an entry of a document whose key carries a unit.
@@ -43,13 +46,17 @@ pub mod interrupt;
 pub mod journal;
 pub mod keyed;
 pub mod kind;
+pub mod links;
 pub mod lock;
 pub mod memory;
 pub mod names;
 pub mod notice;
 pub mod output;
+pub mod regular;
+pub mod remains;
 #[cfg(feature = "cloud")]
 pub mod store;
+mod streams;
 pub mod temporary;
 pub mod threads;
 pub mod transaction;

@@ -8,6 +8,8 @@
 use super::ahead::Ahead;
 use super::folder::ignore_unsupported;
 use super::kind::Kind;
+use super::links;
+use super::remains;
 use super::temporary::Temporary;
 use super::transaction::Transaction;
 use crate::error::{Error, Result, is_stdio, shown};
@@ -80,9 +82,8 @@ impl Output {
         let shown = shown(path);
         // a new file needs no second look: there may be thousands
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
-        // a link stays a link: what it points to is replaced
-        let real = if nothing { None } else { std::fs::canonicalize(path).ok() };
-        let target = real.unwrap_or_else(|| path.to_path_buf());
+        // a link stays a link: what it points to is replaced, or made
+        let target = if nothing { path.to_path_buf() } else { links::target_of(path) };
         let there = if nothing { None } else { std::fs::metadata(&target).ok() };
         if let Some(meta) = &there {
             if meta.is_dir() {
@@ -163,6 +164,16 @@ impl Output {
         Ok(())
     }
 
+    /// Looks again whether a file stands at the target: one may have come since the output was made. Where a run holds the folder,
+    /// none does.
+    pub(super) fn look_again(&mut self) {
+        if let Sink::File(file) = &mut self.sink
+            && self.durability == Durability::Synced
+        {
+            file.replaces |= std::fs::symlink_metadata(&file.target).is_ok();
+        }
+    }
+
     /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
         let Sink::File(file) = &self.sink else { return Ok(()) };
@@ -172,18 +183,24 @@ impl Output {
         let (Some(ours), Some(there)) = (Kind::of_file(file.temporary.path()), Kind::of_file(&file.target)) else {
             return Ok(());
         };
-        if ours.replaces(&there) {
+        if ours.replaces(&there) || self.replaces_remains(file, &ours) {
             return Ok(());
         }
         let found = format!("{}, which {} would replace", there.name(), ours.name());
         Err(Error::bad(crate::error::Place::file(&self.shown), found, "another name, or remove the file first"))
     }
 
+    /// Whether what stands there is what a loss of power left of an output that was not forced to disk: a note that is damaged
+    /// somehow, or a file that ends in zeros.
+    fn replaces_remains(&self, file: &InFile, ours: &Kind) -> bool {
+        self.durability == Durability::RenameOnly
+            && (is_note(&file.named) || remains::kind_of(&file.target).is_some_and(|k| ours.replaces(&k)))
+    }
+
     /// A file that a person named, and that was there.
     pub(super) fn tells_replaced(&self) -> bool {
         let Sink::File(file) = &self.sink else { return false };
-        let note = file.named.to_string_lossy().ends_with(NOTE);
-        file.replaces && self.durability == Durability::Synced && !note
+        file.replaces && self.durability == Durability::Synced && !is_note(&file.named)
     }
 
     /// Puts the output in place.
@@ -203,6 +220,16 @@ impl Sink {
             Self::Special { held, target } => copy_out(held, &mut OpenOptions::new().write(true).open(target)?),
         }
     }
+}
+
+/// An error of what is held back on disk, with the folder where that is.
+fn of_temporary_folder(e: io::Error) -> io::Error {
+    let folder = shown(&std::env::temp_dir());
+    io::Error::new(e.kind(), format!("in the folder for temporary files, {folder}: {}", e.kind()))
+}
+
+fn is_note(path: &Path) -> bool {
+    path.as_os_str().as_encoded_bytes().ends_with(NOTE.as_bytes())
 }
 
 fn copy_out(held: &mut SpooledTempFile, out: &mut impl Write) -> io::Result<()> {
@@ -226,7 +253,7 @@ impl Write for Output {
     fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
         self.prepared = false;
         match &mut self.sink {
-            Sink::Stdout(held) | Sink::Special { held, .. } => held.write(buf),
+            Sink::Stdout(held) | Sink::Special { held, .. } => held.write(buf).map_err(of_temporary_folder),
             Sink::File(file) => {
                 let taken = file.writer.write(buf)?;
                 if self.durability == Durability::Synced {
@@ -239,7 +266,7 @@ impl Write for Output {
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.sink {
-            Sink::Stdout(held) | Sink::Special { held, .. } => held.flush(),
+            Sink::Stdout(held) | Sink::Special { held, .. } => held.flush().map_err(of_temporary_folder),
             Sink::File(file) => file.writer.flush(),
         }
     }

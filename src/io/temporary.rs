@@ -5,9 +5,10 @@
 //! file without one was left by a run that was killed, and the next run that writes into the folder takes it away ([`clean`]).
 
 use super::folder;
+use super::regular;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
-use std::fs::{File, Permissions, TryLockError};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -80,12 +81,10 @@ pub struct Temporary {
 impl Temporary {
     /// Makes a file in `folder` and locks it.
     pub fn create(folder: &Path, mode: Option<u32>) -> io::Result<(File, Self)> {
-        let mut builder = builder(PART);
-        if let Some(permissions) = mode.and_then(permissions) {
-            builder.permissions(permissions);
-        }
+        let options = options(mode.unwrap_or(PRIVATE));
         for _ in 0..TRIES {
-            let (file, path) = builder.tempfile_in(folder).map_err(of_system)?.into_parts();
+            // not by `tempfile` itself, whose errors have the name of the temporary file, which tells nobody anything
+            let (file, path) = builder(PART).make_in(folder, |path| options.open(path))?.into_parts();
             match file.try_lock() {
                 // another run took the file for one that was left, between its making and its locking
                 Err(TryLockError::WouldBlock) => continue,
@@ -121,13 +120,6 @@ impl Drop for Temporary {
     }
 }
 
-/// The error of the system alone: `tempfile` adds the name of the temporary file, which tells nobody anything.
-fn of_system(error: io::Error) -> io::Error {
-    let source = error.get_ref().and_then(|e| e.source()).and_then(|s| s.downcast_ref::<io::Error>());
-    let code = source.and_then(io::Error::raw_os_error);
-    code.map_or(error, io::Error::from_raw_os_error)
-}
-
 /// Names of one kind.
 pub fn builder(suffix: &str) -> tempfile::Builder<'static, '_> {
     let mut builder = tempfile::Builder::new();
@@ -135,15 +127,23 @@ pub fn builder(suffix: &str) -> tempfile::Builder<'static, '_> {
     builder
 }
 
+/// Mode of a file that nobody else may read.
+const PRIVATE: u32 = 0o600;
+
+/// A new file with a mode.
 #[cfg(unix)]
-fn permissions(mode: u32) -> Option<Permissions> {
-    use std::os::unix::fs::PermissionsExt;
-    Some(Permissions::from_mode(mode))
+fn options(mode: u32) -> OpenOptions {
+    use std::os::unix::fs::OpenOptionsExt;
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create_new(true).mode(mode);
+    options
 }
 
 #[cfg(not(unix))]
-fn permissions(_: u32) -> Option<Permissions> {
-    None
+fn options(_: u32) -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create_new(true);
+    options
 }
 
 #[cfg(unix)]
@@ -174,7 +174,7 @@ pub fn named(folder: &Path, suffix: &str) -> Vec<PathBuf> {
 /// Takes away what a run that was killed left in `folder`; files that a journal needs stay.
 pub fn clean(folder: &Path) {
     for path in named(folder, PART) {
-        let Ok(file) = File::open(&path) else { continue };
+        let Ok(file) = regular::open_unlinked(&path) else { continue };
         // the process that made it has ended, and any journal has its last form
         if file.try_lock().is_ok() && named(folder, JOURNAL).is_empty() {
             let _ = std::fs::remove_file(&path);
@@ -196,6 +196,13 @@ mod tests {
         std::fs::write(&foreign, "whole").unwrap();
         clean(dir.path());
         assert!(!left.exists() && mine.path().exists() && foreign.exists());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn an_error_is_that_of_the_system_without_the_name_of_the_temporary_file() {
+        let refused = Temporary::create(Path::new("/proc"), None).unwrap_err();
+        assert!(refused.raw_os_error().is_some() && !refused.to_string().contains(PREFIX), "{refused}");
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! name (a hard link). Where a step fails, those before it are taken back, so that an error means that nothing was written. Where
 //! the process ends between two renames, a [`journal`], written before the first one, lets the next run finish. It is kept for
 //! the files of one folder; a note stands before its program, and whatever stands in other folders (a summary, a page) follows.
-//! Standard output comes last of all, as it cannot be taken back.
+//! Standard output comes last of all, as it cannot be taken back ([`super::streams`]); a signal that comes while its reader is waited
+//! for takes the files back.
 //!
 //! New files of a run that holds their folder need no journal: the note that comes first shows what the program would be.
 
@@ -14,6 +15,7 @@ use super::journal::{self, Journal, Towards};
 use super::lock::{FolderLock, Sharing};
 use super::notice::{self, Notice};
 use super::output::{Durability, InFile, Output, Sink};
+use super::streams::{self, Streams};
 use super::temporary::{self, OLD};
 use crate::error::{Error, Result, shown};
 use std::fs::File;
@@ -34,14 +36,6 @@ impl Step {
     fn target(&self) -> &Path {
         match self {
             Self::Put(file) => &file.target,
-            Self::Remove(path) => path,
-        }
-    }
-
-    /// As it was named, for the folder of the journal.
-    fn named(&self) -> &Path {
-        match self {
-            Self::Put(file) => &file.named,
             Self::Remove(path) => path,
         }
     }
@@ -80,6 +74,7 @@ impl Transaction {
     /// Nothing is in place then, but for [`Error::Unfinished`], whose message says what is.
     pub fn commit(mut self) -> Result<()> {
         self.prepare()?;
+        self.outputs.iter_mut().for_each(Output::look_again);
         self.outputs.iter().try_for_each(Output::refuse_other_kind)?;
         let replaced: Vec<String> =
             self.outputs.iter().filter(|o| o.tells_replaced()).map(|o| o.shown.clone()).collect();
@@ -92,12 +87,16 @@ impl Transaction {
             }
         }
         steps.extend(self.removals.into_iter().map(Step::Remove));
-        let _no_signal = interrupt::placing();
+        let no_signal = interrupt::placing();
         let folders = folders(&steps);
         let kept = steps.len() > 1 && (synced || !steps.iter().all(Step::is_new));
         let written = if kept { with_journal(steps, streams, synced) } else { in_order(steps, streams) };
-        if synced && !matches!(written, Err(ref e) if !e.is_closed_pipe()) {
+        if synced && written.is_ok() {
             sync_folders(&folders);
+        }
+        drop(no_signal);
+        if written.is_err() && interrupt::is_ending() {
+            interrupt::wait_for_end();
         }
         if written.is_ok() && !replaced.is_empty() {
             notice::report(Notice::Replaced(&replaced));
@@ -105,8 +104,6 @@ impl Transaction {
         written
     }
 }
-
-type Streams = Vec<(Sink, String)>;
 
 /// Steps that need no journal: one alone, or new files of a run that holds their folder.
 fn in_order(steps: Vec<Step>, streams: Streams) -> Result<()> {
@@ -119,12 +116,15 @@ fn in_order(steps: Vec<Step>, streams: Streams) -> Result<()> {
             Err(e) => return Err(back(done, e)),
         }
     }
-    release(streams, done)
+    streams::release(streams).map_err(|e| back(done, e))
 }
 
-/// Steps with a journal in the folder of the first of them.
+/// Steps with a journal in the folder of the first of them: where its file is, whatever link it was named by.
 fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> {
-    let home = steps.first().map(|s| folder_of(s.named()).to_path_buf()).unwrap_or_default();
+    let home = steps.first().map(|s| folder_of(s.target()).to_path_buf()).unwrap_or_default();
+    // one folder may be named in several ways
+    let real = |folder: &Path| std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let real_home = real(&home);
     // a run that does not sync holds its folder as a whole
     let _lock = match synced {
         true => FolderLock::take(&home, Sharing::Alone, PATIENCE)?,
@@ -137,9 +137,9 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
     for step in &steps {
         backups.push(backup(step).map_err(|e| Error::io(step.target(), "keep a copy of", e))?);
     }
-    let entries = steps.iter().zip(&backups).filter(|(s, _)| folder_of(s.named()) == home);
+    let entries = steps.iter().zip(&backups).filter(|(s, _)| real(folder_of(s.target())) == real_home);
     let entries = entries.map(|(step, old)| journal::Entry {
-        target: name_of(step.named()),
+        target: name_of(step.target()),
         new: match step {
             Step::Put(file) => Some(name_of(file.temporary.path())),
             Step::Remove(_) => None,
@@ -158,17 +158,16 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
             Err(e) => return Err(back_with(journal, &home, done, e)),
         }
     }
-    let result = match release(streams, Vec::new()) {
-        Err(e) if !e.is_closed_pipe() => return Err(back_with(journal, &home, done, e)),
-        result => result,
-    };
+    if let Err(e) = streams::release(streams) {
+        return Err(back_with(journal, &home, done, e));
+    }
     if synced {
         sync_folders(&[home]);
     }
     // the journal first: without it what was kept belongs to no run, and the next run removes it
     drop(journal);
     drop(done);
-    result
+    Ok(())
 }
 
 /// Takes back what was done, then the journal that would do it again.
@@ -250,19 +249,6 @@ fn back(done: Vec<Done>, e: Error) -> Error {
     }
 }
 
-/// Hands on what was held back for streams; where that fails, what is `done` is taken back. A reader that went away is no failure.
-fn release(streams: Streams, done: Vec<Done>) -> Result<()> {
-    let mut closed = None;
-    for (mut stream, name) in streams {
-        match stream.release().map_err(|e| Error::io_of(&name, "write", e)) {
-            Err(e) if e.is_closed_pipe() => closed = Some(e),
-            Err(e) => return Err(back(done, e)),
-            Ok(()) => {}
-        }
-    }
-    closed.map_or(Ok(()), Err)
-}
-
 /// A second name for what a step replaces.
 fn backup(step: &Step) -> io::Result<Option<TempPath>> {
     let target = step.target();
@@ -318,3 +304,20 @@ fn sync_folders(folders: &[PathBuf]) {
 
 #[cfg(not(unix))]
 fn sync_folders(_: &[PathBuf]) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_file_that_came_since_the_output_was_made_is_of_its_kind_or_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let target = dir.path().join("summary.jsonl");
+        let mut output = Output::create(&target).unwrap();
+        output.write_all(b"{\"input\": \"w.csv\"}\n").unwrap();
+        std::fs::write(&target, "{\"schema\": \"lostmotion/rewritten/1\"}").unwrap();
+        assert!(output.commit().unwrap_err().is_bad_input());
+        assert!(std::fs::read_to_string(&target).unwrap().contains("rewritten"));
+    }
+}

@@ -6,6 +6,7 @@
 //! files around it, compensator, options and version, and the very bytes that were written), is not done again: a run that was killed goes
 //! on where it was, and ends with the same bytes as one that was not.
 
+use super::apart::Apart;
 use super::guard::{self, is_note};
 use super::job::Job;
 use super::outcome::Target;
@@ -237,11 +238,16 @@ pub fn run(
             let _ = std::fs::create_dir_all(output.join(folder));
         }
     }
+    let apart = match results {
+        Results::Folder(output) => Some(Apart::of(folder, programs, output, job.force)),
+        Results::DryRun | Results::Check(_) => None,
+    };
     let one = |relative: &PathBuf| {
         let from = folder.join(relative);
         let result = match shared.get(relative) {
             Some(with) => Err(Refusal::Shared { name: shown(&from), with: with.to_string() }.into()),
-            None => one(job, &from, relative, results, judge),
+            None => apart_from(apart.as_ref(), &from, relative, results)
+                .and_then(|()| one(job, &from, relative, results, judge)),
         };
         let line = match result {
             Ok(line) => line,
@@ -263,6 +269,14 @@ fn shared(folder: &Path, programs: &[PathBuf], there: &Files) -> BTreeMap<PathBu
     }
     let several = owners.into_iter().filter(|(_, list)| list.len() > 1);
     several.flat_map(|(file, list)| list.into_iter().map(move |p| (p.clone(), shown(&file)))).collect()
+}
+
+/// Refuses a result that a link leads to a program, or to another result.
+fn apart_from(apart: Option<&Apart>, from: &Path, relative: &Path, results: Results) -> Result<()> {
+    match (apart, results) {
+        (Some(apart), Results::Folder(output)) => apart.check(from, &output.join(relative)),
+        _ => Ok(()),
+    }
 }
 
 fn one(job: &Job, from: &Path, relative: &Path, results: Results, judge: Option<&Judge>) -> Result<Line> {

@@ -1,16 +1,17 @@
 //! A program that has been rewritten is not rewritten again.
 //!
 //! Two checks. (1) Beside every file that it writes, `rewrite` leaves a note `FILE.lostmotion.json` with the SHA-256 of the
-//! file; an input whose hash stands in a note of its folder is refused (the file itself may carry no mark: every byte that is
+//! file (beside the file itself, where it was named by a link); an input whose hash stands in a note of its folder is refused (the file itself may carry no mark: every byte that is
 //! no motion target stays). (2) A file without its note is known by its numbers: joints by
 //! [`super::rewritten`], Cartesian targets by `super::script::retraced`.
 
 use crate::error::{BadInput, Error, Place, Result, is_stdio, shown};
-use crate::io::folder;
 use crate::io::input::sha256;
 use crate::io::notice::{self, Notice};
+use crate::io::{folder, links, regular};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -69,6 +70,13 @@ pub struct Note {
     pub companions: Vec<Companion>,
 }
 
+impl Note {
+    /// One word for the SHA-256 of all files of the result.
+    pub fn result(&self) -> String {
+        together(std::iter::once(&self.sha256_out).chain(self.companions.iter().map(|c| &c.sha256_out)))
+    }
+}
+
 /// A file that belongs to a program, such as the `.dat` of a `.src`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Companion {
@@ -94,8 +102,19 @@ pub struct Named {
     pub sha256: String,
 }
 
-/// Where the note of a file stands.
+/// Where the note of a file is written: beside the file that a link leads to, so that it is found by every name of the file.
 pub fn note_path(file: &Path) -> PathBuf {
+    note_name(&links::target_of(file))
+}
+
+/// Where the note of a file is: as [`note_path`] says; notes of earlier versions may stand beside a link.
+pub fn find_note(file: &Path) -> PathBuf {
+    let (own, linked) = (note_path(file), note_name(file));
+    if own != linked && !own.exists() && linked.exists() { linked } else { own }
+}
+
+/// The name of the note of a file that is known by its name alone (a key, an entry of a list).
+pub fn note_name(file: &Path) -> PathBuf {
     let mut name = file.as_os_str().to_os_string();
     name.push(ENDING);
     PathBuf::from(name)
@@ -122,10 +141,11 @@ pub fn note_text(note: &Note) -> Result<String> {
 /// # Errors
 /// Bad input where the note is damaged: silence would let its program be rewritten twice.
 pub fn read_note(file: &Path) -> Result<Option<Note>> {
-    let path = note_path(file);
-    match std::fs::read(&path) {
+    let path = find_note(file);
+    match regular::read(&path) {
         Ok(bytes) => parse_note(&bytes).map(Some).ok_or_else(|| damaged(&path)),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        // a name that is too long for the file system is that of no note
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::InvalidFilename) => Ok(None),
         Err(e) => Err(Error::io(&path, "read", e)),
     }
 }
@@ -164,15 +184,21 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// As the notes in the folder of `input` have it.
+    /// As the notes in the folder of `input` have it, and where it is a link those in the folder to which that leads.
     pub fn beside(&self, input: &Path) -> Result<Arc<Vec<String>>> {
         if is_stdio(input) {
             return Ok(Arc::default());
         }
-        let here = match input.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
+        let here = self.of_folder(folder::folder_of(input))?;
+        let target = links::target_of(input);
+        if target == input {
+            return Ok(here);
+        }
+        let there = self.of_folder(folder::folder_of(&target))?;
+        Ok(Arc::new(here.iter().chain(there.iter()).cloned().collect()))
+    }
+
+    fn of_folder(&self, here: &Path) -> Result<Arc<Vec<String>>> {
         // a thread that failed while it read leaves at most a folder unread
         let mut folders = self.folders.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = folders.get(here) {
@@ -180,26 +206,32 @@ impl Notes {
         }
         let entries = match folder::list(here) {
             // a folder that lets its files be read by name alone
-            Err(e) if e.kind() == std::io::ErrorKind::PermissionDenied => Vec::new(),
+            Err(e) if e.kind() == ErrorKind::PermissionDenied => Vec::new(),
             listed => listed.map_err(|e| Error::io(here, "list", e))?,
         };
-        let entries = entries.into_iter().map(|e| here.join(e.0));
-        let read = |p: PathBuf| match std::fs::read(&p) {
-            Ok(bytes) => {
-                let note = parse_note(&bytes);
-                if note.is_none() {
-                    notice::report(Notice::DamagedNote(&p));
-                }
-                note.map(Ok)
-            }
-            Err(e) => Some(Err(Error::io(&p, "read", e))),
-        };
-        let notes = entries.filter(|p| is_note(p)).filter_map(read);
-        let whole =
-            |n: Note| together(std::iter::once(&n.sha256_out).chain(n.companions.iter().map(|c| &c.sha256_out)));
-        let found: Arc<Vec<String>> = Arc::new(notes.map(|n: Result<Note>| n.map(whole)).collect::<Result<_>>()?);
+        let notes = entries.into_iter().filter(|(name, _)| is_note(Path::new(name)));
+        let results = notes.filter_map(|(name, kind)| result_of(&here.join(name), kind).transpose());
+        let found: Arc<Vec<String>> = Arc::new(results.collect::<Result<_>>()?);
         folders.insert(here.to_path_buf(), Arc::clone(&found));
         Ok(found)
+    }
+}
+
+/// SHA-256 of the result that a note is about; `None`: it is damaged, or a name like a note's that stands for no file.
+fn result_of(note: &Path, kind: folder::Kind) -> Result<Option<String>> {
+    if kind != folder::Kind::File && !note.is_file() {
+        return Ok(None);
+    }
+    match regular::read(note) {
+        Ok(bytes) => {
+            let note_of = parse_note(&bytes);
+            if note_of.is_none() {
+                notice::report(Notice::DamagedNote(note));
+            }
+            Ok(note_of.map(|n| n.result()))
+        }
+        Err(e) if e.kind() == ErrorKind::NotFound || regular::is_other(&e) => Ok(None),
+        Err(e) => Err(Error::io(note, "read", e)),
     }
 }
 

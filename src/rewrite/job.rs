@@ -10,7 +10,7 @@ use crate::compensator::{Compensator, JointCompensator};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
 use crate::io::output::{Durability, Output};
-use crate::io::{input, memory};
+use crate::io::{input, links, memory};
 use crate::program::csv::Reader;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
@@ -134,18 +134,28 @@ impl Job<'_> {
         }
     }
 
-    /// The note that stands beside `output` although the program stays as it was: that of an earlier result.
-    pub(super) fn stale_note(&self, output: &Path, unchanged: bool) -> Result<Option<PathBuf>> {
+    /// The note that stands beside `output` although the program, whose files have the SHA-256 `written`, stays as it was: that of an
+    /// earlier result. A note of these very files stays: it alone may have their original.
+    pub(super) fn stale_note(&self, output: &Path, unchanged: bool, written: &[String]) -> Result<Option<PathBuf>> {
         if !unchanged || is_stdio(output) {
             return Ok(None);
         }
-        Ok(guard::read_note(output)?.map(|_| guard::note_path(output)))
+        let stale = match guard::read_note(output) {
+            Ok(note) => note.is_some_and(|n| n.result() != guard::together(written.iter())),
+            // a damaged one may still have the original of a program in place
+            Err(e) if e.is_bad_input() && self.force => false,
+            // in a folder of results a loss of power damages notes
+            Err(e) if e.is_bad_input() && self.durability == Durability::RenameOnly => true,
+            Err(e) => return Err(e),
+        };
+        Ok(stale.then(|| guard::find_note(output)))
     }
 
-    /// SHA-256 of programs that are known to be rewritten, beside `input`.
-    pub(super) fn known(&self, input: &Path) -> Result<Arc<Vec<String>>> {
+    /// SHA-256 of programs that are known to be rewritten, beside `input`; where that is forced, of none but the result that `input`
+    /// is itself, if it would be replaced.
+    pub(super) fn known(&self, input: &Path, target: &Target) -> Result<Arc<Vec<String>>> {
         if self.force {
-            return Ok(Arc::default());
+            return Ok(Arc::new(own_result(input, target).into_iter().collect()));
         }
         if !is_stdio(input) {
             guard::read_note(input)?; // a damaged one might have shown that it is a result
@@ -155,6 +165,11 @@ impl Job<'_> {
 
     pub(super) fn refuse_known(&self, name: &str, notes: &[String], sha256: &Option<String>) -> Result<()> {
         match sha256 {
+            Some(s) if notes.contains(s) && self.force => Err(Error::bad(
+                Place::file(name),
+                "a program that has been rewritten already and would be replaced by a second rewrite; its original would be lost",
+                "the original program (`undo` restores it)",
+            )),
             Some(s) if notes.contains(s) => Err(guard::already(name, "its note is in the same folder")),
             _ => Ok(()),
         }
@@ -190,7 +205,12 @@ impl Job<'_> {
             return Ok(None);
         }
         let text = guard::note_text(note)?;
-        let mut output = Output::create_as(&guard::note_path(file), self.durability)?;
+        let path = guard::note_path(file);
+        if std::fs::metadata(&path).is_ok_and(|m| !m.is_file()) {
+            let expected = "a place for the note of the program (remove it, or give another output)";
+            return Err(Error::bad(Place::file(shown(&path)), "no regular file", expected));
+        }
+        let mut output = Output::create_as(&path, self.durability)?;
         output.put(text.as_bytes())?;
         Ok(Some(output))
     }
@@ -247,6 +267,15 @@ impl Job<'_> {
         }
         Some(text.join("\n"))
     }
+}
+
+/// SHA-256 of the result that `input` is by its note, where `target` is the same file: its original stands nowhere else.
+fn own_result(input: &Path, target: &Target) -> Option<String> {
+    let in_place = |output: &Path| !is_stdio(input) && !is_stdio(output) && links::same(input, output);
+    let Target::File(output) = target else { return None };
+    // a damaged one is ignored where that is forced
+    let note = in_place(output).then(|| guard::read_note(output).ok().flatten()).flatten()?;
+    Some(note.result())
 }
 
 /// A number to six decimals, in powers of ten where it has many digits.

@@ -27,7 +27,7 @@
 //! | edits | `robot_programs::decimal` | `stream::render` | `script::edits`, `script::writing`, `script::verify` |
 //! | sink | limits and their words ([`job`]), [`sink`], [`guard`] and its note, [`outcome`] | `stream::golden` | `script::change` |
 //!
-//! [`batch`] takes a folder of programs through, [`manifest`] a list that many machines share; `remote` does both for an object store
+//! [`batch`] takes a folder of programs through (`apart`: no result goes over a program), [`manifest`] a list that many machines share; `remote` does both for an object store
 //! (feature `cloud`); [`refusal`] says why a program is not rewritten, [`summary`] reports.
 //!
 //! Files beside:
@@ -39,6 +39,8 @@
 
 #![warn(missing_docs)]
 
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+mod apart;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod batch;
 pub(crate) mod deadband;

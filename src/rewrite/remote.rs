@@ -6,7 +6,7 @@
 //! comes out as it would in a folder on disk.
 
 use super::batch;
-use super::guard::{self, is_note, note_path};
+use super::guard::{self, is_note, note_name};
 use super::manifest::{Entry, State};
 use crate::error::{Error, Place, Result, shown};
 use crate::io::name::{path_of, text_of};
@@ -273,7 +273,7 @@ impl Results {
         let (dir, bucket) = empty_folder()?;
         let folder = bucket.join(store.prefix());
         let mut results = Self { _dir: dir, bucket, folder, before: HashMap::new() };
-        results.fetch(store, programs.iter().map(|p| note_path(p)))?;
+        results.fetch(store, programs.iter().map(|p| note_name(p)))?;
         let mut more = BTreeSet::new();
         for program in programs {
             let beside =
@@ -341,12 +341,11 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     let mut open = vec![folder.to_path_buf()];
     while let Some(here) = open.pop() {
-        let entries = std::fs::read_dir(&here).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
-        for entry in entries.map_err(|e| Error::io(&here, "list", e))? {
-            let path = entry.path();
-            if path.is_dir() {
+        for (name, kind) in crate::io::folder::list(&here).map_err(|e| Error::io(&here, "list", e))? {
+            let path = here.join(&name);
+            if kind == crate::io::folder::Kind::Folder {
                 open.push(path);
-            } else if !crate::io::temporary::is_ours(&entry.file_name()) {
+            } else if !crate::io::temporary::is_ours(&name) {
                 files.push(path);
             }
         }

@@ -1,6 +1,6 @@
 //! Where the bytes of a rewritten program go: a file, nowhere, memory, or against a golden file.
 
-use crate::error::{Error, Result, shown};
+use crate::error::{Error, Result, is_stdio, shown};
 use crate::io::input::hex;
 use crate::io::output::{Durability, Output};
 use sha2::{Digest, Sha256};
@@ -58,7 +58,8 @@ pub struct File {
 impl File {
     /// Fails early where the target cannot be written.
     pub fn create(path: &Path, durability: Durability) -> Result<Self> {
-        Ok(Self { output: Output::create_as(path, durability)?, hash: Some(Sha256::new()), shown: shown(path) })
+        let shown = if is_stdio(path) { "standard output".into() } else { shown(path) };
+        Ok(Self { output: Output::create_as(path, durability)?, hash: Some(Sha256::new()), shown })
     }
 
     /// SHA-256 of the bytes so far.

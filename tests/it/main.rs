@@ -64,6 +64,7 @@ mod log;
 mod machine;
 mod nist;
 mod numerics;
+mod originals;
 mod pages;
 mod path_bench;
 mod plan_experiment;

@@ -16,7 +16,7 @@ use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::rewrite::batch::{self, Judge, Judged, Results, Texts};
-use crate::rewrite::guard::{note_path, read_note};
+use crate::rewrite::guard::{note_name, note_path, read_note};
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
 use crate::rewrite::summary::{BeforeAfter, Line, PathErrors, Status};
@@ -312,7 +312,11 @@ fn earlier_results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSe
     let all: HashSet<&Path> = programs.iter().map(PathBuf::as_path).collect();
     let mut found = BTreeSet::new();
     let of = |original: &Path| std::fs::read(input.join(original)).ok().map(|bytes| sha256(&bytes));
-    let noted = |p: &&PathBuf| files.has(&note_path(&input.join(p)));
+    // a note beside the file that a link leads to is on no list
+    let noted = |p: &&PathBuf| {
+        let (own, listed) = (note_path(&input.join(p)), note_name(&input.join(p)));
+        files.has(&listed) || own != listed && own.is_file()
+    };
     for (program, note) in programs.iter().filter(noted).filter_map(|p| Some((p, read_note(&input.join(p)).ok()??))) {
         let mut rest = program.components();
         let mut folder = PathBuf::new();
@@ -360,6 +364,10 @@ fn refuse_program(
             ours.extend(beside);
             ours.push(to);
         }
+        if let Some(note) = notes_of(&from, output.map(|o| o.join(program))).iter().find(|p| same(p)) {
+            let found = format!("the same file as the note of a program, {}", shown(note));
+            return Err(bad(Place::file(option), found, "a file of its own"));
+        }
         ours.push(from);
         if let Some(other) = ours.iter().find(|p| same(p)) {
             let found = format!("the same file as the program {}", shown(other));
@@ -367,6 +375,12 @@ fn refuse_program(
         }
     }
     Ok(())
+}
+
+/// Where the notes of a program and of its result are, or will be.
+fn notes_of(from: &Path, to: Option<PathBuf>) -> Vec<PathBuf> {
+    let files = [Some(from), to.as_deref()];
+    files.into_iter().flatten().flat_map(|f| [note_path(f), note_name(f)]).collect()
 }
 
 /// `K/N`.

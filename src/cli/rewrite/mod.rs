@@ -19,6 +19,7 @@ use crate::compensator::file::is_past;
 use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::address;
 use crate::io::journal::{self, Towards};
+use crate::io::links;
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats;
@@ -128,7 +129,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     {
         // what an interrupted run left, before anything is read
         let folders = [Some(output), Some(args.input.as_path()).filter(|i| !is_stdio(i))];
-        folders.iter().flatten().filter_map(|f| f.parent()).try_for_each(|f| journal::finish(f, Towards::Before))?;
+        folders.iter().flatten().try_for_each(|f| journal::finish(&links::home_of(f), Towards::Before))?;
     }
     if args.list_frames {
         let ready = job.prepare(&args.input, Target::DryRun, &|_| {})?;

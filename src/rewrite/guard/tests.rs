@@ -86,8 +86,9 @@ fn the_notes_of_a_folder_are_read_once_and_damaged_ones_are_left_out() {
     assert!(notes.beside(Path::new("-")).unwrap().is_empty());
     assert!(notes.beside(Path::new("Cargo.toml")).unwrap().is_empty());
     assert!(notes.beside(&at("none/p.src")).is_err());
+    // a folder of such a name is no note
     std::fs::create_dir(note_path(&at("t.src"))).unwrap();
-    assert!(Notes::default().beside(&at("any.src")).is_err());
+    assert_eq!(Notes::default().beside(&at("any.src")).unwrap().len(), 2);
 }
 
 #[test]
@@ -97,4 +98,37 @@ fn the_files_of_a_program_have_one_word_and_a_refusal_says_how_it_is_known() {
     let Error::RewrittenAlready(why) = already("p.src", "its note is there") else { panic!() };
     assert_eq!((why.place.file.as_str(), why.expected.as_str()), ("p.src", "the original program"));
     assert!(why.found.contains("already (its note is there)"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_note_stands_beside_the_file_that_a_link_leads_to_and_is_found_by_both_names() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| std::fs::canonicalize(dir.path()).unwrap().join(name);
+    std::fs::create_dir(at("real")).unwrap();
+    std::fs::write(at("real/p.src"), "").unwrap();
+    std::os::unix::fs::symlink("real/p.src", at("p.src")).unwrap();
+    assert_eq!(note_path(&at("p.src")), at("real/p.src.lostmotion.json"));
+    assert_eq!(note_name(&at("p.src")), at("p.src.lostmotion.json"));
+    std::fs::write(note_path(&at("p.src")), note_text(&note(0)).unwrap()).unwrap();
+    assert!(read_note(&at("p.src")).unwrap().is_some() && read_note(&at("real/p.src")).unwrap().is_some());
+    assert_eq!(Notes::default().beside(&at("p.src")).unwrap().len(), 1);
+    // as earlier versions left it
+    std::fs::rename(note_path(&at("p.src")), note_name(&at("p.src"))).unwrap();
+    assert_eq!(find_note(&at("p.src")), at("p.src.lostmotion.json"));
+    assert!(read_note(&at("p.src")).unwrap().is_some());
+}
+
+#[cfg(unix)]
+#[test]
+fn names_like_those_of_notes_that_stand_for_no_file_keep_no_program_waiting() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    assert!(std::process::Command::new("mkfifo").arg(note_path(&at("f.src"))).status().unwrap().success());
+    std::os::unix::fs::symlink("nowhere", note_path(&at("l.src"))).unwrap();
+    std::fs::create_dir(note_path(&at("d.src"))).unwrap();
+    assert!(Notes::default().beside(&at("any.src")).unwrap().is_empty());
+    assert!(matches!(read_note(&at("f.src")), Err(Error::Io { .. })), "its own note is no missing one");
+    assert_eq!(read_note(&at("l.src")).unwrap(), None);
+    assert_eq!(read_note(&at(&"n".repeat(250))).unwrap(), None, "too long a name");
 }

@@ -5,7 +5,7 @@ use super::context::{Contexts, LARGEST_SCRIPT, sum_of};
 use super::{Done, Task, rewrite};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
-use crate::io::{input, memory};
+use crate::io::{input, memory, remains};
 use crate::program::files::Files;
 use crate::program::script::{Format, Text};
 use crate::rewrite::Refine;
@@ -78,7 +78,7 @@ impl Job<'_> {
             let note = self.note_of(source, path, &paths, &done.originals, &sums, &outcome);
             self.prepare_note(path, &note)?
         };
-        let stale_note = self.stale_note(path, outcome.unchanged)?;
+        let stale_note = self.stale_note(path, outcome.unchanged, &sums)?;
         Ok(Ready { outcome, files, note, stale_note })
     }
 
@@ -100,7 +100,7 @@ impl Job<'_> {
         }
         let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;
         let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
-        self.refuse_known(&name, &self.known(input)?, &Some(guard::together(hashes.iter())))?;
+        self.refuse_known(&name, &self.known(input, &target)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.last_digits()?;
         let task = Task {
             robot: self.robot,
@@ -217,6 +217,11 @@ fn outputs(path: &Path, companions: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
+/// Whether bytes are `ours`, or what a loss of power left of them.
+fn is_or_was(there: &[u8], ours: &[u8]) -> bool {
+    there == ours || remains::before_zeros(there).is_some_and(|before| ours.starts_with(before))
+}
+
 /// Refuses to put a file of the program over another one that is not its own earlier result.
 fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts: &[Text]) -> Result<()> {
     if paths.first().is_some_and(|p| is_stdio(p)) {
@@ -240,9 +245,10 @@ fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts:
             return refuse("a file of the program that is read".into());
         }
         // beside the file that was named, a file appears that was not: it must be ours, or the same
-        if k > 0 && path.exists() && std::fs::read(path).ok().as_deref() != texts.get(k).map(|t| t.bytes.as_slice()) {
+        let ours = texts.get(k).map(|t| t.bytes.as_slice()).unwrap_or_default();
+        if k > 0 && path.exists() && !std::fs::read(path).is_ok_and(|there| is_or_was(&there, ours)) {
             let name = path.file_name().map(text_of_name);
-            let note = paths.first().map(|p| guard::read_note(p)).transpose()?.flatten();
+            let note = paths.first().and_then(|p| guard::read_note(p).ok().flatten());
             if !note.is_some_and(|n| n.companions.iter().any(|c| Some(&c.output) == name.as_ref())) {
                 return refuse("an existing file that is not known to belong to this program".into());
             }

@@ -23,7 +23,7 @@ impl Job<'_> {
         target: Target,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Ready> {
-        let notes = self.known(input)?;
+        let notes = self.known(input, &target)?;
         let name = shown(input);
         let passage = Passage {
             style: Style { forced: self.decimals, least: self.least_decimals()? },
@@ -78,6 +78,7 @@ impl Job<'_> {
                 let sha256_out = sink.sha256();
                 // a full disk shows here, while neither the program nor its note is in place
                 sink.prepare()?;
+                let stale_note = self.stale_note(path, result.unchanged, std::slice::from_ref(&sha256_out))?;
                 result.sha256_out = Some(sha256_out);
                 let note = if result.unchanged {
                     None
@@ -86,7 +87,6 @@ impl Job<'_> {
                     note.original = kept(input, note.sha256_in.as_deref())?;
                     self.prepare_note(path, &note)?
                 };
-                let stale_note = self.stale_note(path, result.unchanged)?;
                 Ok(Ready { outcome: result, files: vec![sink], note, stale_note })
             }
         }
