@@ -1,5 +1,6 @@
 //! `lostmotion merge`: one summary of the summaries of all shards.
 
+use crate::cli::paths::{Named, refuse_shared};
 use crate::error::counted;
 use crate::io::output::Output;
 use crate::rewrite::manifest::{Merged, load};
@@ -31,6 +32,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    let summaries = args.summaries.iter().map(|s| ("SUMMARY", Some(s.as_path())));
+    let inputs: Vec<Named> = summaries.chain([("--manifest", Some(args.manifest.as_path()))]).collect();
+    refuse_shared(&inputs, &[("--output", Some(&args.output))])?;
     let entries = load(&args.manifest, &|_| true)?;
     let merged = Merged::read(&entries, &args.summaries)?;
     merged.require_all(&entries)?;

@@ -165,16 +165,19 @@ impl Output {
 
     /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
+        match &self.sink {
+            Sink::File(file) if file.replaces => {
+                Kind::of_file(file.temporary.path()).map_or(Ok(()), |k| self.expect(&k))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The same before anything is written to it, of what will be of this kind.
+    pub fn expect(&self, ours: &Kind) -> Result<()> {
         let Sink::File(file) = &self.sink else { return Ok(()) };
-        if !file.replaces {
-            return Ok(());
-        }
-        let (Some(ours), Some(there)) = (Kind::of_file(file.temporary.path()), Kind::of_file(&file.target)) else {
-            return Ok(());
-        };
-        if ours.replaces(&there) {
-            return Ok(());
-        }
+        let there = Kind::of_file(&file.target).filter(|_| file.replaces);
+        let Some(there) = there.filter(|t| !ours.replaces(t, &file.target)) else { return Ok(()) };
         let found = format!("{}, which {} would replace", there.name(), ours.name());
         Err(Error::bad(crate::error::Place::file(&self.shown), found, "another name, or remove the file first"))
     }

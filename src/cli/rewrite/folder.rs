@@ -81,7 +81,8 @@ pub(super) struct Outputs {
 impl Outputs {
     /// Prepares them: what cannot be written is refused before the work.
     pub(super) fn create(args: &Args) -> Result<Self> {
-        Ok(Self { summary: output::create(args.summary.as_deref())?, report: output::create(args.report.as_deref())? })
+        let [summary, report] = super::beside(args)?;
+        Ok(Self { summary, report })
     }
 
     /// Writes them, and says what became of the programs.

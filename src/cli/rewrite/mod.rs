@@ -19,6 +19,7 @@ use crate::compensator::file::is_past;
 use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::address;
 use crate::io::journal::{self, Towards};
+use crate::io::kind::Kind;
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats;
@@ -135,8 +136,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         list_frames(ready.outcome.vendor.iter().map(|v| &v.missing))?;
         return Ok(Finished::Done);
     }
-    let mut summary = output::create(args.summary.as_deref())?;
-    let mut report = output::create(args.report.as_deref())?;
+    let [mut summary, mut report] = beside(args)?;
     let bar = bytes_bar(&args.input);
     let result = job.prepare(&args.input, target, &|bytes| bar.set_position(bytes));
     bar.finish_and_clear();
@@ -304,6 +304,8 @@ fn refuse_shared(args: &Args) -> Result<()> {
         ("--compensator", args.compensator.as_deref()),
         ("--model", args.model.as_deref()),
         ("--check", args.check.as_deref()),
+        ("--manifest", args.manifest.as_deref()),
+        ("--frames", args.frames.as_deref()),
         ("IN", Some(args.input.as_path()).filter(|_| !in_place)),
     ];
     let outputs = [
@@ -331,6 +333,15 @@ fn refuse_shared(args: &Args) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Summary and page, which do not replace a file of another kind: known before the work is done.
+fn beside(args: &Args) -> Result<[Option<Output>; 2]> {
+    let both = [output::create(args.summary.as_deref())?, output::create(args.report.as_deref())?];
+    for (output, kind) in both.iter().zip([Kind::Summary, Kind::Page]) {
+        output.as_ref().map_or(Ok(()), |o| o.expect(&kind))?;
+    }
+    Ok(both)
 }
 
 fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {
