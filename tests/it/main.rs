@@ -35,6 +35,7 @@ mod external_axes;
 mod faults;
 mod first_steps;
 mod fit;
+mod folder_results;
 mod folder_verdicts;
 mod formats;
 mod fuzz_readers;
