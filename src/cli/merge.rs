@@ -39,7 +39,7 @@ pub fn run(args: Args) -> Result<()> {
     let merged = Merged::read(&entries, &args.summaries)?;
     merged.require_all(&entries)?;
     let mut output = Output::create(&args.output)?;
-    let text: String = merged.lines.iter().flatten().flat_map(|(_, line)| [line.as_str(), "\n"]).collect();
+    let text: String = merged.lines.iter().flatten().flat_map(|told| [told.text.as_str(), "\n"]).collect();
     output.put(text.as_bytes())?;
     output.commit()?;
     let counts = merged.counts(&entries, None);

@@ -151,6 +151,57 @@ fn a_program_that_is_added_changes_no_other_and_one_that_is_changed_fails_until_
     assert!(changed.len() == 4 && changed.iter().all(ours), "{changed:?}");
 }
 
+/// Counts of `status --json`.
+fn counts(desk: &Desk, line: &str) -> [u64; 3] {
+    let status = desk.run(&format!("status --manifest m.jsonl --json {line}")).success();
+    let counts: serde_json::Value = serde_json::from_slice(&status.get_output().stdout).unwrap();
+    ["done", "failed", "left"].map(|k| counts[k].as_u64().unwrap())
+}
+
+fn words(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8_lossy(&assert.get_output().stderr).into_owned()
+}
+
+#[test]
+fn summaries_of_a_former_content_and_of_dry_runs_are_not_merged_and_are_left_in_the_status() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run(&format!("{} --dry-run", desk.shard(1, 1, "done", "dry.jsonl"))).success();
+    let merge = |summary: &str| desk.run(&format!("merge --manifest m.jsonl {summary} --output all.jsonl"));
+    let refused = words(&merge("dry.jsonl").code(2));
+    assert!(refused.starts_with("lostmotion: dry.jsonl:1: ") && refused.contains("would be written"), "{refused}");
+    assert_eq!(counts(&desk, "dry.jsonl"), [0, 0, 3]);
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    assert_eq!(counts(&desk, "s.jsonl"), [3, 0, 0]);
+    // the second of three programs changes, and is listed anew
+    std::fs::write(desk.path("cell/line1/p0001.csv"), "x_mm,y_mm,z_mm\n1,2,-3\n2,2,-3\n1,2,-3\n").unwrap();
+    desk.run("manifest cell --output m.jsonl").success();
+    let refused = words(&merge("s.jsonl").code(2));
+    assert!(refused.contains("s.jsonl:2: ") && refused.contains("another `sha256_in`"), "{refused}");
+    assert!(!desk.path("all.jsonl").exists());
+    assert_eq!(counts(&desk, "s.jsonl"), [2, 0, 1]);
+    // one that fails because it changed after it was listed is of this job
+    std::fs::write(desk.path("cell/line1/p0001.csv"), "x_mm,y_mm,z_mm\n1,2,-3\n3,2,-3\n1,2,-3\n").unwrap();
+    desk.run(&desk.shard(1, 1, "done", "t.jsonl")).success();
+    assert!(words(&merge("t.jsonl").success()).contains("2 done, 0 refused, 1 failed"));
+    assert_eq!(counts(&desk, "t.jsonl"), [2, 1, 0]);
+}
+
+#[test]
+fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    for summary in ["", "s.jsonl "] {
+        assert_eq!(counts(&desk, &format!("{summary}--output-dir done")), [3, 0, 0]);
+    }
+    std::fs::write(desk.path("done/line1/p0001.csv"), "").unwrap();
+    std::fs::remove_file(desk.path("done/line0/p0000.nc")).unwrap();
+    for summary in ["", "s.jsonl "] {
+        assert_eq!(counts(&desk, &format!("{summary}--output-dir done")), [1, 0, 2], "{summary}");
+    }
+}
+
 #[test]
 fn a_manifest_that_leads_out_of_its_folder_is_refused() {
     let desk = Desk::new(3);
