@@ -5,6 +5,7 @@
 //! one. A shard writes its summary last; summaries are merged only if they hold every program of the manifest once.
 
 use super::batch;
+use super::earlier;
 use super::guard::read_note;
 use super::refusal::Refusal;
 use super::summary::{Line, Status};
@@ -53,12 +54,13 @@ pub enum State {
     Unreadable,
 }
 
-/// The programs below `root`, in the order of their keys.
+/// The programs below `root`, in the order of their keys, without results of an earlier rewrite.
 ///
 /// # Errors
 /// Bad input where the folder cannot be listed, or holds no program.
 pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
-    let tree = batch::tree(root, Path::new(""), format)?;
+    let mut tree = batch::tree(root, Path::new(""), format)?;
+    earlier::leave_out(root, &mut tree.programs, &tree.files);
     let mut entries: Vec<Entry> = tree.programs.par_iter().map(|p| entry(root, p, format)).collect();
     entries.extend(tree.unreadable.iter().map(|(path, why)| {
         let key = path.strip_prefix(root).unwrap_or(path);

@@ -47,11 +47,12 @@ pub(crate) mod deadband;
 pub(crate) mod densify;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 mod digits;
+pub(crate) mod earlier;
 pub(crate) mod engine;
 pub(crate) mod equation2;
-pub mod guard;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 mod foreign;
+pub mod guard;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod limits;

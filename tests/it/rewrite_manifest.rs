@@ -203,6 +203,18 @@ fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
 }
 
 #[test]
+fn results_inside_the_folder_of_the_programs_are_not_listed() {
+    let desk = Desk::new(3);
+    desk.run("rewrite --model model.yaml cell --output-dir cell/done").success();
+    let said = words(&desk.run("manifest cell --output m.jsonl").success());
+    assert!(said.contains("3 programs in cell/done are results from an earlier rewrite"), "{said}");
+    let keys = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+    assert!(keys.lines().count() == 3 && !keys.contains("done/"), "{keys}");
+    desk.run("rewrite --model model.yaml cell --manifest m.jsonl --output-dir cell/done").success();
+    assert!(!desk.path("cell/done/done").exists());
+}
+
+#[test]
 fn a_manifest_that_leads_out_of_its_folder_is_refused() {
     let desk = Desk::new(3);
     let entry = "{\"key\":\"../model.yaml\",\"size\":1,\"sha256\":null,\"format\":null,\"state\":\"ready\"}\n";
