@@ -71,6 +71,7 @@ pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> 
 }
 
 /// The programs that a list names, a path below `root` on each line; blank lines and lines that begin with `#` are left out.
+/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`.
 ///
 /// # Errors
 /// Bad input where a path leads out of the folder, or stands twice.
@@ -79,7 +80,8 @@ pub fn of_list(name: &str, list: &str, root: &Path, format: Option<Recognised>) 
     for (k, line) in list.lines().enumerate() {
         let line = line.trim_end_matches('\r');
         if !line.trim().is_empty() && !line.starts_with('#') {
-            paths.push(below(line).ok_or_else(|| outside(name, k as u64 + 1, line))?);
+            let plain = below(line.trim_start_matches("./"));
+            paths.push(plain.ok_or_else(|| outside(name, k as u64 + 1, line))?);
         }
     }
     let mut entries: Vec<Entry> = paths.par_iter().map(|p| entry(root, p, format)).collect();
@@ -152,8 +154,16 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
             let found = if e.is_data() { e.to_string() } else { "a line that is not JSON".into() };
             Error::bad(at(), found, "a line of a manifest, as `lostmotion manifest` writes it")
         })?;
-        if below(&entry.key).is_none() {
-            return Err(outside(name, k as u64 + 1, &entry.key));
+        let path = below(&entry.key).ok_or_else(|| outside(name, k as u64 + 1, &entry.key))?;
+        if text_of(&path).replace('\\', "/") != entry.key.replace('\\', "/") {
+            return Err(Error::bad(at(), format!("`{}`", entry.key), format!("the key as `{}`", text_of(&path))));
+        }
+        if entry.state == State::Ready && entry.sha256.is_none() {
+            return Err(Error::bad(
+                at(),
+                "a program that can be read, without its `sha256`",
+                "its SHA-256 (list it again)",
+            ));
         }
         if last.as_ref().is_some_and(|l| *l >= entry.key) {
             let found = format!("`{}` after `{}`", entry.key, last.unwrap_or_default());
@@ -170,11 +180,11 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
     Ok(entries)
 }
 
-/// The path of a key, if it stays below its folder.
+/// The path of a key, if it stays below its folder, without doubled separators and `.` between them.
 pub fn below(key: &str) -> Option<PathBuf> {
     let path = path_of(key)?;
     let inside = path.components().all(|c| matches!(c, Component::Normal(_)));
-    (inside && path.components().next().is_some()).then_some(path)
+    (inside && path.components().next().is_some()).then(|| path.components().collect())
 }
 
 fn outside(name: &str, line: u64, key: &str) -> Error {
@@ -193,9 +203,9 @@ pub fn shard_of(key: &str, n: usize) -> usize {
 pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
     let differs = |e: &Entry| {
         let path = root.join(below(&e.key)?);
-        let now = read(&path, None).ok().map(|r| r.1);
         // `rewrite` reports what cannot be read
-        let other = now.is_some() && e.sha256.is_some() && now != e.sha256;
+        let (size, sha256, _) = read(&path, None).ok()?;
+        let (other, now) = (size != e.size || e.sha256.as_ref() != Some(&sha256), Some(sha256));
         let bad = || Error::bad(Place::file(shown(&path)), "content that differs from the manifest", "a new manifest");
         other.then(|| (e.key.clone(), Line::failed(shown(&path), &bad(), now)))
     };
@@ -393,5 +403,6 @@ mod tests {
             assert_eq!(below(key), None, "{key}");
         }
         assert_eq!(below("cell/a.csv"), Some(PathBuf::from("cell/a.csv")));
+        assert_eq!(below("cell//./a.csv").unwrap().as_os_str(), "cell/a.csv");
     }
 }

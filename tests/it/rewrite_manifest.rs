@@ -203,6 +203,25 @@ fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
 }
 
 #[test]
+fn one_program_under_two_spellings_is_refused_and_its_key_has_one_spelling() {
+    let desk = Desk::new(3);
+    for other in ["line1/p0001.csv", "line1//p0001.csv", "line1/./p0001.csv", "./line1/p0001.csv"] {
+        std::fs::write(desk.path("list.txt"), format!("line1/p0001.csv\n{other}\n")).unwrap();
+        let refused = words(&desk.run("manifest list.txt --root cell --output m.jsonl").code(2));
+        assert!(refused.contains("list.txt: found `line1/p0001.csv` twice"), "{other}: {refused}");
+        std::fs::write(desk.path("list.txt"), format!("{other}\n")).unwrap();
+        desk.run("manifest list.txt --root cell --output m.jsonl").success();
+        let text = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+        assert!(text.starts_with("{\"key\":\"line1/p0001.csv\","), "{other}: {text}");
+        // a manifest that was edited
+        let edited = text.replace("line1/p0001.csv", other);
+        std::fs::write(desk.path("e.jsonl"), &edited).unwrap();
+        let code = if edited == text { 0 } else { 2 };
+        desk.run("rewrite --model model.yaml cell --manifest e.jsonl --output-dir done").code(code);
+    }
+}
+
+#[test]
 fn results_inside_the_folder_of_the_programs_are_not_listed() {
     let desk = Desk::new(3);
     desk.run("rewrite --model model.yaml cell --output-dir cell/done").success();
@@ -212,6 +231,36 @@ fn results_inside_the_folder_of_the_programs_are_not_listed() {
     assert!(keys.lines().count() == 3 && !keys.contains("done/"), "{keys}");
     desk.run("rewrite --model model.yaml cell --manifest m.jsonl --output-dir cell/done").success();
     assert!(!desk.path("cell/done/done").exists());
+}
+
+#[test]
+fn a_hash_that_was_taken_out_of_a_manifest_and_a_wrong_size_are_no_longer_passed() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    let whole = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+    let mut lines: Vec<serde_json::Value> = whole.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let write = |lines: &[serde_json::Value]| {
+        let text: String = lines.iter().map(|l| format!("{l}\n")).collect();
+        std::fs::write(desk.path("m.jsonl"), text).unwrap();
+    };
+    let sha256 = lines[1]["sha256"].take();
+    write(&lines);
+    let refused = words(&desk.run(&desk.shard(1, 1, "done", "s.jsonl")).code(2));
+    assert!(refused.contains("m.jsonl:2: ") && refused.contains("without its `sha256`"), "{refused}");
+    lines[1]["sha256"] = sha256;
+    lines[1]["size"] = 7.into();
+    write(&lines);
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    let summary = std::fs::read_to_string(desk.path("s.jsonl")).unwrap();
+    let failed: Vec<&str> = summary.lines().filter(|l| l.contains("\"failed\"")).collect();
+    assert!(failed.len() == 1 && failed[0].contains("content that differs from the manifest"), "{summary}");
+    assert!(!desk.path("done/line1/p0001.csv").exists());
+    // one that could not be read when it was listed has no known content, either
+    let unreadable = serde_json::json!({"key": "line1/p0001.csv", "size": 0, "sha256": null, "format": null,
+        "state": "unreadable", "reason": "it was away"});
+    write(&[unreadable]);
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    assert!(std::fs::read_to_string(desk.path("s.jsonl")).unwrap().contains("\"failed\""));
 }
 
 #[test]
