@@ -81,6 +81,7 @@ mod reliability;
 mod report;
 mod rewrite_engine;
 mod rewrite_manifest;
+mod rewrite_options;
 mod rewrite_printed;
 mod rewrite_stream;
 mod rewrite_workers;

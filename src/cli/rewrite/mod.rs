@@ -44,6 +44,8 @@ use text::{Verbosity, format_text};
 /// Runs the command.
 pub fn run(args: Args) -> Result<Finished> {
     let remote = is_remote(&args)?;
+    let folder = args.input != Path::new("-") && args.input.is_dir();
+    refuse_ignored(&args, remote || folder)?;
     refuse_shared(&args)?;
     paths::refuse_missing_folders(&[
         ("--output", args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none())),
@@ -98,6 +100,30 @@ fn is_remote(args: &Args) -> Result<bool> {
     #[cfg(not(feature = "cloud"))]
     stores.iter().try_for_each(|p| address::refuse_all(p))?;
     Ok(!stores.is_empty())
+}
+
+/// Refuses options that have no effect beside the others, or on a single program.
+fn refuse_ignored(args: &Args, many: bool) -> Result<()> {
+    let one = !many;
+    for (ignored, found, expected) in [
+        (args.list_frames && args.summary.is_some(), "--summary with --list-frames", "one of them"),
+        (args.list_frames && args.report.is_some(), "--report with --list-frames", "one of them"),
+        (args.list_frames && args.verdict, "--verdict with --list-frames", "one of them"),
+        (args.verdict && args.check.is_some(), "--verdict with --check", "--verdict with --output-dir"),
+        (args.verdict && args.dry_run, "--verdict with --dry-run", "--verdict with a run that writes"),
+        (
+            one && args.verdict,
+            "--verdict with a single program",
+            "no --verdict: a single program always gets its verdict",
+        ),
+        (one && args.shard.is_some(), "--shard with a single program", "a folder as IN"),
+        (one && args.fail_on != FailOn::Refused, "--fail-on with a single program", "a folder as IN"),
+    ] {
+        if ignored {
+            return Err(usage(found, expected));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a golden file or folder that is not there.
