@@ -20,6 +20,10 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
     for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
         let Some(file) = real(path) else { continue };
         if let Some((other, _)) = taken.iter().find(|(_, f)| *f == file) {
+            if is_stdio(path) {
+                let found = format!("standard output, which {other} uses");
+                return Err(bad(Place::file(option), found, "a file"));
+            }
             return Err(bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
         }
         taken.push((option, file));

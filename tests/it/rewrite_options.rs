@@ -83,3 +83,22 @@ fn a_number_below_zero_is_refused_as_a_number() {
         assert!(out.stderr.contains(words) && !out.stderr.contains("Usage"), "{line}: {}", out.stderr);
     }
 }
+
+#[test]
+fn standard_output_takes_one_document() {
+    let bench = Bench::new();
+    for line in [
+        "p.csv --output o.csv --json --summary -",
+        "p.csv --output o.csv --json --report -",
+        "p.csv --output - --json",
+        "p.csv --output /dev/stdout --json",
+        "cell --output-dir done --json --summary -",
+    ] {
+        bench.refuses(line, "standard output, which --json uses");
+    }
+    bench.refuses("p.csv --output - --summary -", "standard output, which --output uses");
+    let out = bench.rewrite("p.csv --output o.csv --summary -").success();
+    assert!(out.text().starts_with("{\"input\":\"p.csv\""), "{}", out.text());
+    let document: serde_json::Value = bench.rewrite("p.csv --output o.csv --json").success().json();
+    assert_eq!(document["status"], "written");
+}

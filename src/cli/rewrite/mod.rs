@@ -61,10 +61,6 @@ pub fn run(args: Args) -> Result<Finished> {
     for line in &source.left {
         eprintln!("note: not compensated: {line}");
     }
-    let folder = args.input != Path::new("-") && args.input.is_dir();
-    if args.json && args.output.as_deref() == Some(Path::new("-")) {
-        return Err(usage("--json with --output -", "one of them: both go to standard output"));
-    }
     if let Some(output) = args.output_dir.as_ref().filter(|_| args.dry_run && !args.json) {
         eprintln!("note: {}: not written (--dry-run)", shown(output));
     }
@@ -335,6 +331,7 @@ fn refuse_shared(args: &Args) -> Result<()> {
         ("IN", Some(args.input.as_path()).filter(|_| !in_place)),
     ];
     let outputs = [
+        ("--json", Some(Path::new("-")).filter(|_| args.json)),
         ("--output", writes),
         ("the note beside --output", note.as_deref()),
         ("--summary", args.summary.as_deref()),
