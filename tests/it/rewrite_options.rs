@@ -102,3 +102,24 @@ fn standard_output_takes_one_document() {
     let document: serde_json::Value = bench.rewrite("p.csv --output o.csv --json").success().json();
     assert_eq!(document["status"], "written");
 }
+
+/// `/dev/stdout` is standard output also where that is a file.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_names_of_standard_streams_are_those_streams() {
+    use std::fs::File;
+    let bench = Bench::new();
+    bench.rewrite("p.csv --output o.csv").success();
+    let whole = std::fs::read(bench.0.join("o.csv")).unwrap();
+    for (input, output) in [("p.csv", "/dev/stdout"), ("/dev/stdin", "/proc/self/fd/1"), ("-", "/dev/fd/1")] {
+        let target = bench.0.join("redirected.csv");
+        let mut command = crate::support::process();
+        command.current_dir(bench.0.path()).args(["rewrite", "--model", "model.yaml", input, "--output", output]);
+        command.stdin(File::open(bench.0.join("p.csv")).unwrap()).stdout(File::create(&target).unwrap());
+        let out = command.output().unwrap();
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.success() && !said.contains("replaced"), "{output}: {said}");
+        assert_eq!(std::fs::read(&target).unwrap(), whole, "{output}");
+        assert!(!std::path::Path::new(&format!("{output}.lostmotion.json")).exists(), "{output}");
+    }
+}
