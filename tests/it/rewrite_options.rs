@@ -123,3 +123,19 @@ fn the_names_of_standard_streams_are_those_streams() {
         assert!(!std::path::Path::new(&format!("{output}.lostmotion.json")).exists(), "{output}");
     }
 }
+
+#[test]
+fn messages_name_their_file_and_agree_in_number() {
+    let bench = Bench::new();
+    bench.rewrite("cell --output-dir golden").success();
+    std::fs::write(bench.0.join("golden/p.csv"), "x_mm,y_mm,z_mm\n1,2,-3\n").unwrap();
+    let out = bench.rewrite("cell --check golden").ends_with(1);
+    assert!(out.stderr.contains("1 of 1 program is not as in golden"), "{}", out.stderr);
+    // a stream whose original is in no note
+    let program = std::fs::read(bench.0.join("p.csv")).unwrap();
+    let mut command = crate::support::command();
+    command.current_dir(bench.0.path()).args(["rewrite", "--model", "model.yaml", "-", "--output", "o.csv"]);
+    crate::support::outcome(command.write_stdin(program)).success();
+    let out = bench.0.run("undo o.csv --output back.csv").ends_with(1);
+    assert!(out.stderr.contains("the bytes of standard input (a stream"), "{}", out.stderr);
+}

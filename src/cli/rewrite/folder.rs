@@ -190,7 +190,8 @@ fn conclude_check(args: &Args, golden: &Path, programs: &[PathBuf], lines: &[Lin
     }
     let differ = lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)).count();
     if differ > 0 && args.fail_on != FailOn::None {
-        return Err(no(format!("{differ} of {} are not as in {}", counted(lines.len(), "program"), shown(golden))));
+        let are = if differ == 1 { "is" } else { "are" };
+        return Err(no(format!("{differ} of {} {are} not as in {}", counted(lines.len(), "program"), shown(golden))));
     }
     let same = lines.len() - differ;
     eprintln!("{same} of {} as in {}{}", counted(lines.len(), "program"), shown(golden), super::within(args));
