@@ -6,7 +6,7 @@ use lostmotion::rewrite::manifest::{Entry, Merged, parse};
 use std::sync::LazyLock;
 
 static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
-    let line = |k: u8| format!("{{\"key\":\"p{k}.src\",\"size\":1,\"state\":\"ready\"}}\n");
+    let line = |k: u8| format!("{{\"key\":\"p{k}.src\",\"size\":1,\"sha256\":\"00\",\"state\":\"ready\"}}\n");
     let text: String = (0..4).map(line).collect();
     parse("manifest.jsonl", text.as_bytes(), &|_| true).expect("a manifest of ours")
 });

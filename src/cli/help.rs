@@ -5,7 +5,9 @@
 //! [`flowing`] joins the lines of a paragraph and breaks a long example before an option, with the shell's `\`.
 
 use clap::{Command, CommandFactory};
+use std::any::TypeId;
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 
 /// Widest line of a help text, columns.
 pub const WIDTH: usize = 100;
@@ -16,7 +18,28 @@ const CONTINUED: usize = 6;
 
 /// The command line with flowing help texts, for the parser, the man page and the completions.
 pub fn command() -> Command {
-    with_flowing_help(super::Cli::command())
+    with_negative_numbers(with_flowing_help(super::Cli::command()))
+}
+
+/// Options that expect a number take a negative one as their value: the refusal is then about the number, not about an option `-1`.
+fn with_negative_numbers(command: Command) -> Command {
+    let numbers = [
+        TypeId::of::<f64>(),
+        TypeId::of::<u8>(),
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<usize>(),
+        TypeId::of::<NonZeroUsize>(),
+    ];
+    let mut command = command.mut_args(|arg| {
+        let is_number = numbers.iter().any(|n| arg.get_value_parser().type_id() == *n);
+        if is_number { arg.allow_negative_numbers(true) } else { arg }
+    });
+    let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_string()).collect();
+    for name in names {
+        command = command.mut_subcommand(name, with_negative_numbers);
+    }
+    command
 }
 
 /// `help --help` as `help help`: the parser knows no options of its own command.

@@ -1,6 +1,7 @@
 //! `lostmotion manifest`: the programs of a job that many machines share.
 
 use crate::cli::exit::bad;
+use crate::cli::paths;
 use crate::error::{Place, counted, shown};
 use crate::io::{address, input, output};
 use crate::program::format_named;
@@ -44,6 +45,7 @@ pub fn run(args: Args) -> Result<()> {
     let usage = |found: &str, expected: &str| Err(bad(Place::file("manifest"), found, expected));
     address::refuse("--root", args.root.as_deref())?;
     address::refuse("--output", Some(&args.output))?;
+    paths::refuse_shared(&[("LIST", Some(&args.input))], &[("--output", Some(&args.output))])?;
     if address::is_address(&args.input) {
         if args.root.is_some() {
             return usage("--root with an address of an object store", "--root with a list of paths");

@@ -1,5 +1,6 @@
 //! `lostmotion merge`: one summary of the summaries of all shards.
 
+use crate::cli::paths::{Named, refuse_shared};
 use crate::error::counted;
 use crate::io::output::Output;
 use crate::rewrite::manifest::{Merged, load};
@@ -31,11 +32,14 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    let summaries = args.summaries.iter().map(|s| ("SUMMARY", Some(s.as_path())));
+    let inputs: Vec<Named> = summaries.chain([("--manifest", Some(args.manifest.as_path()))]).collect();
+    refuse_shared(&inputs, &[("--output", Some(&args.output))])?;
     let entries = load(&args.manifest, &|_| true)?;
     let merged = Merged::read(&entries, &args.summaries)?;
     merged.require_all(&entries)?;
     let mut output = Output::create(&args.output)?;
-    let text: String = merged.lines.iter().flatten().flat_map(|(_, line)| [line.as_str(), "\n"]).collect();
+    let text: String = merged.lines.iter().flatten().flat_map(|told| [told.text.as_str(), "\n"]).collect();
     output.put(text.as_bytes())?;
     output.commit()?;
     let counts = merged.counts(&entries, None);

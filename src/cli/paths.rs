@@ -26,6 +26,10 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
         }
         let Some(file) = real(path) else { continue };
         if let Some((other, _)) = taken.iter().find(|(_, f)| *f == file) {
+            if is_stdio(path) {
+                let found = format!("standard output, which {other} uses");
+                return Err(bad(Place::file(option), found, "a file"));
+            }
             return Err(bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
         }
         taken.push((option, file));
@@ -33,9 +37,12 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses outputs into folders that are not there, before anything is computed.
+/// Refuses outputs into folders that are not there, or named as folders, before anything is computed.
 pub fn refuse_missing_folders(outputs: &[Named]) -> Result<()> {
     for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
+        if path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
+            return Err(bad(Place::file(option), format!("{}, the name of a folder", shown(path)), "a file"));
+        }
         let folder = path.parent().filter(|f| !is_stdio(path) && !f.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|f| !f.is_dir()) {
             let found = format!("{} in a folder that does not exist, {}", shown(path), shown(folder));

@@ -1,6 +1,6 @@
 //! The command as a process: arguments in, exit code out. The binary and the Python module run the same.
 
-use super::{Cli, exit, global, help, run, usage};
+use super::{Cli, exit, global, help, run, streams, usage};
 use crate::cli::console::say;
 use clap::{ColorChoice, FromArgMatches};
 use std::ffi::OsString;
@@ -8,7 +8,7 @@ use std::io::IsTerminal;
 
 /// Parses, runs, prints what went wrong, and returns the exit code. The first argument is the program's name.
 pub fn main(arguments: Vec<OsString>) -> u8 {
-    let arguments = help::of_help(arguments);
+    let arguments = streams::as_dash(help::of_help(arguments));
     let color = global::color_of(arguments.iter().cloned());
     let parsed = help::command().color(color).try_get_matches_from(arguments.iter());
     let cli = match parsed.and_then(|m| Cli::from_arg_matches(&m)) {

@@ -137,7 +137,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     all.commit()?;
     let to = if is_stdio(&target) { "standard output".into() } else { shown(&target) };
-    eprintln!("{to}: original of {} restored, {} bytes", note.input, files[0].1.len());
+    eprintln!("{to}: original of {} restored, {} bytes", named(&note.input), files[0].1.len());
     Ok(())
 }
 
@@ -161,9 +161,15 @@ fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
 
 fn too_large(name: &str, original: &str) -> anyhow::Error {
     no(format!(
-        "{name}: the note does not contain the bytes of {original} (a stream, or more than {} MB): give the file with --original",
+        "{name}: the note does not contain the bytes of {} (a stream, or more than {} MB): give the file with --original",
+        named(original),
         KEPT_UP_TO >> 20
     ))
+}
+
+/// The original as messages name it.
+fn named(original: &str) -> &str {
+    if original == "-" { "standard input" } else { original }
 }
 
 fn checked(name: &str, bytes: Vec<u8>, sha256: &str) -> Result<Vec<u8>> {

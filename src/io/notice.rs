@@ -3,7 +3,7 @@
 //! The library prints nothing. It hands each [`Notice`] to the handler of the process, which [`handle_with`] sets once; without
 //! a handler notices are dropped. The command line prints them on standard error.
 
-use crate::error::shown;
+use crate::error::{counted, shown};
 use std::fmt;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -28,6 +28,8 @@ pub enum Notice<'a> {
     LockTakenOver(&'a Path, &'a str),
     /// These files, as messages show them, were replaced by outputs.
     Replaced(&'a [String]),
+    /// So many programs of a folder are left out: these folders, as messages show them, hold results of an earlier rewrite.
+    EarlierResults(usize, &'a [String]),
     /// A note of a rewritten program is damaged: its program is not recognised by it.
     DamagedNote(&'a Path),
 }
@@ -56,6 +58,11 @@ impl fmt::Display for Notice<'_> {
                 write!(f, "{}: the lock of a run that has ended ({by}) is taken over", shown(folder))
             }
             Self::Replaced(files) => write!(f, "replaced: {}", files.join(", ")),
+            Self::EarlierResults(programs, folders) => {
+                let are = if *programs == 1 { "is a result" } else { "are results" };
+                let (programs, folders) = (counted(*programs, "program"), folders.join(", "));
+                write!(f, "{programs} in {folders} {are} from an earlier rewrite and left out")
+            }
             Self::DamagedNote(path) => {
                 write!(f, "{}: damaged, so the program that it describes cannot be recognised", shown(path))
             }

@@ -176,16 +176,20 @@ impl Output {
 
     /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
+        match &self.sink {
+            Sink::File(file) if file.replaces => {
+                Kind::of_file(file.temporary.path()).map_or(Ok(()), |k| self.expect(&k))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The same before anything is written to it, of what will be of this kind.
+    pub fn expect(&self, ours: &Kind) -> Result<()> {
         let Sink::File(file) = &self.sink else { return Ok(()) };
-        if !file.replaces {
-            return Ok(());
-        }
-        let (Some(ours), Some(there)) = (Kind::of_file(file.temporary.path()), Kind::of_file(&file.target)) else {
-            return Ok(());
-        };
-        if ours.replaces(&there) || self.replaces_remains(file, &ours) {
-            return Ok(());
-        }
+        let there = Kind::of_file(&file.target).filter(|_| file.replaces);
+        let other = |t: &Kind| !ours.replaces(t, &file.target) && !self.replaces_remains(file, ours);
+        let Some(there) = there.filter(other) else { return Ok(()) };
         let found = format!("{}, which {} would replace", there.name(), ours.name());
         Err(Error::bad(crate::error::Place::file(&self.shown), found, "another name, or remove the file first"))
     }
@@ -194,7 +198,7 @@ impl Output {
     /// somehow, or a file that ends in zeros.
     fn replaces_remains(&self, file: &InFile, ours: &Kind) -> bool {
         self.durability == Durability::RenameOnly
-            && (is_note(&file.named) || remains::kind_of(&file.target).is_some_and(|k| ours.replaces(&k)))
+            && (is_note(&file.named) || remains::kind_of(&file.target).is_some_and(|k| ours.replaces(&k, &file.target)))
     }
 
     /// A file that a person named, and that was there.

@@ -52,7 +52,7 @@ mod tests {
         };
         let long = [b"1,2\n".repeat(100_000), vec![0; 300_000]].concat();
         assert_eq!(kind(&[0; 200_000]), Some(Kind::Empty));
-        assert_eq!(kind(b"a1_deg,a2_deg\n1,2\n\0\0\0"), Some(Kind::Table));
+        assert_eq!(kind(b"a1_deg,a2_deg\n1,2\n\0\0\0"), Some(Kind::Joints));
         assert_eq!(kind(&long), Some(Kind::Text));
         for other in [&b""[..], b"text\n", b"a\0b", b"\0\0b", &[&long[..], b"x"].concat()] {
             assert_eq!(kind(other), None);

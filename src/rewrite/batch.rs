@@ -7,6 +7,7 @@
 //! on where it was, and ends with the same bytes as one that was not.
 
 use super::apart::Apart;
+use super::foreign;
 use super::guard::{self, is_note};
 use super::job::Job;
 use super::outcome::Target;
@@ -297,6 +298,7 @@ fn one(job: &Job, from: &Path, relative: &Path, results: Results, judge: Option<
         return Ok(Line { path_error: judged.map(|j| j.path_error), ..line });
     }
     let mut ready = job.prepare(from, Target::File(&to), &|_| {})?;
+    foreign::refuse(job, &mut ready, &to);
     let judge = judge.filter(|_| !ready.outcome.unchanged && ready.outcome.refusal.is_none());
     let judged = judge.and_then(|j| j(from, ready.outcome.points, &mut || ready.texts()));
     let (path_error, astray) = judged.map_or((None, None), |j| (Some(j.path_error), j.astray));

@@ -5,10 +5,11 @@
 //! one. A shard writes its summary last; summaries are merged only if they hold every program of the manifest once.
 
 use super::batch;
+use super::earlier;
 use super::guard::read_note;
 use super::refusal::Refusal;
 use super::summary::{Line, Status};
-use crate::error::{Error, Place, Result, shown};
+use crate::error::{BadInput, Error, Place, Result, shown};
 use crate::io::input;
 use crate::io::name::{path_of, text_of};
 use crate::program::formats::{self, Recognised};
@@ -53,12 +54,13 @@ pub enum State {
     Unreadable,
 }
 
-/// The programs below `root`, in the order of their keys.
+/// The programs below `root`, in the order of their keys, without results of an earlier rewrite.
 ///
 /// # Errors
 /// Bad input where the folder cannot be listed, or holds no program.
 pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
-    let tree = batch::tree(root, Path::new(""), format)?;
+    let mut tree = batch::tree(root, Path::new(""), format)?;
+    earlier::leave_out(root, &mut tree.programs, &tree.files);
     let mut entries: Vec<Entry> = tree.programs.par_iter().map(|p| entry(root, p, format)).collect();
     entries.extend(tree.unreadable.iter().map(|(path, why)| {
         let key = path.strip_prefix(root).unwrap_or(path);
@@ -69,6 +71,7 @@ pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> 
 }
 
 /// The programs that a list names, a path below `root` on each line; blank lines and lines that begin with `#` are left out.
+/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`.
 ///
 /// # Errors
 /// Bad input where a path leads out of the folder, or stands twice.
@@ -77,7 +80,8 @@ pub fn of_list(name: &str, list: &str, root: &Path, format: Option<Recognised>) 
     for (k, line) in list.lines().enumerate() {
         let line = line.trim_end_matches('\r');
         if !line.trim().is_empty() && !line.starts_with('#') {
-            paths.push(below(line).ok_or_else(|| outside(name, k as u64 + 1, line))?);
+            let plain = below(line.trim_start_matches("./"));
+            paths.push(plain.ok_or_else(|| outside(name, k as u64 + 1, line))?);
         }
     }
     let mut entries: Vec<Entry> = paths.par_iter().map(|p| entry(root, p, format)).collect();
@@ -150,8 +154,16 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
             let found = if e.is_data() { e.to_string() } else { "a line that is not JSON".into() };
             Error::bad(at(), found, "a line of a manifest, as `lostmotion manifest` writes it")
         })?;
-        if below(&entry.key).is_none() {
-            return Err(outside(name, k as u64 + 1, &entry.key));
+        let path = below(&entry.key).ok_or_else(|| outside(name, k as u64 + 1, &entry.key))?;
+        if text_of(&path).replace('\\', "/") != entry.key.replace('\\', "/") {
+            return Err(Error::bad(at(), format!("`{}`", entry.key), format!("the key as `{}`", text_of(&path))));
+        }
+        if entry.state == State::Ready && entry.sha256.is_none() {
+            return Err(Error::bad(
+                at(),
+                "a program that can be read, without its `sha256`",
+                "its SHA-256 (list it again)",
+            ));
         }
         if last.as_ref().is_some_and(|l| *l >= entry.key) {
             let found = format!("`{}` after `{}`", entry.key, last.unwrap_or_default());
@@ -168,11 +180,11 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
     Ok(entries)
 }
 
-/// The path of a key, if it stays below its folder.
+/// The path of a key, if it stays below its folder, without doubled separators and `.` between them.
 pub fn below(key: &str) -> Option<PathBuf> {
     let path = path_of(key)?;
     let inside = path.components().all(|c| matches!(c, Component::Normal(_)));
-    (inside && path.components().next().is_some()).then_some(path)
+    (inside && path.components().next().is_some()).then(|| path.components().collect())
 }
 
 fn outside(name: &str, line: u64, key: &str) -> Error {
@@ -191,9 +203,9 @@ pub fn shard_of(key: &str, n: usize) -> usize {
 pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
     let differs = |e: &Entry| {
         let path = root.join(below(&e.key)?);
-        let now = read(&path, None).ok().map(|r| r.1);
         // `rewrite` reports what cannot be read
-        let other = now.is_some() && e.sha256.is_some() && now != e.sha256;
+        let (size, sha256, _) = read(&path, None).ok()?;
+        let (other, now) = (size != e.size || e.sha256.as_ref() != Some(&sha256), Some(sha256));
         let bad = || Error::bad(Place::file(shown(&path)), "content that differs from the manifest", "a new manifest");
         other.then(|| (e.key.clone(), Line::failed(shown(&path), &bad(), now)))
     };
@@ -205,13 +217,47 @@ pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
 struct Summed {
     key: Option<String>,
     status: Status,
+    sha256_in: Option<String>,
+    sha256_out: Option<String>,
+}
+
+impl Summed {
+    /// Why the line says nothing about the job: found and expected.
+    fn fault(&self, entry: &Entry) -> Option<[String; 2]> {
+        let key = &entry.key;
+        match self.status {
+            Status::WouldBeWritten => {
+                let expected = "a summary of a run that writes (not of a dry run or a check)";
+                Some([format!("`{key}` that would be written"), expected.into()])
+            }
+            // one that failed may have changed since it was listed: that is why
+            Status::Failed => None,
+            _ if self.sha256_in == entry.sha256 => None,
+            _ => Some([
+                format!("`{key}` with another `sha256_in` than the manifest"),
+                "a summary of this manifest".into(),
+            ]),
+        }
+    }
+}
+
+/// The line of a program in a summary.
+#[derive(Debug, Clone)]
+pub struct Told {
+    /// The line itself.
+    pub text: String,
+    /// `None`: it is of a former content of the program, or of a run that wrote nothing.
+    pub status: Option<Status>,
+    sha256_out: Option<String>,
 }
 
 /// What is known of the programs of a manifest, in their order.
 #[derive(Debug, Default)]
 pub struct Merged {
     /// Lines of the summaries; `None`: no summary holds the program.
-    pub lines: Vec<Option<(Status, String)>>,
+    pub lines: Vec<Option<Told>>,
+    /// The first line that is not of this job.
+    fault: Option<BadInput>,
 }
 
 /// Counts of the programs of a manifest.
@@ -249,7 +295,8 @@ impl Merged {
         summaries: impl Iterator<Item = Result<(&'a Path, R)>>,
     ) -> Result<Self> {
         let places: HashMap<&str, usize> = entries.iter().enumerate().map(|(k, e)| (e.key.as_str(), k)).collect();
-        let mut lines: Vec<Option<(Status, String)>> = vec![None; entries.len()];
+        let mut lines: Vec<Option<Told>> = vec![None; entries.len()];
+        let mut fault = None;
         for summary in summaries {
             let (path, text) = summary?;
             let name = shown(path);
@@ -259,20 +306,31 @@ impl Merged {
                 let expected = "a line of a summary of a shard";
                 let summed: Summed =
                     serde_json::from_str(&line).map_err(|e| Error::bad(at(), e.to_string(), expected))?;
-                let key = summed.key.ok_or_else(|| Error::bad(at(), "no key", expected))?;
-                let place = places.get(key.as_str()).copied();
+                let key = summed.key.as_deref().ok_or_else(|| Error::bad(at(), "no key", expected))?;
+                let place = places.get(key).copied();
                 let place = place.ok_or_else(|| Error::bad(at(), format!("`{key}`"), "a program of the manifest"))?;
                 if lines[place].is_some() {
                     return Err(Error::bad(at(), format!("`{key}` twice"), "each program in one summary"));
                 }
-                lines[place] = Some((summed.status, line));
+                let other = summed.fault(&entries[place]);
+                let status = other.is_none().then_some(summed.status);
+                if let (Some([found, expected]), None) = (other, &fault) {
+                    fault = Some(BadInput { place: at(), found, expected });
+                }
+                lines[place] = Some(Told { text: line, status, sha256_out: summed.sha256_out });
             }
         }
-        Ok(Self { lines })
+        Ok(Self { lines, fault })
     }
 
-    /// Refuses summaries in which programs are missing.
+    /// Refuses summaries that are not of this job, and those in which programs are missing.
+    ///
+    /// # Errors
+    /// Bad input where a line is of a former content of its program, or of a run that wrote nothing; a refusal where programs are missing.
     pub fn require_all(&self, entries: &[Entry]) -> Result<()> {
+        if let Some(fault) = &self.fault {
+            return Err(Error::BadInput(fault.clone()));
+        }
         let missing = || entries.iter().zip(&self.lines).filter(|(_, l)| l.is_none()).map(|(e, _)| e.key.as_str());
         let count = missing().count();
         if count == 0 {
@@ -283,16 +341,21 @@ impl Merged {
         Err(Refusal::Missing { missing: count, programs: entries.len(), first: first.join(", ") + more }.into())
     }
 
-    /// Counts; a program in no summary is done if a result of its present content stands in `results`.
+    /// Counts. With the folder of the results, every result is read: a program is done if its result is the one that its line of a
+    /// summary or its note says, and of the listed content. A line of a former content, or of a run that wrote nothing, does not count.
     pub fn counts(&self, entries: &[Entry], results: Option<&Path>) -> Counts {
-        let stands = |e: &Entry| {
-            let path = results.and_then(|r| Some(r.join(below(&e.key)?)));
-            let note = path.as_deref().filter(|p| p.is_file()).and_then(|p| read_note(p).ok().flatten());
-            note.is_some_and(|n| n.sha256_in.is_some() && n.sha256_in == e.sha256)
-        };
-        let status = |(e, line): (&Entry, &Option<(Status, String)>)| match line {
-            Some((status, _)) => Some(*status),
-            None => stands(e).then_some(Status::Written),
+        let status = |(entry, told): (&Entry, &Option<Told>)| {
+            let path = || Some(results?.join(below(&entry.key)?));
+            match told.as_ref().and_then(|t| Some((t, t.status?))) {
+                Some((told, status @ (Status::Written | Status::Unchanged))) => match path() {
+                    Some(path) => {
+                        (told.sha256_out.is_some() && batch::hash(&path) == told.sha256_out).then_some(status)
+                    }
+                    None => Some(status),
+                },
+                Some((_, status)) => Some(status),
+                None => path().filter(|p| stands(entry, p)).map(|_| Status::Written),
+            }
         };
         let all: Vec<Option<Status>> = entries.par_iter().zip(&self.lines).map(status).collect();
         let mut counts = Counts { programs: entries.len(), ..Counts::default() };
@@ -307,6 +370,12 @@ impl Merged {
         }
         counts
     }
+}
+
+/// Whether a result of the listed content stands at `path` as its note says.
+fn stands(entry: &Entry, path: &Path) -> bool {
+    let note = read_note(path).ok().flatten().filter(|n| n.sha256_in.is_some() && n.sha256_in == entry.sha256);
+    note.is_some_and(|n| batch::hash(path).as_ref() == Some(&n.sha256_out))
 }
 
 #[cfg(test)]
@@ -334,5 +403,6 @@ mod tests {
             assert_eq!(below(key), None, "{key}");
         }
         assert_eq!(below("cell/a.csv"), Some(PathBuf::from("cell/a.csv")));
+        assert_eq!(below("cell//./a.csv").unwrap().as_os_str(), "cell/a.csv");
     }
 }

@@ -31,6 +31,8 @@
 //! (feature `cloud`); [`refusal`] says why a program is not rewritten, [`summary`] reports.
 //!
 //! Files beside:
+//! - `earlier`: results of an earlier rewrite among the programs of a folder
+//! - `foreign`: what stands in a folder of results and is none
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
 //! - `radians`: programs whose angles are probably radians under names that say degrees
 //! - [`near`]: two programs as text, equal but for numbers within a tolerance (checks)
@@ -47,8 +49,11 @@ pub(crate) mod deadband;
 pub(crate) mod densify;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 mod digits;
+pub(crate) mod earlier;
 pub(crate) mod engine;
 pub(crate) mod equation2;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+mod foreign;
 pub mod guard;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;

@@ -24,12 +24,12 @@ pub enum Refusal {
     },
     /// At 1e15 s a double knows eighths of a second.
     #[error(
-        "point {point}: there is no time between two points for a new one; nothing was written (count times from the start of the \
+        "{place}: there is no time between two points for a new one; nothing was written (count times from the start of the \
          program)"
     )]
     NoTime {
-        /// Number of the point, from 1.
-        point: u64,
+        /// The program, where it is known, and the number of the point, from 1.
+        place: String,
     },
     /// Less of the program can be edited than the user requires.
     #[error(

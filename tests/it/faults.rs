@@ -195,7 +195,7 @@ fn times_too_near_or_too_large_for_a_new_point_are_refused_in_words() {
         assert!(!bench.path("out.csv").exists());
     };
     refused(&|k| f64::from(k) * 1e-100, 1, "limit 136.000000 deg/s");
-    refused(&|k| 1e15 + 0.5 * f64::from(k), 1, "no time between two points");
+    refused(&|k| 1e15 + 0.5 * f64::from(k), 1, "t.csv: point ");
     refused(&|k| 1e15 + 0.01 * f64::from(k), 2, "strictly increase");
 }
 

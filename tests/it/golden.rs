@@ -151,7 +151,7 @@ fn a_folder_is_checked_against_the_folder_of_its_results() {
         .stderr(predicate::str::contains("note: programs/old.src: no program of src"));
     std::fs::remove_file(r.path("programs/cell/turns.csv")).unwrap();
     let missing = predicate::str::contains("programs/cell/turns.csv: found no file; expected the rewritten program")
-        .and(predicate::str::contains("1 of 2 programs are not as in programs"));
+        .and(predicate::str::contains("1 of 2 programs is not as in programs"));
     r.check("src --check programs").code(1).stderr(missing);
     r.check("src --check nowhere").code(2).stderr(predicate::str::contains("which does not exist"));
     assert_eq!(r.read("src/weld.src"), weld(), "nothing is written");

@@ -151,6 +151,118 @@ fn a_program_that_is_added_changes_no_other_and_one_that_is_changed_fails_until_
     assert!(changed.len() == 4 && changed.iter().all(ours), "{changed:?}");
 }
 
+/// Counts of `status --json`.
+fn counts(desk: &Desk, line: &str) -> [u64; 3] {
+    let status = desk.run(&format!("status --manifest m.jsonl --json {line}")).success();
+    let counts: serde_json::Value = serde_json::from_slice(&status.get_output().stdout).unwrap();
+    ["done", "failed", "left"].map(|k| counts[k].as_u64().unwrap())
+}
+
+fn words(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8_lossy(&assert.get_output().stderr).into_owned()
+}
+
+#[test]
+fn summaries_of_a_former_content_and_of_dry_runs_are_not_merged_and_are_left_in_the_status() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run(&format!("{} --dry-run", desk.shard(1, 1, "done", "dry.jsonl"))).success();
+    let merge = |summary: &str| desk.run(&format!("merge --manifest m.jsonl {summary} --output all.jsonl"));
+    let refused = words(&merge("dry.jsonl").code(2));
+    assert!(refused.starts_with("lostmotion: dry.jsonl:1: ") && refused.contains("would be written"), "{refused}");
+    assert_eq!(counts(&desk, "dry.jsonl"), [0, 0, 3]);
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    assert_eq!(counts(&desk, "s.jsonl"), [3, 0, 0]);
+    // the second of three programs changes, and is listed anew
+    std::fs::write(desk.path("cell/line1/p0001.csv"), "x_mm,y_mm,z_mm\n1,2,-3\n2,2,-3\n1,2,-3\n").unwrap();
+    desk.run("manifest cell --output m.jsonl").success();
+    let refused = words(&merge("s.jsonl").code(2));
+    assert!(refused.contains("s.jsonl:2: ") && refused.contains("another `sha256_in`"), "{refused}");
+    assert!(!desk.path("all.jsonl").exists());
+    assert_eq!(counts(&desk, "s.jsonl"), [2, 0, 1]);
+    // one that fails because it changed after it was listed is of this job
+    std::fs::write(desk.path("cell/line1/p0001.csv"), "x_mm,y_mm,z_mm\n1,2,-3\n3,2,-3\n1,2,-3\n").unwrap();
+    desk.run(&desk.shard(1, 1, "done", "t.jsonl")).success();
+    assert!(words(&merge("t.jsonl").success()).contains("2 done, 0 refused, 1 failed"));
+    assert_eq!(counts(&desk, "t.jsonl"), [2, 1, 0]);
+}
+
+#[test]
+fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    for summary in ["", "s.jsonl "] {
+        assert_eq!(counts(&desk, &format!("{summary}--output-dir done")), [3, 0, 0]);
+    }
+    std::fs::write(desk.path("done/line1/p0001.csv"), "").unwrap();
+    std::fs::remove_file(desk.path("done/line0/p0000.nc")).unwrap();
+    for summary in ["", "s.jsonl "] {
+        assert_eq!(counts(&desk, &format!("{summary}--output-dir done")), [1, 0, 2], "{summary}");
+    }
+}
+
+#[test]
+fn one_program_under_two_spellings_is_refused_and_its_key_has_one_spelling() {
+    let desk = Desk::new(3);
+    for other in ["line1/p0001.csv", "line1//p0001.csv", "line1/./p0001.csv", "./line1/p0001.csv"] {
+        std::fs::write(desk.path("list.txt"), format!("line1/p0001.csv\n{other}\n")).unwrap();
+        let refused = words(&desk.run("manifest list.txt --root cell --output m.jsonl").code(2));
+        assert!(refused.contains("list.txt: found `line1/p0001.csv` twice"), "{other}: {refused}");
+        std::fs::write(desk.path("list.txt"), format!("{other}\n")).unwrap();
+        desk.run("manifest list.txt --root cell --output m.jsonl").success();
+        let text = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+        assert!(text.starts_with("{\"key\":\"line1/p0001.csv\","), "{other}: {text}");
+        // a manifest that was edited
+        let edited = text.replace("line1/p0001.csv", other);
+        std::fs::write(desk.path("e.jsonl"), &edited).unwrap();
+        let code = if edited == text { 0 } else { 2 };
+        desk.run("rewrite --model model.yaml cell --manifest e.jsonl --output-dir done").code(code);
+    }
+}
+
+#[test]
+fn results_inside_the_folder_of_the_programs_are_not_listed() {
+    let desk = Desk::new(3);
+    desk.run("rewrite --model model.yaml cell --output-dir cell/done").success();
+    let said = words(&desk.run("manifest cell --output m.jsonl").success());
+    assert!(said.contains("3 programs in cell/done are results from an earlier rewrite"), "{said}");
+    let keys = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+    assert!(keys.lines().count() == 3 && !keys.contains("done/"), "{keys}");
+    desk.run("rewrite --model model.yaml cell --manifest m.jsonl --output-dir cell/done").success();
+    assert!(!desk.path("cell/done/done").exists());
+}
+
+#[test]
+fn a_hash_that_was_taken_out_of_a_manifest_and_a_wrong_size_are_no_longer_passed() {
+    let desk = Desk::new(3);
+    desk.run("manifest cell --output m.jsonl").success();
+    let whole = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+    let mut lines: Vec<serde_json::Value> = whole.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let write = |lines: &[serde_json::Value]| {
+        let text: String = lines.iter().map(|l| format!("{l}\n")).collect();
+        std::fs::write(desk.path("m.jsonl"), text).unwrap();
+    };
+    let sha256 = lines[1]["sha256"].take();
+    write(&lines);
+    let refused = words(&desk.run(&desk.shard(1, 1, "done", "s.jsonl")).code(2));
+    assert!(refused.contains("m.jsonl:2: ") && refused.contains("without its `sha256`"), "{refused}");
+    lines[1]["sha256"] = sha256;
+    lines[1]["size"] = 7.into();
+    write(&lines);
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    let summary = std::fs::read_to_string(desk.path("s.jsonl")).unwrap();
+    let failed: Vec<&str> = summary.lines().filter(|l| l.contains("\"failed\"")).collect();
+    assert!(failed.len() == 1 && failed[0].contains("content that differs from the manifest"), "{summary}");
+    assert!(!desk.path("done/line1/p0001.csv").exists());
+    // one that could not be read when it was listed has no known content, either
+    let unreadable = serde_json::json!({"key": "line1/p0001.csv", "size": 0, "sha256": null, "format": null,
+        "state": "unreadable", "reason": "it was away"});
+    write(&[unreadable]);
+    desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
+    assert!(std::fs::read_to_string(desk.path("s.jsonl")).unwrap().contains("\"failed\""));
+}
+
 #[test]
 fn a_manifest_that_leads_out_of_its_folder_is_refused() {
     let desk = Desk::new(3);

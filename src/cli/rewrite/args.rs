@@ -65,7 +65,7 @@ pub struct Args {
     pub summary: Option<PathBuf>,
 
     /// Rewrite only part K of N of a folder, for job arrays; for example 3/16
-    #[arg(long, value_name = "K/N", requires = "output_dir")]
+    #[arg(long, value_name = "K/N", requires = "output_dir", allow_hyphen_values = true)]
     pub shard: Option<String>,
 
     /// Rewrite only those programs of a folder that this manifest (from `lostmotion manifest`) lists and whose size and
@@ -89,7 +89,7 @@ pub struct Args {
 
     /// Minimum share of the moves whose joint targets can be edited, such as 100%. Below it nothing is written and the exit
     /// code is 1
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", allow_hyphen_values = true)]
     pub require_coverage: Option<String>,
 
     /// Replace straight Cartesian moves between joint moves by joint moves that stay within this distance of the line, um
@@ -153,15 +153,15 @@ pub struct Args {
 
     /// Position of the added point that carries the step, as a share of the segment after the reversal; with 1 the next
     /// point of the program carries the step [default: 0.1, or less if the joint would lag until then]
-    #[arg(long, value_name = "0..1", allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..1")]
     pub step_fraction: Option<f64>,
 
     /// Spread the step of a revolute joint over this travel after the reversal, deg
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     pub ramp_deg: Option<f64>,
 
     /// The same for prismatic joints, mm
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM")]
     pub ramp_mm: Option<f64>,
 
     /// Directions in which the joints moved before the first point, such as A1=+,A2=- [default: the direction of their first
@@ -170,12 +170,12 @@ pub struct Args {
     pub initial_direction: Option<String>,
 
     /// Factor from 0 to 1 by which every offset is multiplied (too much compensation does more harm than too little)
-    #[arg(long, value_name = "0..1", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "0..1", default_value_t = 1.0)]
     pub gain: f64,
 
     /// TCP speed of a program without t_s, or of moves with joint speeds, mm/s; it converts a decay in seconds into points
     /// [default: the speed of the log from which the compensator was made]
-    #[arg(long, value_name = "MM_S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM_S")]
     pub speed_mm_s: Option<f64>,
 
     /// With --refine cartesian: largest distance between the path and its chords, um [default: 2]
@@ -184,11 +184,11 @@ pub struct Args {
 
     /// Largest movement of a revolute joint that counts as rounding and not as a reversal, deg [default: 1.5 units of the
     /// last digit of its column]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     pub deadband_deg: Option<f64>,
 
     /// The same for prismatic joints, mm
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM")]
     pub deadband_mm: Option<f64>,
 
     /// Write changed numbers with this many decimals [default: as in the program, or more if the gap needs them]
@@ -206,7 +206,7 @@ pub struct Args {
 
     /// With --check, accept numbers that differ by at most this much, in the unit of the program (deg, mm, pulses); all other
     /// text must be equal [default: every byte must be equal]
-    #[arg(long, value_name = "N", requires = "check", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", requires = "check")]
     pub tolerance: Option<f64>,
 
     /// Rewrite a program even if it has already been rewritten

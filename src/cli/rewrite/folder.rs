@@ -9,20 +9,19 @@ use crate::cli::exit::Finished;
 use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
 use crate::error::{Error, Place, counted, shown};
-use crate::io::input::sha256;
 use crate::io::journal::{self, Towards};
 use crate::io::name::text_of;
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::rewrite::batch::{self, Judge, Judged, Results, Texts};
-use crate::rewrite::guard::{note_name, note_path, read_note};
+use crate::rewrite::earlier::leave_out;
+use crate::rewrite::guard::{note_name, note_path};
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
 use crate::rewrite::summary::{BeforeAfter, Line, PathErrors, Status};
 use anyhow::Result;
 use indicatif::ProgressBar;
-use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Runs the command on a folder of programs.
@@ -81,7 +80,8 @@ pub(super) struct Outputs {
 impl Outputs {
     /// Prepares them: what cannot be written is refused before the work.
     pub(super) fn create(args: &Args) -> Result<Self> {
-        Ok(Self { summary: output::create(args.summary.as_deref())?, report: output::create(args.report.as_deref())? })
+        let [summary, report] = super::beside(args)?;
+        Ok(Self { summary, report })
     }
 
     /// Writes them, and says what became of the programs.
@@ -191,7 +191,8 @@ fn conclude_check(args: &Args, golden: &Path, programs: &[PathBuf], lines: &[Lin
     }
     let differ = lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)).count();
     if differ > 0 && args.fail_on != FailOn::None {
-        return Err(no(format!("{differ} of {} are not as in {}", counted(lines.len(), "program"), shown(golden))));
+        let are = if differ == 1 { "is" } else { "are" };
+        return Err(no(format!("{differ} of {} {are} not as in {}", counted(lines.len(), "program"), shown(golden))));
     }
     let same = lines.len() - differ;
     eprintln!("{same} of {} as in {}{}", counted(lines.len(), "program"), shown(golden), super::within(args));
@@ -260,19 +261,7 @@ fn of_tree(args: &Args, results: Results, part: Option<(usize, usize)>, format: 
     }
     let unreadable: Vec<Line> = batch::unreadable_lines(&tree).collect();
     let (mut programs, files) = (std::mem::take(&mut tree.programs), tree.files);
-    let earlier = earlier_results(&args.input, &programs, &files);
-    if !earlier.is_empty() {
-        let before = programs.len();
-        programs.retain(|p| !earlier.iter().any(|folder| p.starts_with(folder)));
-        let shown: Vec<String> = earlier.iter().map(|f| shown(&args.input.join(f))).collect();
-        let left = before - programs.len();
-        let are = if left == 1 { "is a result" } else { "are results" };
-        eprintln!(
-            "note: {} in {} {are} from an earlier rewrite and left out",
-            counted(left, "program"),
-            shown.join(", ")
-        );
-    }
+    leave_out(&args.input, &mut programs, &files);
     if let Some((k, n)) = part {
         programs.retain(|p| shard_of(&text_of(p), n) == k);
     }
@@ -304,31 +293,6 @@ pub(super) fn run_entries(
         Some(Line { key: Some(e.key.clone()), ..line })
     };
     entries.iter().filter_map(line).collect()
-}
-
-/// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, after that folder, as that of
-/// another program of `input`, which is the one that its note names.
-fn earlier_results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBuf> {
-    let all: HashSet<&Path> = programs.iter().map(PathBuf::as_path).collect();
-    let mut found = BTreeSet::new();
-    let of = |original: &Path| std::fs::read(input.join(original)).ok().map(|bytes| sha256(&bytes));
-    // a note beside the file that a link leads to is on no list
-    let noted = |p: &&PathBuf| {
-        let (own, listed) = (note_path(&input.join(p)), note_name(&input.join(p)));
-        files.has(&listed) || own != listed && own.is_file()
-    };
-    for (program, note) in programs.iter().filter(noted).filter_map(|p| Some((p, read_note(&input.join(p)).ok()??))) {
-        let mut rest = program.components();
-        let mut folder = PathBuf::new();
-        while let Some(first) = rest.next() {
-            folder.push(first);
-            if all.contains(rest.as_path()) && note.sha256_in.is_some() && note.sha256_in == of(rest.as_path()) {
-                found.insert(folder);
-                break;
-            }
-        }
-    }
-    found
 }
 
 /// Refuses a summary and a page that would go over a program, or over a result.

@@ -100,6 +100,10 @@ fn statics_of(args: &Args, model: &Model, left: &mut Vec<String>) -> Result<Opti
 /// Axes of `--leave-out`.
 fn left_out(args: &Args, robot: &Robot) -> Result<Vec<usize>> {
     let names = args.leave_out.iter().flat_map(|l| l.split(',')).map(str::trim).filter(|n| !n.is_empty());
+    if args.leave_out.is_some() && names.clone().next().is_none() {
+        let expected = format!("joints of {}", robot.axis_names().join(", "));
+        return Err(usage("--leave-out without a joint", &expected));
+    }
     let one = |name: &str| {
         let expected = || format!("joints of {}", robot.axis_names().join(", "));
         robot.axis_named(name).ok_or_else(|| usage(&format!("--leave-out {name}"), &expected()))
@@ -324,7 +328,11 @@ fn approach(args: &Args, robot: &Robot, said: &mut Vec<String>) -> Result<Vec<i8
 
 /// `A1=+,A2=-` into one sign per axis.
 fn directions(flag: &str, text: &str, robot: &Robot, into: &mut [i8]) -> Result<()> {
-    for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+    let parts = text.split(',').map(str::trim).filter(|p| !p.is_empty());
+    if parts.clone().next().is_none() {
+        return Err(usage(&format!("--{flag} without a joint"), "JOINT=+ or JOINT=-, such as A1=+,A2=-"));
+    }
+    for part in parts {
         let (joint, sign) = part.split_once('=').unwrap_or((part, ""));
         let sign = match sign.trim() {
             "+" | "+1" | "1" => 1,

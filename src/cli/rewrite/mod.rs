@@ -19,6 +19,7 @@ use crate::compensator::file::is_past;
 use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::address;
 use crate::io::journal::{self, Towards};
+use crate::io::kind::Kind;
 use crate::io::links;
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
@@ -44,6 +45,8 @@ use text::{Verbosity, format_text};
 /// Runs the command.
 pub fn run(args: Args) -> Result<Finished> {
     let remote = is_remote(&args)?;
+    let folder = args.input != Path::new("-") && args.input.is_dir();
+    refuse_ignored(&args, remote || folder)?;
     refuse_shared(&args)?;
     paths::refuse_missing_folders(&[
         ("--output", args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none())),
@@ -58,10 +61,6 @@ pub fn run(args: Args) -> Result<Finished> {
     note_age(&source);
     for line in &source.left {
         eprintln!("note: not compensated: {line}");
-    }
-    let folder = args.input != Path::new("-") && args.input.is_dir();
-    if args.json && args.output.as_deref() == Some(Path::new("-")) {
-        return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }
     if let Some(output) = args.output_dir.as_ref().filter(|_| args.dry_run && !args.json) {
         eprintln!("note: {}: not written (--dry-run)", shown(output));
@@ -100,6 +99,30 @@ fn is_remote(args: &Args) -> Result<bool> {
     Ok(!stores.is_empty())
 }
 
+/// Refuses options that have no effect beside the others, or on a single program.
+fn refuse_ignored(args: &Args, many: bool) -> Result<()> {
+    let one = !many;
+    for (ignored, found, expected) in [
+        (args.list_frames && args.summary.is_some(), "--summary with --list-frames", "one of them"),
+        (args.list_frames && args.report.is_some(), "--report with --list-frames", "one of them"),
+        (args.list_frames && args.verdict, "--verdict with --list-frames", "one of them"),
+        (args.verdict && args.check.is_some(), "--verdict with --check", "--verdict with --output-dir"),
+        (args.verdict && args.dry_run, "--verdict with --dry-run", "--verdict with a run that writes"),
+        (
+            one && args.verdict,
+            "--verdict with a single program",
+            "no --verdict: a single program always gets its verdict",
+        ),
+        (one && args.shard.is_some(), "--shard with a single program", "a folder as IN"),
+        (one && args.fail_on != FailOn::Refused, "--fail-on with a single program", "a folder as IN"),
+    ] {
+        if ignored {
+            return Err(usage(found, expected));
+        }
+    }
+    Ok(())
+}
+
 /// Refuses a golden file or folder that is not there.
 fn refuse_missing_golden(args: &Args) -> Result<()> {
     let missing = args.check.as_deref().filter(|g| !is_stdio(g) && !g.exists());
@@ -136,8 +159,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         list_frames(ready.outcome.vendor.iter().map(|v| &v.missing))?;
         return Ok(Finished::Done);
     }
-    let mut summary = output::create(args.summary.as_deref())?;
-    let mut report = output::create(args.report.as_deref())?;
+    let [mut summary, mut report] = beside(args)?;
     let bar = bytes_bar(&args.input);
     let result = job.prepare(&args.input, target, &|bytes| bar.set_position(bytes));
     bar.finish_and_clear();
@@ -305,9 +327,12 @@ fn refuse_shared(args: &Args) -> Result<()> {
         ("--compensator", args.compensator.as_deref()),
         ("--model", args.model.as_deref()),
         ("--check", args.check.as_deref()),
+        ("--manifest", args.manifest.as_deref()),
+        ("--frames", args.frames.as_deref()),
         ("IN", Some(args.input.as_path()).filter(|_| !in_place)),
     ];
     let outputs = [
+        ("--json", Some(Path::new("-")).filter(|_| args.json)),
         ("--output", writes),
         ("the note beside --output", note.as_deref()),
         ("--summary", args.summary.as_deref()),
@@ -332,6 +357,15 @@ fn refuse_shared(args: &Args) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Summary and page, which do not replace a file of another kind: known before the work is done.
+fn beside(args: &Args) -> Result<[Option<Output>; 2]> {
+    let both = [output::create(args.summary.as_deref())?, output::create(args.report.as_deref())?];
+    for (output, kind) in both.iter().zip([Kind::Summary, Kind::Page]) {
+        output.as_ref().map_or(Ok(()), |o| o.expect(&kind))?;
+    }
+    Ok(both)
 }
 
 fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {

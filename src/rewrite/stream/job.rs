@@ -11,7 +11,7 @@ use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Ready, Target};
 use crate::rewrite::rewritten::{Digits, Evidence, Rows};
 use crate::rewrite::sink::{File, Nowhere, Sink};
-use crate::rewrite::{Engine, guard, original};
+use crate::rewrite::{Engine, Refusal, guard, original};
 use std::path::Path;
 
 impl Job<'_> {
@@ -32,6 +32,7 @@ impl Job<'_> {
             hash: self.hash || !notes.is_empty() || matches!(target, Target::File(path) if !is_stdio(path)),
         };
         let make = |p: &Preview| self.engine(&name, p);
+        let placed = |e| placed(&name, e);
         let outcome = |done: Done<()>, output: Option<&Path>| {
             let unchanged = done.stats.inserted == 0 && done.written.iter().all(Option::is_none);
             Outcome {
@@ -49,14 +50,15 @@ impl Job<'_> {
         };
         match target {
             Target::DryRun => {
-                let (done, _) = split(pass(self.robot, reader, &passage, make, Nowhere, progress)?);
+                let (done, _) = split(pass(self.robot, reader, &passage, make, Nowhere, progress).map_err(placed)?);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
                 Ok(Ready::without_output(outcome(done, None)))
             }
             Target::Check(golden) => {
                 let header = reader.header().clone();
                 let golden_file = Golden::open(golden, self.tolerance)?;
-                let (done, sink) = split(pass(self.robot, reader, &passage, make, golden_file, progress)?);
+                let (done, sink) =
+                    split(pass(self.robot, reader, &passage, make, golden_file, progress).map_err(placed)?);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, None);
                 let difference: Option<Difference> = sink.finish()?;
@@ -67,8 +69,9 @@ impl Job<'_> {
                 Ok(Ready::without_output(result))
             }
             Target::File(path) => {
-                let (done, mut sink) =
-                    split(pass(self.robot, reader, &passage, make, File::create(path, self.durability)?, progress)?);
+                let sink = File::create(path, self.durability)?;
+                let done = pass(self.robot, reader, &passage, make, sink, progress).map_err(placed)?;
+                let (done, mut sink) = split(done);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, Some(path));
                 if result.refusal.is_some() {
@@ -138,6 +141,16 @@ impl Job<'_> {
         let last_digit = |a: usize| 10f64.powi(-i32::from(decimals[a])) * units[a];
         deadbands(&self.deadband, self.compensator, self.robot.dof(), last_digit)
     }
+}
+
+/// The refusal of a point with the name of its program.
+fn placed(name: &str, e: Error) -> Error {
+    if let Error::Refused(why) = &e
+        && let Some(Refusal::NoTime { place }) = why.downcast_ref::<Refusal>()
+    {
+        return Refusal::NoTime { place: format!("{name}: {place}") }.into();
+    }
+    e
 }
 
 /// The sink apart from the rest.

@@ -228,7 +228,7 @@ impl Task {
 #[cold]
 fn no_time(origin: Origin) -> Error {
     let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = origin;
-    Refusal::NoTime { point: n + 1 }.into()
+    Refusal::NoTime { place: format!("point {}", n + 1) }.into()
 }
 
 /// The engine broke its contract; better no file than a wrong one.

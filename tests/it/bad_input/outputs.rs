@@ -155,7 +155,7 @@ fn a_file_of_another_kind_is_not_replaced_and_one_of_the_same_kind_is_named() {
     let before = listing(folder.path());
     for (line, there) in [
         ("show robot.yaml -o model.yaml", "a model document"),
-        ("show robot.yaml -o weld.src", "other text"),
+        ("show robot.yaml -o weld.src", "a program (krl)"),
         ("identify path --robot robot.yaml --log log.csv -o model.yaml", "a model document"),
         ("rewrite --robot robot.yaml --compensator comp.yaml program.csv -o gaps.yaml", "a gaps document"),
     ] {
@@ -179,4 +179,52 @@ fn a_file_of_another_kind_is_not_replaced_and_one_of_the_same_kind_is_named() {
         assert!(again.succeeded() && again.stderr.contains(&format!("replaced: {name}")), "{}", again.stderr);
         assert_eq!(std::fs::read(at(name)).unwrap(), bytes, "{line}");
     }
+}
+
+#[test]
+fn a_mistaken_name_replaces_no_program_no_notes_no_other_table_and_no_file_of_the_job() {
+    let folder = good_folder();
+    let at = |name: &str| folder.join(name);
+    std::fs::create_dir(at("cell")).unwrap();
+    std::fs::copy(at("program.csv"), at("cell/program.csv")).unwrap();
+    for (name, text) in [
+        ("weld.src", "DEF weld( )\nPTP {A1 0}\nEND\n"),
+        ("notes.txt", "milk, eggs and 2 loaves.\n"),
+        ("people.csv", "name,mail\nA,B\n"),
+        ("list.txt", "program.csv\n"),
+    ] {
+        std::fs::write(at(name), text).unwrap();
+    }
+    let manifest = "manifest cell --output m.jsonl";
+    let part = format!("{REWRITE} cell --manifest m.jsonl --output-dir done --summary s.jsonl");
+    let merge = "merge --manifest m.jsonl s.jsonl --output all.jsonl";
+    for line in [manifest, &part, merge, &format!("{REWRITE} program.csv --output out.csv")] {
+        run(folder.path(), line).success();
+    }
+    let before = listing(folder.path());
+    for (line, file) in [
+        ("manifest cell --output weld.src".into(), "weld.src"),
+        ("manifest cell --output s.jsonl".into(), "s.jsonl"),
+        ("manifest list.txt --root cell --output list.txt".into(), "list.txt"),
+        ("merge --manifest m.jsonl s.jsonl --output m.jsonl".into(), "m.jsonl"),
+        ("merge --manifest m.jsonl s.jsonl --output s.jsonl".into(), "s.jsonl"),
+        ("undo out.csv -o people.csv".into(), "people.csv"),
+        (format!("{REWRITE} program.csv --output people.csv"), "people.csv"),
+        (format!("{REWRITE} program.csv --output notes.txt"), "notes.txt"),
+        (format!("{REWRITE} program.csv --output z.csv --summary weld.src"), "weld.src"),
+        (format!("{REWRITE} cell --output-dir z --summary weld.src"), "weld.src"),
+        (format!("{REWRITE} cell --manifest m.jsonl --output-dir z --summary m.jsonl"), "m.jsonl"),
+        (format!("{REWRITE} cell --manifest m.jsonl --output-dir z --report m.jsonl"), "m.jsonl"),
+    ] {
+        let kept = std::fs::read(at(file)).unwrap();
+        let out = run(folder.path(), &line).ends_with(2);
+        assert_eq!(std::fs::read(at(file)).unwrap(), kept, "{line}: {}", out.stderr);
+        assert!(!at("z.csv").exists() && !at("z/program.csv").exists(), "{line}: {}", out.stderr);
+    }
+    // what a job runs again replaces what it wrote
+    for line in [manifest, &part, merge] {
+        assert!(run(folder.path(), line).success().stderr.contains("replaced: "), "{line}");
+    }
+    let after: Vec<_> = listing(folder.path()).into_iter().filter(|p| !p.ends_with("z")).collect();
+    assert_eq!(after, before);
 }

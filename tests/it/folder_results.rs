@@ -1,0 +1,87 @@
+//! The folder of results: what a run replaces there, and what stays.
+
+use crate::support::{WorkFolder, bundled};
+
+const RUN: &str = "rewrite --model model.yaml cell --output-dir done --summary s.jsonl";
+
+/// A folder with a program that is rewritten (`turns.csv`), one that needs no change (`plain.csv`), and a pair of KRL files.
+fn desk() -> WorkFolder {
+    let desk = WorkFolder::new();
+    std::fs::copy(bundled("configs/kuka-kr120-r2500-pro.yaml"), desk.join("robot.yaml")).unwrap();
+    std::fs::create_dir_all(desk.join("cell")).unwrap();
+    model(&desk, 0.0125);
+    let rows = |a1: &[f64]| a1.iter().map(|a| format!("{a:.4},-90.0,90.0,0.0,30.0,0.0\n")).collect::<String>();
+    let head = "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n";
+    std::fs::write(desk.join("cell/turns.csv"), format!("{head}{}", rows(&[0.0, 20.0, 5.0, 20.0]))).unwrap();
+    std::fs::write(desk.join("cell/plain.csv"), format!("{head}{}", rows(&[1.0, 1.0]))).unwrap();
+    let target = |a1: &str| format!("A1 {a1},A2 -90.0000,A3 90.0000,A4 0.0000,A5 30.0000,A6 0.0000");
+    let source = format!("DEF pair( )\nPTP {{{}}}\nPTP XP1\nPTP {{{}}}\nEND\n", target("0.0000"), target("3.0000"));
+    std::fs::write(desk.join("cell/pair.src"), source).unwrap();
+    let data = format!("DEFDAT pair\nDECL E6AXIS XP1={{{}}}\nENDDAT\n", target("20.0000"));
+    std::fs::write(desk.join("cell/pair.dat"), data).unwrap();
+    desk
+}
+
+fn model(desk: &WorkFolder, half_gap_deg: f64) {
+    let effect = format!("{{effect: backlash, joint: A1, half_gap_deg: {half_gap_deg}}}");
+    let text = format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n");
+    std::fs::write(desk.join("model.yaml"), text).unwrap();
+}
+
+#[test]
+fn a_program_in_the_output_folder_that_is_no_result_or_was_edited_is_not_replaced() {
+    let desk = desk();
+    let read = |name: &str| std::fs::read_to_string(desk.join(name)).unwrap();
+    std::fs::create_dir(desk.join("done")).unwrap();
+    // somebody else's, and a copy of the original
+    let foreign = read("cell/turns.csv").replace("20.0", "21.0");
+    std::fs::write(desk.join("done/turns.csv"), &foreign).unwrap();
+    std::fs::write(desk.join("done/plain.csv"), read("cell/plain.csv")).unwrap();
+    let out = desk.run(RUN).ends_with(1);
+    assert!(out.stderr.contains("done/turns.csv: changed since it was written, or not a result"), "{}", out.stderr);
+    assert!(out.stderr.contains("3 programs: 1 written, 1 unchanged, 1 refused, 0 failed"), "{}", out.stderr);
+    assert_eq!(read("done/turns.csv"), foreign);
+    assert!(!desk.join("done/turns.csv.lostmotion.json").exists());
+    let line: serde_json::Value = serde_json::from_str(read("s.jsonl").lines().last().unwrap()).unwrap();
+    assert!(line["status"] == "refused" && line["output"].is_null() && line["sha256_out"].is_null(), "{line}");
+    desk.run(&format!("{RUN} --force")).success();
+    assert_ne!(read("done/turns.csv"), foreign);
+    // results of ours are replaced, a file that was edited is not: neither a program nor its data list
+    model(&desk, 0.0128);
+    desk.run(RUN).success();
+    for name in ["turns.csv", "pair.src", "pair.dat"] {
+        let path = format!("done/{name}");
+        let result = read(&path);
+        let edited = result.replacen("-90.0", "-89.0", 1);
+        std::fs::write(desk.join(&path), &edited).unwrap();
+        model(&desk, 0.0125);
+        let out = desk.run(RUN).ends_with(1);
+        assert!(out.stderr.contains(&format!("{path}: changed since it was written")), "{}", out.stderr);
+        assert_eq!(read(&path), edited);
+        std::fs::write(desk.join(&path), result).unwrap();
+        model(&desk, 0.0128);
+        desk.run(RUN).success();
+    }
+}
+
+#[test]
+fn a_result_that_a_loss_of_power_emptied_is_written_again() {
+    let desk = desk();
+    desk.run(RUN).success();
+    let path = desk.join("done/turns.csv");
+    let note = desk.join("done/turns.csv.lostmotion.json");
+    let (whole, whole_note) = (std::fs::read(&path).unwrap(), std::fs::read(&note).unwrap());
+    let half = [&whole[..whole.len() / 2], &[0; 100]].concat();
+    for (program, of_note) in [
+        (vec![], whole_note.clone()),
+        (vec![0; whole.len()], whole_note.clone()),
+        (half, whole_note.clone()),
+        (whole.clone(), vec![]),
+        (vec![0; 9], vec![0; 9]),
+    ] {
+        std::fs::write(&path, program).unwrap();
+        std::fs::write(&note, of_note).unwrap();
+        desk.run(RUN).success();
+        assert_eq!((std::fs::read(&path).unwrap(), std::fs::read(&note).unwrap()), (whole.clone(), whole_note.clone()));
+    }
+}
