@@ -168,6 +168,7 @@ fn is_name(field: &str) -> bool {
     !field.is_empty()
         && field.chars().all(|c| c.is_alphanumeric() || "_ .[]()/°-#".contains(c))
         && !field.starts_with(|c: char| c.is_ascii_digit() || c == '-')
+        && !field.ends_with('.')
 }
 
 #[cfg(test)]
