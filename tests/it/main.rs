@@ -106,4 +106,5 @@ mod vendor_options;
 mod vendor_public;
 mod vendor_rewrite;
 mod vendor_routines;
+mod waiting;
 mod workbook;
