@@ -111,4 +111,5 @@ mod vendor_options;
 mod vendor_public;
 mod vendor_rewrite;
 mod vendor_routines;
+mod waiting;
 mod workbook;
