@@ -52,6 +52,13 @@ impl Cell {
         assert!(Command::new("mkfifo").arg(self.path(name)).status().unwrap().success());
     }
 
+    /// A program in KRL and its data list, whose points are its own.
+    pub fn krl(&self, folder: &str) {
+        let sample = |name: &str| std::fs::read_to_string(root().join("samples/programs/krl").join(name)).unwrap();
+        self.write(&format!("{folder}points.src"), &sample("points.src"));
+        self.write(&format!("{folder}points.DAT"), &sample("points.DAT").replace("DECL GLOBAL ", "DECL "));
+    }
+
     pub fn read(&self, name: &str) -> String {
         String::from_utf8(std::fs::read(self.path(name)).unwrap()).unwrap()
     }
@@ -193,9 +200,7 @@ fn a_program_in_place_is_not_rewritten_twice_even_by_force() {
 #[test]
 fn a_krl_program_and_a_folder_in_place_are_not_rewritten_twice_even_by_force() {
     let cell = Cell::new();
-    for name in ["points.src", "points.DAT"] {
-        std::fs::copy(root().join("samples/programs/krl").join(name), cell.path(name)).unwrap();
-    }
+    cell.krl("");
     let krl = "points.src --output points.src --force";
     cell.rewrite(krl).success();
     let once = [cell.read("points.src"), cell.read("points.DAT")];

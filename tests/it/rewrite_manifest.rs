@@ -12,6 +12,15 @@ struct Desk {
 
 impl Desk {
     fn new(programs: usize) -> Self {
+        Self::of(0..programs)
+    }
+
+    /// Three programs that are rewritten.
+    fn three() -> Self {
+        Self::of([1, 3, 5])
+    }
+
+    fn of(programs: impl IntoIterator<Item = usize>) -> Self {
         let dir = WorkFolder::new();
         let robot = bundled("configs/gantry-xyz-ballscrew.yaml");
         let model = format!(
@@ -20,7 +29,7 @@ impl Desk {
         );
         std::fs::write(dir.join("model.yaml"), model).unwrap();
         let desk = Self { dir };
-        (0..programs).for_each(|k| desk.program(k));
+        programs.into_iter().for_each(|k| desk.program(k));
         desk
     }
 
@@ -164,7 +173,7 @@ fn words(assert: &assert_cmd::assert::Assert) -> String {
 
 #[test]
 fn summaries_of_a_former_content_and_of_dry_runs_are_not_merged_and_are_left_in_the_status() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     desk.run("manifest cell --output m.jsonl").success();
     desk.run(&format!("{} --dry-run", desk.shard(1, 1, "done", "dry.jsonl"))).success();
     let merge = |summary: &str| desk.run(&format!("merge --manifest m.jsonl {summary} --output all.jsonl"));
@@ -189,14 +198,14 @@ fn summaries_of_a_former_content_and_of_dry_runs_are_not_merged_and_are_left_in_
 
 #[test]
 fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     desk.run("manifest cell --output m.jsonl").success();
     desk.run(&desk.shard(1, 1, "done", "s.jsonl")).success();
     for summary in ["", "s.jsonl "] {
         assert_eq!(counts(&desk, &format!("{summary}--output-dir done")), [3, 0, 0]);
     }
     std::fs::write(desk.path("done/line1/p0001.csv"), "").unwrap();
-    std::fs::remove_file(desk.path("done/line0/p0000.nc")).unwrap();
+    std::fs::remove_file(desk.path("done/line3/p0003.nc")).unwrap();
     for summary in ["", "s.jsonl "] {
         assert_eq!(counts(&desk, &format!("{summary}--output-dir done")), [1, 0, 2], "{summary}");
     }
@@ -204,7 +213,7 @@ fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
 
 #[test]
 fn one_program_under_two_spellings_is_refused_and_its_key_has_one_spelling() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     for other in ["line1/p0001.csv", "line1//p0001.csv", "line1/./p0001.csv", "./line1/p0001.csv"] {
         std::fs::write(desk.path("list.txt"), format!("line1/p0001.csv\n{other}\n")).unwrap();
         let refused = words(&desk.run("manifest list.txt --root cell --output m.jsonl").code(2));
@@ -223,7 +232,7 @@ fn one_program_under_two_spellings_is_refused_and_its_key_has_one_spelling() {
 
 #[test]
 fn results_inside_the_folder_of_the_programs_are_not_listed() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     desk.run("rewrite --model model.yaml cell --output-dir cell/done").success();
     let said = words(&desk.run("manifest cell --output m.jsonl").success());
     assert!(said.contains("3 programs in cell/done are results from an earlier rewrite"), "{said}");
@@ -235,7 +244,7 @@ fn results_inside_the_folder_of_the_programs_are_not_listed() {
 
 #[test]
 fn a_hash_that_was_taken_out_of_a_manifest_and_a_wrong_size_are_no_longer_passed() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     desk.run("manifest cell --output m.jsonl").success();
     let whole = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
     let mut lines: Vec<serde_json::Value> = whole.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
@@ -265,7 +274,7 @@ fn a_hash_that_was_taken_out_of_a_manifest_and_a_wrong_size_are_no_longer_passed
 
 #[test]
 fn a_manifest_that_leads_out_of_its_folder_is_refused() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     let entry = "{\"key\":\"../model.yaml\",\"size\":1,\"sha256\":null,\"format\":null,\"state\":\"ready\"}\n";
     std::fs::write(desk.path("m.jsonl"), entry).unwrap();
     let refused = desk.run(&desk.shard(1, 1, "done", "s.jsonl")).code(2);
@@ -275,7 +284,7 @@ fn a_manifest_that_leads_out_of_its_folder_is_refused() {
 #[test]
 #[cfg(not(feature = "cloud"))]
 fn an_address_of_an_object_store_is_refused_by_a_build_that_reads_none() {
-    let desk = Desk::new(3);
+    let desk = Desk::three();
     desk.run("manifest cell --output m.jsonl").success();
     for line in [
         "manifest s3://cells/line-4 --output n.jsonl",

@@ -174,11 +174,11 @@ fn a_folder_goes_on_where_it_was_killed_and_ends_with_the_same_bytes() {
     desk.run(line).code(1).stderr(contains("13 programs: 12 written, 0 unchanged, 0 refused, 1 failed"));
     let before = std::fs::metadata(desk.path("done/0/p0.src")).unwrap().modified().unwrap();
     let summary = desk.read("done.jsonl");
-    // a kill leaves programs without notes, half-written temporary files, and no summary
+    // a kill or a loss of power leaves programs without notes or with zeros, half-written temporary files, and no summary
     std::fs::remove_file(desk.path("done/1/p1.src.lostmotion.json")).unwrap();
     std::fs::remove_file(desk.path("done/2/p2.src")).unwrap();
     desk.write("done/2/.lostmotion-abcdefghij.part", "half");
-    desk.write("done/2/p5.src", "torn");
+    desk.write("done/2/p5.src", "DEF part( )\r\nPTP\0\0\0\0\0\0\0\0");
     std::fs::remove_file(desk.path("done.jsonl")).unwrap();
     desk.run(line).code(1);
     assert_eq!(desk.read("done.jsonl"), summary);

@@ -34,7 +34,10 @@ const LINES: &[(&str, &[&str])] = &[
         &["--speed-mm-s", "-1", "above 0"],
     ),
     ("fit --robot robot.yaml --gaps gaps.yaml --output o.yaml --speed-mm-s=inf", &["--speed-mm-s", "above 0"]),
-    ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --output - --json", &["--output", "standard output", "--json"]),
+    (
+        "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output - --json",
+        &["--output", "standard output", "--json"],
+    ),
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv", &["--output"]),
     ("rewrite --robot robot.yaml program.csv --output o.csv", &["--compensator"]),
     (
