@@ -14,7 +14,7 @@ use super::temporary::Temporary;
 use super::transaction::Transaction;
 use crate::error::{Error, Result, is_stdio, shown};
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
 
@@ -136,6 +136,26 @@ impl Output {
         match &self.sink {
             Sink::File(file) => std::fs::read(file.temporary.path()).map_err(|e| Error::io_of(&self.shown, "read", e)),
             _ => Ok(Vec::new()),
+        }
+    }
+
+    /// Whether a file holds the beginning of what was written so far to an output that goes to a regular file.
+    pub fn begins_as(&mut self, file: &Path) -> io::Result<bool> {
+        self.flush()?;
+        let Sink::File(ours) = &self.sink else { return Ok(false) };
+        let mut there = BufReader::with_capacity(BUFFER, File::open(file)?);
+        let mut ours = BufReader::with_capacity(BUFFER, File::open(ours.temporary.path())?);
+        loop {
+            let (a, b) = (there.fill_buf()?, ours.fill_buf()?);
+            if a.is_empty() {
+                return Ok(true);
+            }
+            let shared = a.len().min(b.len());
+            if shared == 0 || a[..shared] != b[..shared] {
+                return Ok(false);
+            }
+            there.consume(shared);
+            ours.consume(shared);
         }
     }
 

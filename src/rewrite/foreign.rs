@@ -1,8 +1,8 @@
 //! What stands in a folder of results and is none: a program that a person edited there, or put there.
 //!
 //! Method: a result is known by its note, which has its SHA-256. A file without a note, or with another content than its note says,
-//! is replaced only where nothing is lost: the input itself or the new result has that content, a loss of power left it empty or with
-//! zeros, or a run was killed while it put the file in place.
+//! is replaced only where nothing is lost: the input itself or the new result has that content, or the new result begins with it, a loss
+//! of power left it empty or with zeros, or a run was killed while it put the file in place.
 
 use super::batch::hash;
 use super::guard::{note_path, read_note};
@@ -11,8 +11,8 @@ use super::outcome::Ready;
 use crate::error::shown;
 use crate::io::journal::{self, Journal};
 use crate::io::name::{path_of, text_of_name};
+use crate::io::regular;
 use crate::io::temporary;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -24,6 +24,9 @@ pub(super) fn refuse(job: &Job, ready: &mut Ready, to: &Path) {
     }
     let known = [&outcome.sha256_in, &outcome.sha256_out].map(Option::as_deref);
     if let Some(file) = foreign(to, known).filter(|_| !is_interrupted(to)) {
+        if ready.files.iter_mut().any(|f| f.begins_as(&file)) {
+            return; // cut short
+        }
         ready.refuse(format!(
             "{}: changed since it was written, or not a result of this tool; nothing was written (remove it, or force its replacement)",
             shown(&file)
@@ -52,7 +55,7 @@ fn foreign(to: &Path, known: [Option<&str>; 2]) -> Option<PathBuf> {
 
 /// Whether a file is empty or holds zeros, which no program does.
 fn is_lost(path: &Path) -> bool {
-    let Ok(file) = File::open(path) else { return false };
+    let Ok(file) = regular::open(path) else { return false };
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let mut empty = true;
     loop {
@@ -72,7 +75,7 @@ fn is_lost(path: &Path) -> bool {
 /// Whether a journal in the folder of `to` names it: a note may be in place without its program.
 fn is_interrupted(to: &Path) -> bool {
     let (Some(folder), Some(name)) = (to.parent(), to.file_name().map(text_of_name)) else { return false };
-    let journals = temporary::named(folder, journal::ENDING).into_iter().filter_map(|path| std::fs::read(path).ok());
+    let journals = temporary::named(folder, journal::ENDING).into_iter().filter_map(|path| regular::read(&path).ok());
     journals.filter_map(|bytes| Journal::parse(&bytes)).any(|j| j.files().iter().any(|f| f.target == name))
 }
 

@@ -82,6 +82,11 @@ impl File {
         self.output.contents()
     }
 
+    /// Whether a file holds the beginning of what was written so far.
+    pub fn begins_as(&mut self, file: &Path) -> bool {
+        self.output.begins_as(file).unwrap_or(false) // one that cannot be read is nobody's beginning
+    }
+
     /// As an output, to be put in place.
     pub fn into_output(self) -> Output {
         self.output

@@ -76,6 +76,7 @@ fn a_result_that_a_loss_of_power_emptied_is_written_again() {
         (vec![], whole_note.clone()),
         (vec![0; whole.len()], whole_note.clone()),
         (half, whole_note.clone()),
+        (whole[..whole.len() / 2].to_vec(), whole_note.clone()),
         (whole.clone(), vec![]),
         (vec![0; 9], vec![0; 9]),
     ] {
