@@ -173,7 +173,7 @@ fn the_last_relative_move_before_the_position_is_lost_is_fixed() {
 fn a_move_from_which_relative_words_count_later_on_is_fixed() {
     // by axis: Y is relative while its place is not known, X and Z are not
     let tail = |loses: &str, words: &str| format!("{HEAD}G1 X17 Y12 F100\n{loses}\nG90 G1 X5\n{words}\n");
-    for loses in ["M6 T1", "M98 P100", "G20", "G54"] {
+    for loses in ["M6 T1", "M98 P100", "G20", "G55"] {
         for (words, fixed) in
             [("G91 G1 Y-3", true), ("G1 Y-3", false), ("G1 Y3\nG91 Y-3", false), ("G91 G28 Y0", false)]
         {
