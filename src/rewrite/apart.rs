@@ -88,7 +88,7 @@ mod tests {
         let said = |in_place: bool| -> Vec<String> {
             let apart = Apart::of(&input, &programs, &output, in_place);
             let check = |n: &&str| apart.check(&input.join(n), &output.join(n)).err().map(|e| e.to_string());
-            names.iter().map(|n| check(&n).unwrap_or_default()).collect()
+            names.iter().map(|n| check(n).unwrap_or_default()).collect()
         };
         let strict = said(false);
         for (told, words) in strict.iter().zip([

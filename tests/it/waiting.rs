@@ -4,7 +4,7 @@
 #![cfg(unix)]
 
 use crate::originals::{Cell, FOREIGN_JOURNAL, REWRITE, program};
-use crate::support::{self, root};
+use crate::support;
 use std::process::{Command, Stdio};
 
 #[test]
@@ -174,7 +174,7 @@ fn a_journal_that_may_not_be_read_is_not_called_damaged() {
     let cell = Cell::new();
     let journal = "o/.lostmotion-abcdefghij.journal";
     cell.write(journal, FOREIGN_JOURNAL);
-    std::fs::set_permissions(cell.path(journal), std::fs::Permissions::from_mode(0)).unwrap();
+    std::fs::set_permissions(cell.path(journal), std::fs::Permissions::from_mode(0o000)).unwrap();
     let run = cell.rewrite("w.csv --output o/o.csv").ends_with(2);
     assert!(run.stderr.contains("permission denied") && !run.stderr.contains("damaged"), "{}", run.stderr);
 }
