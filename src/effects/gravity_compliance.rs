@@ -54,8 +54,8 @@ pub static INFO: EffectInfo = EffectInfo {
     further: free_mass_gravity::further,
 };
 
-const REVOLUTE_KEY: &str = "compliance_deg_per_nm";
-const PRISMATIC_KEY: &str = "compliance_mm_per_n";
+pub(super) const REVOLUTE_KEY: &str = "compliance_deg_per_nm";
+pub(super) const PRISMATIC_KEY: &str = "compliance_mm_per_n";
 
 /// rad/Nm, or m/N for a prismatic joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,8 +64,14 @@ pub struct GravityCompliance {
     pub compliance: f64,
 }
 
-fn key(site: &Site) -> &'static str {
+pub(super) fn key(site: &Site) -> &'static str {
     if site.is_revolute() { REVOLUTE_KEY } else { PRISMATIC_KEY }
+}
+
+/// The compliance of a joint: a spring yields along its load, and not without bounds.
+pub(super) fn parameter(site: &Site, typical: f64) -> Parameter {
+    let most = if site.is_revolute() { 1e-3 } else { 1e-4 };
+    Parameter::new(key(site), 1.0 / site.si_per_user_unit(), (0.0, most), site.typical(typical, typical))
 }
 
 impl EffectType for GravityCompliance {
@@ -82,9 +88,7 @@ impl EffectType for GravityCompliance {
     }
 
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
-        let most = if site.is_revolute() { 1e-3 } else { 1e-4 };
-        let typical = site.typical(2e-5, 2e-5);
-        vec![Parameter::new(key(site), 1.0 / site.si_per_user_unit(), (0.0, most), typical)]
+        vec![parameter(site, 2e-5)]
     }
 
     fn add_to_joint(&self, target: Target, inputs: &dyn Inputs, joint: &mut [f64]) {

@@ -8,6 +8,7 @@
 //! Parameter: compliance 0 or more (a spring gives way along its load), at most 1e-3 rad/Nm or 1e-4 m/N. It is the spring of
 //! `gravity_compliance` under another load. Without the columns it does nothing.
 
+use super::gravity_compliance::{PRISMATIC_KEY, REVOLUTE_KEY, key, parameter};
 use super::*;
 
 /// How the catalogue describes this effect.
@@ -49,8 +50,6 @@ pub static INFO: EffectInfo = EffectInfo {
     further: |_, _| {},
 };
 
-const REVOLUTE_KEY: &str = "compliance_deg_per_nm";
-const PRISMATIC_KEY: &str = "compliance_mm_per_n";
 /// deg/Nm, or mm/N: 6e5 Nm/rad, of a robot for some hundred kg.
 const TYPICAL: f64 = 1e-4;
 
@@ -59,10 +58,6 @@ const TYPICAL: f64 = 1e-4;
 pub struct ProcessForce {
     /// Compliance, rad/Nm or m/N.
     pub compliance: f64,
-}
-
-fn key(site: &Site) -> &'static str {
-    if site.is_revolute() { REVOLUTE_KEY } else { PRISMATIC_KEY }
 }
 
 impl EffectType for ProcessForce {
@@ -79,9 +74,7 @@ impl EffectType for ProcessForce {
     }
 
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
-        let most = if site.is_revolute() { 1e-3 } else { 1e-4 };
-        let typical = site.typical(TYPICAL, TYPICAL);
-        vec![Parameter::new(key(site), 1.0 / site.si_per_user_unit(), (0.0, most), typical)]
+        vec![parameter(site, TYPICAL)]
     }
 
     fn add_to_joint(&self, target: Target, inputs: &dyn Inputs, joint: &mut [f64]) {

@@ -194,7 +194,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     })
 }
 
-/// What is to be written into a program, and what is said of it.
+/// What is to be written into a program, and what the report tells of it.
 struct Edited {
     edits: Edits,
     stats: RewriteStats,
