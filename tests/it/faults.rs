@@ -229,7 +229,7 @@ fn what_a_killed_run_left_is_taken_away_by_the_next() {
 #[cfg(unix)]
 #[test]
 #[cfg_attr(superuser, ignore = "the superuser reads every folder")]
-fn a_folder_that_cannot_be_read_stops_no_other_program() {
+fn unreadable_folder_stops_no_other_program() {
     use std::os::unix::fs::PermissionsExt;
     let bench = Bench::new();
     bench.write("in/a.csv", &String::from_utf8(bench.read("p.csv")).unwrap());

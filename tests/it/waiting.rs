@@ -169,7 +169,7 @@ fn where_the_folder_for_temporary_files_cannot_be_written_it_is_named() {
 
 #[test]
 #[cfg_attr(superuser, ignore = "the superuser reads every file")]
-fn a_journal_that_may_not_be_read_is_not_called_damaged() {
+fn unreadable_journal_is_not_called_damaged() {
     use std::os::unix::fs::PermissionsExt;
     let cell = Cell::new();
     let journal = "o/.lostmotion-abcdefghij.journal";
