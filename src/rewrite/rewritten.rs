@@ -260,8 +260,18 @@ impl Column<'_> {
         let gaps = self.offset.gap(1, self.p(i)) + self.offset.gap(-1, self.p(i));
         let after = if k + 1 < self.len() { dir * (self.p(k + 1) - self.p(k)) } else { 0.0 };
         let written = (self.digit.unit / self.digit.last).log10().round() as i32;
-        let fits = own > gaps && own <= SHORT * whole && after <= GROWS * (whole - own);
+        let fits = own > gaps && own <= SHORT * whole && after <= GROWS * (whole - own) && !self.is_sampled(i, dir);
         (fits && self.decimals(own) + 1 >= written).then_some(own)
+    }
+
+    /// The steps around the reversal at `i` are those of a smooth motion in even time: of an oscillation, the step after and the one
+    /// before add up to `2 cos(w dt)` times the one between.
+    fn is_sampled(&self, i: usize, dir: f64) -> bool {
+        let Some(before) = i.checked_sub(1) else { return false };
+        let step = |from: usize, to: usize| dir * (self.p(to) - self.p(from));
+        let (own, around) = (step(i, i + 1), step(before, i) + step(i + 1, i + 2));
+        let slack = 4.0 * ROUNDED * self.digit.last;
+        (-slack..=2.0 * own + slack).contains(&around)
     }
 
     /// The share of the way from row `i` to row `k` at which row `j` stands, as the other axes tell it.

@@ -11,6 +11,8 @@ use super::{ReversalError, Run};
 /// Growth of the rms or the largest error that means nothing: share, and m.
 const SHARE: f64 = 0.01;
 const LEAST_M: f64 = 0.5e-6;
+/// An rms that falls by less than is printed has not fallen, m: the path of a joint that moves to and fro alone is never left.
+const LEAST_FALL_M: f64 = 0.05e-6;
 /// Growth of a single reversal's error that is worse, m, where the largest error of the path does not grow.
 pub const REVERSAL_M: f64 = 5e-6;
 
@@ -126,7 +128,7 @@ impl Figures {
 /// What became of an error, by its rms and its largest, before and after.
 fn change(rms_m: [f64; 2], largest_m: [f64; 2]) -> Verdict {
     let grows = |[before, after]: [f64; 2]| after > before * (1.0 + SHARE) + LEAST_M;
-    let falls = |[before, after]: [f64; 2]| after < before * (1.0 - SHARE);
+    let falls = |[before, after]: [f64; 2]| before - after > (before * SHARE).max(LEAST_FALL_M);
     if grows(largest_m) || grows(rms_m) {
         Verdict::Worse
     } else if falls(rms_m) {
@@ -167,6 +169,7 @@ mod tests {
         assert_eq!(judge(&figures([50e-6, 10e-6], [100e-6, 40e-6], 6e-6)), Verdict::Worse);
         assert_eq!(judge(&figures([50e-6, 50e-6], [100e-6, 100e-6], 0.0)), Verdict::Unchanged);
         assert_eq!(judge(&figures([50e-6, 60e-6], [100e-6, 100e-6], 0.0)), Verdict::Worse);
+        assert_eq!(judge(&figures([0.02e-6, 0.001e-6], [0.04e-6, 0.002e-6], 0.0)), Verdict::Unchanged);
     }
 
     #[test]

@@ -104,6 +104,15 @@ fn a_single_axis_is_known_by_the_share_of_its_steps_and_an_approach_of_a_tenth_i
     assert!(!looks_rewritten(&original, &compensator(b)));
 }
 
+/// One axis alone, a little more and less than ten samples a turn: each turn ends on the way between two samples.
+#[test]
+fn a_sampled_oscillation_of_one_axis_does_not_look_made() {
+    let sampled = |step: f64| -> Vec<f64> { (0..60).flat_map(|j| [(f64::from(j) * step).sin() / 10.0, 0.4]).collect() };
+    for step in [0.63, 0.6275, 0.42, 1.05] {
+        assert!(!looks_rewritten(&sampled(step), &compensator(5e-5)), "{step}");
+    }
+}
+
 /// Targets of round numbers that carry their offset, without a point more.
 #[test]
 fn round_numbers_are_known_by_the_digits_that_the_offset_adds() {

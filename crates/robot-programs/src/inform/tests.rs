@@ -1,3 +1,9 @@
+mod arcs;
+mod flow;
+mod groups;
+mod left_alone;
+mod random;
+
 use super::Inform;
 use crate::axes::Axes;
 use crate::error::Error;
@@ -8,10 +14,6 @@ use crate::script::{Break, Edit, Edits, Format, Goal, Move, NewPoint, PathKind, 
 use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-
-mod arcs;
-mod flow;
-mod left_alone;
 
 fn robot() -> Axes {
     fixtures::ma2010(None)
@@ -259,64 +261,6 @@ fn a_position_variable_that_nothing_else_sets_is_edited_in_the_list_where_its_mo
 }
 
 #[test]
-fn second_groups_stations_arcs_and_conditions_take_no_new_points() {
-    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1,1,1,1,1,1\nEC00000=0,5\nEC00001=7,5";
-    let text = job(
-        "2,0,2,0,0,0",
-        list,
-        "MOVJ C00000 VJ=25.00  +MOVJ C00001 VJ=25.00\nMOVJ C00000 EC00000 VJ=5.00\nMOVJ C00001 EC00000 VJ=5.00\n\
-         MOVL C00000 EC00001 V=5.0\nSMOVL C00000 V=5.0\n+MOVJ EC00000\nMOVC C00000 V=5.0\nMOVL C00000 V=5.0 UNTIL IN#(16)=ON\n\
-         MOVL C00000 V=5.0 FOO=1\nMOVL C00000 V=5.0 NWAIT\nDOUT OT#(1) ON",
-    );
-    let script = script_of(&Inform, &text, &robot());
-    let closed: Vec<bool> = moves(&script).iter().map(|m| m.1.closed.is_some()).collect();
-    assert_eq!(closed, [true, true, false, true, true, true, true, true, false]);
-}
-
-#[test]
-fn a_new_point_of_a_move_with_a_station_that_stands_gets_a_station_line_of_its_own() {
-    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1,1,1,1,1,1\n///TOOL 1\nEC00000=0,5";
-    let text = job("2,0,1,0,0,0", list, "MOVJ C00000 EC00000 VJ=5.00\nMOVJ C00001 EC00000 VJ=5.00");
-    let out = written(&text, &[(2, None, vec![[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]])]);
-    assert!(out.contains("NPOS 3,0,2,0,0,0") && out.contains("EC00000=0,5\r\nEC00001=0,5\r\n//INST"), "{out}");
-    assert!(out.contains("MOVJ C00002 EC00001 VJ=5.00\r\nMOVJ C00001 EC00000"), "{out}");
-}
-
-#[test]
-fn a_rail_of_the_robot_file_is_read_from_the_base_axis() {
-    let robot = fixtures::ma2010_on_a_rail();
-    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nBC00000=-5000";
-    let text = job("1,1,0,0,0,0", list, "MOVJ C00000 BC00000 VJ=5.00");
-    let script = script_of(&Inform, &text, &robot);
-    assert!((values(&script, 1)[6] - 0.05).abs() < 1e-15);
-    let mut edits = Edits { digit: vec![1e-9; 7], ..Edits::default() };
-    edits.steps.insert(1, Edit { goal: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.051].to_vec()), ..Edit::default() });
-    let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
-    assert_eq!(String::from_utf8(out).unwrap(), text.replace("=-5000", "=-5100"));
-}
-
-#[test]
-fn a_rail_under_the_arm_is_the_base_axis_and_no_joint_of_it() {
-    let on_rail = fixtures::ma2010_on_a_rail();
-    let mut joints: Vec<_> = on_rail.axis_joints().cloned().collect();
-    joints.rotate_right(1);
-    joints[0].name = "E1".into();
-    let robot = Axes::new("rail first", joints);
-    let list = "///POSTYPE PULSE\n///PULSE\nC00000=1000,2,3,4,5,6\nBC00000=-5000\n///TOOL 0\nEC00000=7";
-    let text = job("1,1,1,0,0,0", list, "MOVJ C00000 BC00000 VJ=5.00\nMOVJ C00000 EC00000 VJ=5.00");
-    let script = script_of(&Inform, &text, &robot);
-    let own = values(&script, 1);
-    assert!((own[0] - 0.05).abs() < 1e-15 && own[1] > 0.0 && own.len() == 7, "{own:?}");
-    // a station is no rail
-    assert!(matches!(&moves(&script)[1].1.goal, Goal::Opaque(why) if why.contains("base axes")));
-    let mut edits = Edits { digit: vec![1e-9; 7], ..Edits::default() };
-    let goal = [&[0.051], &own[1..]].concat();
-    edits.steps.insert(1, Edit { goal: Some(goal), ..Edit::default() });
-    let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
-    assert_eq!(String::from_utf8(out).unwrap(), text.replace("=-5000", "=-5100"));
-}
-
-#[test]
 fn cartesian_relative_and_untyped_positions_are_no_joint_targets() {
     let list = "C00000=1,1,1,1,1,1\n///POSTYPE ROBOT\n///RECTAN\nC00001=1000.000,0.000,500.000,180.0000,0.0000,0.0000\n\
                 ///USER 2\n///POSTYPE USER\n///RECTAN\nC00002=1.000,0.000,0.000,0.0000,0.0000,0.0000";
@@ -405,114 +349,6 @@ fn latin_bytes_and_old_short_names_pass() {
     let head = out.windows(6).position(|w| w == b"C000= ").unwrap();
     assert_eq!(out[head..head + 24], text[head..head + 24]);
     assert!(String::from_utf8_lossy(&out).contains("C001= 0, 0, 0, 0, 0, 0"), "{}", String::from_utf8_lossy(&out));
-}
-
-#[test]
-fn ten_megabytes_are_read_in_linear_time() {
-    let n = 120_000;
-    let list: String = (0..n).map(|k| format!("C{k:06}={k},0,0,0,0,0\n")).collect();
-    let moves: String = (0..n).map(|k| format!("MOVL C{k:06} V=50.0 PL=0\n")).collect();
-    let text = job(&format!("{n},0,0,0,0,0"), &format!("///POSTYPE PULSE\n///PULSE\n{list}"), &moves);
-    let begun = std::time::Instant::now();
-    let script = script_of(&Inform, &text.replace("\r\n\r\n", "\r\n"), &robot());
-    assert_eq!(script.moves().count(), n);
-    assert!(begun.elapsed().as_secs() < 60, "quadratic");
-}
-
-/// A random job: lists with switches of type and tool, moves with everything around them.
-fn random_job(rng: &mut impl Rng) -> String {
-    let n = rng.random_range(1..8);
-    let mut list = String::from("///TOOL 0\n///POSTYPE PULSE\n///PULSE\n");
-    for k in 0..n {
-        match rng.random_range(0..6) {
-            0 => list.push_str(&format!("///TOOL {}\n", rng.random_range(0..3))),
-            1 => list.push_str("///POSTYPE ANGLE\n///ANGLE\n"),
-            2 => list.push_str("///USER 1\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0\n"),
-            _ => list.push_str("///POSTYPE PULSE\n///PULSE\n"),
-        }
-        let pulse = list.rfind("///PULSE").unwrap_or(0)
-            > list.rfind("///ANGLE").unwrap_or(0).max(list.rfind("///RECTAN").unwrap_or(0));
-        let numbers: Vec<String> = (0..6)
-            .map(|_| {
-                if pulse {
-                    format!("{}", rng.random_range(-90_000..90_000))
-                } else {
-                    format!("{:.4}", rng.random_range(-99.0..99.0))
-                }
-            })
-            .collect();
-        list.push_str(&format!("C{k:05}={}\n", numbers.join(",")));
-    }
-    let stations = rng.random_bool(0.5);
-    if stations {
-        list.push_str("///POSTYPE PULSE\n///PULSE\nEC00000=5,7\n");
-    }
-    list.push_str("P00003=1,2,3,4,5,6");
-    let mut steps = String::new();
-    for _ in 0..rng.random_range(1..12) {
-        let c = rng.random_range(0..n);
-        let ec = if stations && rng.random_bool(0.5) { " EC00000" } else { "" };
-        let move_ = match rng.random_range(0..9) {
-            0 => "TIMER T=0.25".into(),
-            1 => "*LABEL".into(),
-            2 => "'a comment MOVJ C00000".into(),
-            3 => format!("MOVC C{c:05} V=12.5"),
-            4 => format!("MOVJ C{c:05} VJ=25.00 +MOVJ EC00000"),
-            5 => "MOVJ P003 VJ=10.00".into(),
-            6 => format!("MOVJ C{c:05}{ec} VJ=25.00 PL={}", rng.random_range(0..5)),
-            _ => format!("  MOVL C{c:05}{ec} V=50.0 NWAIT"),
-        };
-        if move_.contains("+MOVJ") && !stations {
-            continue;
-        }
-        steps.push_str(&move_);
-        steps.push('\n');
-    }
-    let text = job(&format!("{n},0,{},1,0,0", u8::from(stations)), &list, steps.trim_end());
-    if rng.random_bool(0.3) { text.replace('\r', "") } else { text }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: u32::try_from(count("PROPTEST_CASES", 256)).unwrap(), ..ProptestConfig::default() })]
-    #[test]
-    fn edits_come_back_when_the_job_is_read_again(seed in any::<u64>()) {
-        let robot = robot();
-        let mut rng = generator(seed);
-        let text = random_job(&mut rng);
-        let script = script_of(&Inform, &text, &robot);
-        let mut edits = random_edits(&script, &robot, &mut rng);
-        // a caller leaves what a variable of several moves cannot say
-        for (step, _) in harness::parse(&Inform, text.as_bytes(), &robot).unwrap().unwritable(&edits) {
-            edits.steps.remove(step);
-        }
-        let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
-        // all lines that no edit is about are there, in order
-        let new: Vec<&[u8]> = out.split(|&b| b == b'\n').collect();
-        let mut at = 0;
-        for line in text.as_bytes().split(|&b| b == b'\n').filter(|l| !l.starts_with(b"C") && !l.starts_with(b"P0") && !l.contains(&b'M') && !l.starts_with(b"///NPOS")) {
-            let found = new[at..].iter().position(|l| *l == line);
-            prop_assert!(found.is_some(), "{:?} is gone", String::from_utf8_lossy(line));
-            at += found.unwrap() + 1;
-        }
-    }
-}
-
-#[test]
-fn damaged_jobs_are_refused_or_come_back() {
-    let source = |rng: &mut ChaCha8Rng| vec![random_job(rng).into_bytes()];
-    harness::survives(&Inform, &robot(), &source, &|script, rng| random_edits(script, &robot(), rng));
-}
-
-#[test]
-fn the_samples_are_read_and_their_edits_come_back() {
-    let robot = robot();
-    let samples = harness::samples(&Inform);
-    for (name, bytes) in &samples {
-        assert!(Inform.recognises(bytes), "{name}");
-        let doc = harness::parse(&Inform, bytes, &robot).unwrap();
-        edited(&Inform, bytes, &random_edits(doc.script(), &robot, &mut generator(3)), &robot).unwrap();
-    }
-    assert!(samples.len() >= 6, "{} samples", samples.len());
 }
 
 #[test]
