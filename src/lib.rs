@@ -58,7 +58,7 @@ pub mod log;
 pub mod machine;
 pub mod model;
 pub mod name;
-pub mod numerics;
+pub use lostmotion_numerics as numerics;
 pub mod plan;
 pub mod program;
 #[cfg(feature = "cli")]

@@ -8,9 +8,9 @@
 
 use crate::effects::{GapCurve, Track};
 use crate::model::Model;
+use crate::numerics::parallel::ParMap;
 use crate::program::Program;
 use crate::robot::Robot;
-use rayon::prelude::*;
 
 /// Command movement that is number noise, rad or m; as the rewriter has it.
 const DEADBAND: f64 = 1e-8;
@@ -86,15 +86,12 @@ pub fn over_program(robot: &Robot, program: &Program, gaps: &[AxisGap]) -> Vec<J
                 program.point_into(i, &mut q);
                 displacement_m(robot, &q, axis, gap.at(q[axis]))
             };
-            let blocks: Vec<(f64, usize, f64)> = (0..program.len().div_ceil(BLOCK))
-                .into_par_iter()
-                .map(|b| {
-                    let points = b * BLOCK..((b + 1) * BLOCK).min(program.len());
-                    points.map(|i| (at(i), i)).fold((-1.0, 0, 0.0), |(most, k, sum), (d, i)| {
-                        if d > most { (d, i, sum + d * d) } else { (most, k, sum + d * d) }
-                    })
+            let blocks: Vec<(f64, usize, f64)> = (0..program.len().div_ceil(BLOCK)).par_map(|b| {
+                let points = b * BLOCK..((b + 1) * BLOCK).min(program.len());
+                points.map(|i| (at(i), i)).fold((-1.0, 0, 0.0), |(most, k, sum), (d, i)| {
+                    if d > most { (d, i, sum + d * d) } else { (most, k, sum + d * d) }
                 })
-                .collect();
+            });
             let (largest_m, point, sum) = blocks
                 .into_iter()
                 .fold((-1.0, 0, 0.0), |a, b| if b.0 > a.0 { (b.0, b.1, a.2 + b.2) } else { (a.0, a.1, a.2 + b.2) });

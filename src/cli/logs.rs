@@ -5,9 +5,9 @@ use crate::cli::exit::bad;
 use crate::error::{self, Place};
 use crate::log::plausibility::Kinematics;
 use crate::log::{ColumnMap, Log};
+use crate::numerics::parallel::ParMap;
 use crate::robot::Robot;
 use anyhow::Result;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Reads the logs in order and refuses those whose units, axes or clocks cannot be right; notes go to standard error.
@@ -40,7 +40,7 @@ fn load_by(
         Ok((log, notes))
     };
     // the first file in order that is wrong is the one that is named
-    let all: Vec<Result<(Log, Vec<String>)>> = paths.par_iter().map(read).collect();
+    let all: Vec<Result<(Log, Vec<String>)>> = paths.par_map(read);
     // nothing is printed of the good ones before all are known to be good
     let all = all.into_iter().collect::<Result<Vec<_>>>()?;
     let mut logs = Vec::with_capacity(paths.len());

@@ -7,11 +7,11 @@
 //! Fails: [`Found::alternatives`] names offsets far from the best that fit nearly as well: a motion that repeats. The misfit is relative to the
 //! size of the path, so that a short stretch in which little moves does not win.
 
+use crate::numerics::fourier::{Complex, Fourier};
 use crate::numerics::rigid;
 use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::Vector3;
-use rustfft::{FftPlanner, num_complex::Complex};
 
 /// Half the base of a speed, s.
 const BASE_S: f64 = 0.05;
@@ -158,23 +158,23 @@ fn correlation(robot: &Robot, commands: &Series, seen: &Seen, range: [f64; 2]) -
 /// Circular correlation of two zero-mean series, over the product of their norms.
 fn correlate(a: &[f64], b: &[f64]) -> Vec<f64> {
     let n = (a.len() + b.len()).next_power_of_two();
-    let mut planner = FftPlanner::new();
-    let spectrum = |v: &[f64], planner: &mut FftPlanner<f64>| {
+    let forward = Fourier::forward(n);
+    let spectrum = |v: &[f64]| {
         let mean = v.iter().sum::<f64>() / v.len().max(1) as f64;
         let mut out = vec![Complex::new(0.0, 0.0); n];
         for (to, from) in out.iter_mut().zip(v) {
             to.re = from - mean;
         }
         let norm = out.iter().map(|c| c.re * c.re).sum::<f64>().sqrt();
-        planner.plan_fft_forward(n).process(&mut out);
+        forward.apply(&mut out);
         (out, norm)
     };
-    let (mut fa, na) = spectrum(a, &mut planner);
-    let (fb, nb) = spectrum(b, &mut planner);
+    let (mut fa, na) = spectrum(a);
+    let (fb, nb) = spectrum(b);
     for (x, y) in fa.iter_mut().zip(&fb) {
         *x *= y.conj();
     }
-    planner.plan_fft_inverse(n).process(&mut fa);
+    Fourier::inverse(n).apply(&mut fa);
     let scale = (na * nb * n as f64).max(f64::MIN_POSITIVE);
     fa.iter().map(|c| c.re / scale).collect()
 }

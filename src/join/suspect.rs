@@ -13,10 +13,10 @@ use crate::error::{Error, Place, Result};
 use crate::log::faults::Fault;
 use crate::log::plausibility::EXPLAINED;
 use crate::log::recording::Recording;
+use crate::numerics::parallel::of_each;
 use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Misfit over the size of the path below which there is nothing to explain: starts are found to a millisecond, and a tracker's
 /// reflector may stand elsewhere than the robot file says.
@@ -54,10 +54,8 @@ pub(super) fn refuse(
         return Ok(());
     }
     let faults = Fault::all(robot, recorded.positions);
-    let tried: Vec<(Fault, f64)> = faults
-        .into_par_iter()
-        .filter_map(|fault| Some((fault, misfit_without(fault, robot, recorded, seen, within)?)))
-        .collect();
+    let without = |fault: Fault| Some((fault, misfit_without(fault, robot, recorded, seen, within)?));
+    let tried: Vec<(Fault, f64)> = of_each(faults, without).into_iter().flatten().collect();
     let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
     let alike: Vec<&(Fault, f64)> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).collect();
     let Some(first) = alike.first().filter(|_| least <= LEFT && least <= EXPLAINED * misfit) else { return Ok(()) };

@@ -34,13 +34,13 @@ use crate::error::{Error, Place, Result, counted};
 use crate::gaps::LogRef;
 use crate::log::Log;
 use crate::numerics::least_squares::TerminationReason;
+use crate::numerics::parallel::ParMap;
 use crate::program::Program;
 use crate::robot::Robot;
 use data::Row;
 use network::Network;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use train::{Cost, Samples, Training, train};
 
 /// Weights of the augmented cost as published (section IV-B).
@@ -161,8 +161,8 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
         evidence: Evidence::default(),
         file: None,
     };
-    let taught = options.coordinates.par_iter().map(|&c| teach(&learned, &train_rows, c, robot.dof(), options));
-    let (networks, training): (Vec<Network>, Vec<Training>) = taught.unzip();
+    let taught = options.coordinates.par_map(|&c| teach(&learned, &train_rows, c, robot.dof(), options));
+    let (networks, training): (Vec<Network>, Vec<Training>) = taught.into_iter().unzip();
     learned.networks = networks;
     for (&c, t) in options.coordinates.iter().zip(&training) {
         if t.reason == TerminationReason::StepLimit {

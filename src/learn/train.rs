@@ -18,8 +18,8 @@ use super::network::Network;
 use crate::numerics::least_squares::{
     Flow, Options, Problem, Products, Progress, Scaling, TerminationReason, minimise,
 };
+use crate::numerics::parallel::{ParMap, pieces};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Rows of samples that one thread takes at a time.
 const BLOCK: usize = 256;
@@ -181,11 +181,6 @@ fn evidence(normal: &Normal, network: &Network, rows: usize, data: f64, rho: f64
     (next.is_finite() && next > 0.0).then_some((next, determined))
 }
 
-fn blocks(samples: &Samples) -> impl IndexedParallelIterator<Item = std::ops::Range<usize>> {
-    let rows = samples.len();
-    (0..rows.div_ceil(BLOCK)).into_par_iter().map(move |b| b * BLOCK..((b + 1) * BLOCK).min(rows))
-}
-
 /// The cost.
 fn sum(network: &Network, samples: &Samples, cost: Cost) -> f64 {
     let part = |rows: std::ops::Range<usize>| {
@@ -201,7 +196,7 @@ fn sum(network: &Network, samples: &Samples, cost: Cost) -> f64 {
         })
         .sum::<f64>()
     };
-    blocks(samples).map(part).collect::<Vec<f64>>().iter().sum()
+    pieces(samples.len(), BLOCK).par_map(|rows| part(rows.clone())).iter().sum()
 }
 
 /// Normal equations of the residuals, linearised at the weights.
@@ -243,7 +238,7 @@ impl Normal {
             }
             (&jac * jac.transpose(), &jac * residual)
         };
-        let parts: Vec<(DMatrix<f64>, DVector<f64>)> = blocks(samples).map(part).collect();
+        let parts: Vec<(DMatrix<f64>, DVector<f64>)> = pieces(samples.len(), BLOCK).par_map(|rows| part(rows.clone()));
         let mut all = Self { matrix: DMatrix::zeros(n, n), gradient: DVector::zeros(n) };
         for (matrix, gradient) in parts {
             all.matrix += matrix;

@@ -20,10 +20,10 @@ use super::timestamp::Stamp;
 use crate::error::{Error, Place, Result};
 use crate::io::bag::TopicChoice;
 use crate::io::input::{self, Input};
+use crate::numerics::parallel::ParMap;
 use crate::robot::Robot;
 use build::build;
 pub(crate) use head::Head;
-use rayon::prelude::*;
 use robot_programs::error::in_few_digits;
 use std::ops::Range;
 use std::path::Path;
@@ -169,11 +169,10 @@ impl Layout<'_> {
     fn read(&self, bytes: &[u8]) -> Result<Table> {
         let cuts = self.cuts(bytes);
         let last = cuts.len().saturating_sub(1);
-        let pieces: Vec<Result<Table>> = cuts
-            .into_par_iter()
-            .enumerate()
-            .map(|(i, (range, line))| self.piece(&bytes[range], line, i == last))
-            .collect();
+        let pieces = (0..cuts.len()).par_map(|i| {
+            let (range, line) = &cuts[i];
+            self.piece(&bytes[range.clone()], *line, i == last)
+        });
         let pieces = pieces.into_iter().collect::<Result<Vec<Table>>>()?;
         let rows = pieces.iter().map(|p| p.line.len()).sum();
         let n = self.columns.len();

@@ -5,9 +5,9 @@
 //! the whole transform of that joint, in either convention), and the payload at the flange. Sign: a positive torque turns
 //! (or pushes) the axis positive. Unit: Nm, N for a prismatic axis.
 
+use crate::numerics::parallel::ParMap;
 use crate::robot::{Chain, Convention, JointFrame, JointKind, Robot};
 use nalgebra::{Rotation3, Vector3};
-use rayon::prelude::*;
 
 /// Rows that one thread takes at a time.
 const BLOCK: usize = 4096;
@@ -101,23 +101,20 @@ impl Gravity {
         if !self.is_known() {
             return all;
         }
-        let blocks: Vec<Vec<f64>> = (0..rows.div_ceil(BLOCK))
-            .into_par_iter()
-            .map(|b| {
-                let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
-                let mut block = vec![0.0; range.len() * cmd.len()];
-                let mut q = vec![0.0; cmd.len()];
-                let mut lines = Vec::new();
-                for (row, out) in range.zip(block.chunks_exact_mut(cmd.len())) {
-                    for (v, column) in q.iter_mut().zip(cmd) {
-                        *v = column[row];
-                    }
-                    let payload = payload_kg.and_then(|p| p.get(row)).copied().unwrap_or(0.0);
-                    self.at(chain, &q, payload, &mut lines, out);
+        let blocks: Vec<Vec<f64>> = (0..rows.div_ceil(BLOCK)).par_map(|b| {
+            let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
+            let mut block = vec![0.0; range.len() * cmd.len()];
+            let mut q = vec![0.0; cmd.len()];
+            let mut lines = Vec::new();
+            for (row, out) in range.zip(block.chunks_exact_mut(cmd.len())) {
+                for (v, column) in q.iter_mut().zip(cmd) {
+                    *v = column[row];
                 }
-                block
-            })
-            .collect();
+                let payload = payload_kg.and_then(|p| p.get(row)).copied().unwrap_or(0.0);
+                self.at(chain, &q, payload, &mut lines, out);
+            }
+            block
+        });
         for (row, torques) in blocks.iter().flat_map(|b| b.chunks_exact(cmd.len())).enumerate() {
             for (column, &t) in all.iter_mut().zip(torques) {
                 column[row] = t;

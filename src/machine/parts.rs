@@ -4,9 +4,9 @@ use super::CommandTrajectory;
 use super::predict::at_time;
 use crate::effects::{Clock, Effect, EffectInstance, Row, Stage};
 use crate::model::Model;
+use crate::numerics::parallel;
 use crate::robot::Chain;
 use nalgebra::{Isometry3, Vector3};
-use rayon::prelude::*;
 
 /// Rows that one thread takes at a time.
 const BLOCK: usize = 4096;
@@ -99,7 +99,7 @@ fn each_point<'a>(
     let start = scene.trajectory.began_s();
     let uses_frames = effects.iter().any(|p| p.effect.uses_frames());
     let station_m = scene.registration.map_or(Vector3::zeros(), |r| r.inverse().translation.vector);
-    points.par_chunks_mut(BLOCK).enumerate().for_each(|(block, points)| {
+    parallel::change_pieces(points, BLOCK, |block, points| {
         let (mut q, mut frames) = (vec![0.0; scene.joint.len()], Vec::new());
         for (i, point) in points.iter_mut().enumerate() {
             let index = block * BLOCK + i;

@@ -13,9 +13,9 @@ use super::parts::{self, Scene};
 use crate::effects::smooth::{self, Samples};
 use crate::effects::{Clock, Effect, EffectInstance, Geometry, Stage};
 use crate::model::Model;
+use crate::numerics::parallel::{self, ParMap};
 use crate::robot::Robot;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Rows that one thread takes at a time.
 const BLOCK: usize = 4096;
@@ -51,7 +51,7 @@ pub fn geometry(robot: &Robot, effects: &[EffectInstance]) -> Robot {
 /// Runs the whole chain.
 pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     let (servo, joint): (Vec<_>, Vec<_>) =
-        (0..model.robot.dof()).into_par_iter().map(|a| axis(model, drive, a)).unzip();
+        (0..model.robot.dof()).par_map(|a| axis(model, drive, a)).into_iter().unzip();
     let robot = geometry(&model.robot, &model.effects);
     let mut chains = vec![robot.chain().clone()];
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
@@ -86,8 +86,7 @@ fn points(model: &Model, scene: &Scene) -> Vec<Vector3<f64>> {
     let blocks = rows.div_ceil(BLOCK);
     let range = |b: usize| b * BLOCK..((b + 1) * BLOCK).min(rows);
     let mut points: Vec<Vector3<f64>> = (0..blocks)
-        .into_par_iter()
-        .flat_map_iter(|b| {
+        .par_map(|b| {
             let mut q = vec![0.0; scene.joint.len()];
             range(b).map(move |row| {
                 for (v, column) in q.iter_mut().zip(scene.joint) {
@@ -96,18 +95,22 @@ fn points(model: &Model, scene: &Scene) -> Vec<Vector3<f64>> {
                 scene.chain.position(&q)
             })
         })
+        .into_iter()
+        .flatten()
         .collect();
     parts::displace_by_pose(scene, &model.effects, &mut points);
     let t_s = scene.trajectory.t_s();
     if !scene.clock.is_right() && rows > 1 {
         points = (0..blocks)
-            .into_par_iter()
-            .flat_map_iter(|b| range(b).map(|row| at_time(t_s, &points, scene.clock.at(t_s[row], t_s[0]))))
+            .par_map(|b| range(b).map(|row| at_time(t_s, &points, scene.clock.at(t_s[row], t_s[0]))))
+            .into_iter()
+            .flatten()
             .collect();
     }
     parts::displace_at_tcp(scene, &model.effects, &mut points);
     if let Some(frame) = &model.registration {
-        points.par_iter_mut().for_each(|p| *p = frame.rotation * *p + frame.translation.vector);
+        let place = |p: &mut Vector3<f64>| *p = frame.rotation * *p + frame.translation.vector;
+        parallel::change_pieces(&mut points, BLOCK, |_, piece| piece.iter_mut().for_each(place));
     }
     points
 }

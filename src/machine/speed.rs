@@ -3,9 +3,9 @@
 //! Method: derivative of the TCP's path by differences of second order over neighbouring samples (one-sided at the ends), then
 //! its length.
 
+use crate::numerics::parallel::ParMap;
 use crate::robot::Chain;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Samples that one thread takes at a time.
 const BLOCK: usize = 4096;
@@ -14,8 +14,7 @@ const BLOCK: usize = 4096;
 pub fn along(chain: &Chain, t_s: &[f64], q: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
     let n = t_s.len();
     let path: Vec<Vector3<f64>> = (0..n.div_ceil(BLOCK))
-        .into_par_iter()
-        .flat_map_iter(|b| {
+        .par_map(|b| {
             let mut joints = vec![0.0; chain.dof()];
             let q = &q;
             (b * BLOCK..((b + 1) * BLOCK).min(n)).map(move |i| {
@@ -25,6 +24,8 @@ pub fn along(chain: &Chain, t_s: &[f64], q: impl Fn(usize, usize) -> f64 + Sync)
                 chain.position(&joints)
             })
         })
+        .into_iter()
+        .flatten()
         .collect();
     let step = |i: usize| {
         let h = t_s[i + 1] - t_s[i];

@@ -20,10 +20,10 @@ use super::{grid::Grid, speed, turns};
 use crate::effects::{Between, Track, Turn};
 use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
+use crate::numerics::parallel::ParMap;
 use crate::program::Program;
 use crate::robot::{Chain, Robot};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use samples::{at_rest, carried, deadband, force, from_first, measured_torque, with_turning_points};
 use std::sync::OnceLock;
 
@@ -156,23 +156,17 @@ impl CommandTrajectory {
         let spaced_s: Vec<f64> =
             if settled_poses { (0..rows).map(|i| i as f64 * SETTLED_S).collect() } else { Vec::new() };
         let times = if settled_poses { &spaced_s } else { &t_s };
-        let axes = cmd
-            .par_iter()
-            .enumerate()
-            .map(|(axis, p)| {
-                let found = if settled_poses || at_rest(p) {
-                    Vec::new()
-                } else {
-                    turns::between_rows(times, p, deadband(axis))
-                };
-                let samples = match found.is_empty() {
-                    _ if at_rest(p) => Samples::Rest,
-                    true => Samples::Rows,
-                    false => with_turning_points(times, p, found),
-                };
-                Axis::new(robot, axis, samples, times, p, deadband(axis))
-            })
-            .collect();
+        let axes = (0..cmd.len()).par_map(|axis| {
+            let p = &cmd[axis];
+            let found =
+                if settled_poses || at_rest(p) { Vec::new() } else { turns::between_rows(times, p, deadband(axis)) };
+            let samples = match found.is_empty() {
+                _ if at_rest(p) => Samples::Rest,
+                true => Samples::Rows,
+                false => with_turning_points(times, p, found),
+            };
+            Axis::new(robot, axis, samples, times, p, deadband(axis))
+        });
         let between = if settled_poses { Between::Settled } else { Between::Smooth };
         Self { t_s, spaced_s, cmd, payload_kg, ..Self::with_axes(robot, between, axes) }
     }
@@ -200,13 +194,13 @@ impl CommandTrajectory {
         }
         let grid = Grid::new(t_s, rows as usize, rate_hz, at);
         let (axes, cmd): (Vec<Axis>, Vec<Vec<f64>>) = (0..robot.dof())
-            .into_par_iter()
-            .map(|axis| {
+            .par_map(|axis| {
                 let p = grid.interpolate(t_s, &program.q[axis]);
                 let rows: Vec<f64> = grid.keep.iter().map(|&i| p[i as usize]).collect();
                 let samples = if at_rest(&p) { Samples::Rest } else { Samples::Grid { p } };
                 (Axis::new(robot, axis, samples, &grid.t_s, &rows, deadband(robot, axis)), rows)
             })
+            .into_iter()
             .unzip();
         let times = grid.keep.iter().map(|&i| grid.t_s[i as usize]).collect();
         Ok(Self { t_s: times, cmd, grid: Some(grid), ..Self::with_axes(robot, Between::Straight, axes) })

@@ -55,10 +55,10 @@ pub mod recording;
 pub mod separate;
 pub mod sizes;
 
+use crate::numerics::parallel::{self, ParMap};
 use motions::Motion;
 use observe::Seen;
 use question::Set;
-use rayon::prelude::*;
 use reasons::With;
 use separate::{DesignScore, Experiment, NEEDED};
 use sizes::Scale;
@@ -117,17 +117,14 @@ pub fn axes_of(sets: &[Set], dof: usize) -> Vec<usize> {
 
 /// Judges every motion for the sets, and pairs of them where no single one is enough.
 pub fn separate(bench: &Experiment, library: Vec<Motion>, sets: &[Set]) -> Separation {
-    let mut singles: Vec<Judged> = library
-        .into_par_iter()
-        .map(|motion| {
-            let worth = bench.worth(&motion, sets);
-            Judged { motion, worth }
-        })
-        .collect();
+    let mut singles = parallel::of_each(library, |motion| {
+        let worth = bench.worth(&motion, sets);
+        Judged { motion, worth }
+    });
     singles.sort_by(|a, b| b.worth.evidence.total_cmp(&a.worth.evidence));
     // of motions that are enough, the one that leaves no effect outside the set near either
     let enough = singles.iter().take(LOOKED_AROUND).filter(|j| j.worth.evidence >= NEEDED).count();
-    singles[..enough].par_iter_mut().for_each(|j| j.worth.outside = bench.outside(&j.motion, sets));
+    parallel::change(&mut singles[..enough], |_, j| j.worth.outside = bench.outside(&j.motion, sets));
     singles[..enough].sort_by(|a, b| b.worth.whole().total_cmp(&a.worth.whole()));
     let best = singles.first().map_or(0.0, |j| j.worth.evidence);
     let mut answer = Separation { singles, pair: None, with: Vec::new() };
@@ -157,14 +154,11 @@ fn pair(bench: &Experiment, singles: &[Judged], sets: &[Set]) -> Option<Judged> 
     }
     let both: Vec<(usize, usize)> =
         few.iter().enumerate().flat_map(|(i, &a)| few[i + 1..].iter().map(move |&b| (a, b))).collect();
-    let all: Vec<Judged> = both
-        .into_par_iter()
-        .map(|(a, b)| {
-            let motion = separate::joined(&singles[a].motion, &singles[b].motion);
-            let worth = bench.worth(&motion, sets);
-            Judged { motion, worth }
-        })
-        .collect();
+    let all = both.par_map(|&(a, b)| {
+        let motion = separate::joined(&singles[a].motion, &singles[b].motion);
+        let worth = bench.worth(&motion, sets);
+        Judged { motion, worth }
+    });
     let enough = |j: &Judged| j.worth.evidence >= NEEDED;
     let runs = |j: &Judged| j.motion.rows.len() * if j.motion.two_payloads { 2 } else { 1 };
     all.into_iter().reduce(|a, b| {
@@ -203,14 +197,13 @@ pub fn observe(bench: &Experiment, library: Vec<Motion>, scale: &Scale) -> Vec<S
         let seen = observe::seen(bench, &motion, scale);
         Shown { motion, seen, worst: 0.0 }
     };
-    let mut all: Vec<Shown> = library.into_par_iter().map(show).collect();
+    let mut all: Vec<Shown> = parallel::of_each(library, show);
     let singles: Vec<Motion> = all.iter().map(|s| s.motion.clone()).collect();
     let both: Vec<(usize, usize)> =
         (0..singles.len()).flat_map(|i| (i + 1..singles.len()).map(move |j| (i, j))).collect();
     rank(&mut all);
     let single = all.first().map_or(0.0, |s| s.worst);
-    let mut pairs: Vec<Shown> =
-        both.into_par_iter().map(|(a, b)| show(separate::joined(&singles[a], &singles[b]))).collect();
+    let mut pairs: Vec<Shown> = both.par_map(|&(a, b)| show(separate::joined(&singles[a], &singles[b])));
     let known: Vec<Vec<f64>> = all.iter().map(|s| s.seen.iter().map(|x| x.ratio).collect()).collect();
     pairs.iter_mut().for_each(|p| p.worst = worst(p, &known, &all));
     // a pair is twice as long: it has to be worth more than the same motion twice

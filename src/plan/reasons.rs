@@ -63,7 +63,7 @@ pub struct With {
 
 /// The best of the motions `few` (indices) for every channel.
 pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[Set]) -> Vec<With> {
-    use rayon::prelude::*;
+    use crate::numerics::parallel::ParMap;
     let wide = with_reflectors(bench.model);
     CHANNELS
         .iter()
@@ -71,7 +71,7 @@ pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[S
         .filter_map(|channel| {
             let model = if channel.channels.reflectors { &wide } else { bench.model };
             let with = Experiment { model, channels: channel.channels, ..bench.clone() };
-            let all: Vec<(usize, DesignScore)> = few.par_iter().map(|&m| (m, with.worth(&motions[m], sets))).collect();
+            let all: Vec<(usize, DesignScore)> = few.par_map(|&m| (m, with.worth(&motions[m], sets)));
             let best = all.into_iter().reduce(|a, b| if b.1.evidence > a.1.evidence { b } else { a });
             best.map(|(motion, worth)| With { channel: *channel, motion, worth })
         })

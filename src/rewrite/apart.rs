@@ -3,7 +3,7 @@
 use crate::error::{Error, Place, Result, shown};
 use crate::io::journal::{self, Towards};
 use crate::io::links;
-use rayon::prelude::*;
+use crate::numerics::parallel::ParMap;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ impl Apart {
     /// Of `programs`, relative to `folder`, whose results go below `output`.
     pub(super) fn of(folder: &Path, programs: &[PathBuf], output: &Path, in_place: bool) -> Self {
         let both = |p: &PathBuf| (links::real(&folder.join(p)), links::real(&output.join(p)));
-        let both: Vec<_> = programs.par_iter().map(both).collect();
+        let both: Vec<_> = programs.par_map(both);
         let mut files: HashMap<PathBuf, (Option<PathBuf>, usize)> = HashMap::with_capacity(2 * both.len());
         for ((from, to), program) in both.into_iter().zip(programs) {
             if let Some(from) = from {

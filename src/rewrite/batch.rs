@@ -21,9 +21,9 @@ use crate::io::lock::{self, FolderLock, LOCK, Sharing};
 use crate::io::name::path_of;
 use crate::io::notice::{self, Notice};
 use crate::io::temporary;
+use crate::numerics::parallel::ParMap;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
-use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -257,7 +257,7 @@ pub fn run(
         done();
         line
     };
-    programs.par_iter().map(one).collect()
+    programs.par_map(one)
 }
 
 /// Programs that share a file with another one, and that file: which of them would be written last is not determined.

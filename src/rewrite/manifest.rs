@@ -12,8 +12,8 @@ use super::summary::{Line, Status};
 use crate::error::{BadInput, Error, Place, Result, shown};
 use crate::io::input;
 use crate::io::name::{path_of, text_of};
+use crate::numerics::parallel::ParMap;
 use crate::program::formats::{self, Recognised};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -61,7 +61,7 @@ pub enum State {
 pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
     let mut tree = batch::tree(root, Path::new(""), format)?;
     earlier::leave_out(root, &mut tree.programs, &tree.files);
-    let mut entries: Vec<Entry> = tree.programs.par_iter().map(|p| entry(root, p, format)).collect();
+    let mut entries: Vec<Entry> = tree.programs.par_map(|p| entry(root, p, format));
     entries.extend(tree.unreadable.iter().map(|(path, why)| {
         let key = path.strip_prefix(root).unwrap_or(path);
         unreadable(text_of(key), 0, why.clone())
@@ -84,7 +84,7 @@ pub fn of_list(name: &str, list: &str, root: &Path, format: Option<Recognised>) 
             paths.push(plain.ok_or_else(|| outside(name, k as u64 + 1, line))?);
         }
     }
-    let mut entries: Vec<Entry> = paths.par_iter().map(|p| entry(root, p, format)).collect();
+    let mut entries: Vec<Entry> = paths.par_map(|p| entry(root, p, format));
     entries.sort_by(|a, b| a.key.cmp(&b.key));
     if let Some(pair) = entries.windows(2).find(|p| p[0].key == p[1].key) {
         return Err(Error::bad(Place::file(name), format!("`{}` twice", pair[0].key), "each program once"));
@@ -209,7 +209,7 @@ pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
         let bad = || Error::bad(Place::file(shown(&path)), "content that differs from the manifest", "a new manifest");
         other.then(|| (e.key.clone(), Line::failed(shown(&path), &bad(), now)))
     };
-    entries.par_iter().filter_map(differs).collect()
+    entries.par_map(differs).into_iter().flatten().collect()
 }
 
 /// A line of a summary, as far as merging needs it.
@@ -357,7 +357,7 @@ impl Merged {
                 None => path().filter(|p| stands(entry, p)).map(|_| Status::Written),
             }
         };
-        let all: Vec<Option<Status>> = entries.par_iter().zip(&self.lines).map(status).collect();
+        let all = (0..entries.len().min(self.lines.len())).par_map(|k| status((&entries[k], &self.lines[k])));
         let mut counts = Counts { programs: entries.len(), ..Counts::default() };
         for status in all {
             let count = match status {

@@ -42,10 +42,10 @@ use crate::effects::{Effect, Nature, Stage};
 use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::model::Model;
+use crate::numerics::parallel::ParMap;
 use crate::program::{Moves, Program};
 use crate::robot::Robot;
 use path::Reference;
-use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// Seconds after a reversal within which its largest error is looked for, and before it (a step may come early).
@@ -148,7 +148,7 @@ fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) ->
                 let [before, after] = [Source::Program(&p.before), Source::Program(&p.after)];
                 part(model, [&before, &after], options, runs::Rows::share(p.length_m / total_m), p.anew)
             };
-            pairs.par_iter().map(one).collect::<Result<Vec<_>>>()?
+            pairs.par_map(one).into_iter().collect::<Result<Vec<_>>>()?
         }
     };
     if parts.is_empty() {

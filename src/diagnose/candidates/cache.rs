@@ -11,8 +11,8 @@ use crate::diagnose::candidates::screen::{Score, ScreeningContext, scored};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::problem::normal::gram;
 use crate::effects::{EffectInstance, Target};
+use crate::numerics::parallel::ParMap;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::mem::size_of;
 
 /// Largest memory for sensitivities; candidates beyond it are screened one by one, bytes.
@@ -83,13 +83,10 @@ impl ScreeningCache {
         let basis = ground.basis_rows();
         let residual = DVector::from_column_slice(&ground.residual);
         let width = count.div_ceil(PART);
-        let parts: Vec<(DMatrix<f64>, DVector<f64>)> = (0..width)
-            .into_par_iter()
-            .map(|k| {
-                let columns = self.columns.columns_range(k * PART..count.min((k + 1) * PART));
-                (&basis * columns, columns.tr_mul(&residual))
-            })
-            .collect();
+        let parts: Vec<(DMatrix<f64>, DVector<f64>)> = (0..width).par_map(|k| {
+            let columns = self.columns.columns_range(k * PART..count.min((k + 1) * PART));
+            (&basis * columns, columns.tr_mul(&residual))
+        });
         let at = |c: usize| (&parts[c / PART], c % PART);
         let score = |i: usize| {
             let own: Vec<usize> = (self.starts[i]..self.starts[i + 1]).collect();
@@ -100,7 +97,7 @@ impl ScreeningCache {
             let right = DVector::from_iterator(own.len(), own.iter().map(|&c| at(c).0.1[at(c).1]));
             scored(i, &self.normals[i], &inside, &right, candidates[i].positive)
         };
-        (0..candidates.len()).into_par_iter().map(score).collect()
+        (0..candidates.len()).par_map(score)
     }
 
     /// Replaces the present version by one that was computed before, where there is one with the effects that the joint
@@ -139,19 +136,16 @@ impl ScreeningCache {
         let old: Vec<(usize, bool)> =
             (0..candidates.len()).map(|i| (i, moved(i))).filter(|&(i, moved)| moved || !self.white[i]).collect();
         type Fresh = (Option<Vec<Vec<f32>>>, Vec<Vec<f64>>, DMatrix<f64>);
-        let fresh: Vec<Fresh> = old
-            .par_iter()
-            .map(|&(i, moved)| {
-                let mut columns = match moved {
-                    true => candidates[i].columns(ground.problem, ground.hypothesis, ground.state),
-                    false => self.raw[i].iter().map(|c| c.iter().map(|v| f64::from(*v)).collect()).collect(),
-                };
-                let raw = moved.then(|| columns.iter().map(|c| c.iter().map(|v| *v as f32).collect()).collect());
-                columns.iter_mut().for_each(|c| ground.whitening.apply(ground.problem, c));
-                let normal = gram(&columns);
-                (raw, columns, normal)
-            })
-            .collect();
+        let fresh: Vec<Fresh> = old.par_map(|&(i, moved)| {
+            let mut columns = match moved {
+                true => candidates[i].columns(ground.problem, ground.hypothesis, ground.state),
+                false => self.raw[i].iter().map(|c| c.iter().map(|v| f64::from(*v)).collect()).collect(),
+            };
+            let raw = moved.then(|| columns.iter().map(|c| c.iter().map(|v| *v as f32).collect()).collect());
+            columns.iter_mut().for_each(|c| ground.whitening.apply(ground.problem, c));
+            let normal = gram(&columns);
+            (raw, columns, normal)
+        });
         for ((i, _), (raw, columns, normal)) in old.into_iter().zip(fresh) {
             for (at, column) in (self.starts[i]..).zip(&columns) {
                 self.columns.column_mut(at).copy_from_slice(column);

@@ -9,8 +9,8 @@ use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::{dot, gram, orthonormal, project_off};
 use crate::numerics::normal_equations::pseudo_inverse;
+use crate::numerics::parallel::ParMap;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Whitened residual and orthonormal tangent of a fitted hypothesis.
 pub struct ScreeningContext<'a> {
@@ -115,7 +115,7 @@ impl<'a> ScreeningContext<'a> {
 
     /// Scores of all candidates, in their order.
     pub fn score_all(&self, candidates: &[Candidate]) -> Vec<Score> {
-        candidates.par_iter().enumerate().map(|(i, c)| self.score(i, c)).collect()
+        (0..candidates.len()).par_map(|i| self.score(i, &candidates[i]))
     }
 
     /// The whitened residual taken back through the filters: its scalar product with a raw sensitivity is the whitened one.

@@ -5,8 +5,8 @@ use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::{dot, products};
 use crate::diagnose::problem::normal::{orthonormal, project_off};
 use crate::effects::EffectInstance;
+use crate::numerics::parallel::{self, ParMap};
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Step of a parameter for its numerical derivative: small, as a frequency turns the phase at the end of a long log.
@@ -47,15 +47,10 @@ pub fn tangent(
     free: &[usize],
     whitening: &Whitening,
 ) -> Vec<Vec<f64>> {
-    let mut columns: Vec<Vec<f64>> = free
-        .par_iter()
-        .map(|&i| effect_columns(problem, h, state, i))
-        .collect::<Vec<_>>()
-        .into_iter()
-        .flatten()
-        .collect();
+    let mut columns: Vec<Vec<f64>> =
+        free.par_map(|&i| effect_columns(problem, h, state, i)).into_iter().flatten().collect();
     columns.extend(problem.nuisance_columns(h, state));
-    columns.par_iter_mut().for_each(|c| whitening.apply(problem, c));
+    parallel::change(&mut columns, |_, c| whitening.apply(problem, c));
     columns
 }
 
@@ -97,18 +92,15 @@ impl Sensitivities {
         whitening: &Whitening,
         stale: &[bool],
     ) {
-        let fresh: Vec<Option<Vec<Column>>> = (0..stale.len())
-            .into_par_iter()
-            .map(|k| {
-                let mut columns = match (stale[k], free.get(k)) {
-                    (false, _) => return None,
-                    (true, Some(&i)) => effect_columns(problem, h, state, i),
-                    (true, None) => problem.nuisance_columns(h, state),
-                };
-                columns.par_iter_mut().for_each(|c| whitening.apply(problem, c));
-                Some(columns.into_iter().map(Arc::new).collect())
-            })
-            .collect();
+        let fresh: Vec<Option<Vec<Column>>> = (0..stale.len()).par_map(|k| {
+            let mut columns = match (stale[k], free.get(k)) {
+                (false, _) => return None,
+                (true, Some(&i)) => effect_columns(problem, h, state, i),
+                (true, None) => problem.nuisance_columns(h, state),
+            };
+            parallel::change(&mut columns, |_, c| whitening.apply(problem, c));
+            Some(columns.into_iter().map(Arc::new).collect())
+        });
         // where a kept column stood in the normal matrix
         let mut stood: Vec<Option<usize>> = Vec::new();
         let mut at = 0;

@@ -12,9 +12,9 @@ use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
 use crate::effects::{BearingWobble, EffectInstance, Inputs, Site, Target, TransmissionError, bearing_wobble};
+use crate::numerics::fourier::{Complex, Fourier};
+use crate::numerics::parallel::ParMap;
 use crate::robot::JointKind;
-use rayon::prelude::*;
-use rustfft::{FftPlanner, num_complex::Complex};
 use std::f64::consts::TAU;
 
 /// Most cycles per revolution: a motor turn of a gear of 250 with eight poles, and more.
@@ -139,8 +139,7 @@ fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
 /// Candidates at the peaks of each joint's spectrum.
 pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
     (0..ground.problem.robot.dof())
-        .into_par_iter()
-        .map(|axis| {
+        .par_map(|axis| {
             let Some(g) = grid(ground, axis) else { return Vec::new() };
             let at = |power: &[f64]| -> Vec<f64> {
                 let places = peaks(power, g.fine.ceil() as usize).into_iter();
@@ -163,7 +162,6 @@ pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
             }
             found
         })
-        .collect::<Vec<Vec<Candidate>>>()
         .into_iter()
         .flatten()
         .collect()
@@ -205,7 +203,7 @@ pub fn wobbles(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
         let places = peaks(&power, g.fine.ceil() as usize).into_iter().take(1);
         places.map(|k| (power[k.round() as usize], axis, cycles(k))).filter(|p| p.0 > PROMISED).collect()
     };
-    let mut all: Vec<(f64, usize, f64)> = (0..problem.robot.dof()).into_par_iter().flat_map_iter(highest).collect();
+    let mut all: Vec<(f64, usize, f64)> = (0..problem.robot.dof()).par_map(highest).into_iter().flatten().collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     all.into_iter()
         .take(WOBBLES)
@@ -279,7 +277,7 @@ fn spectrum(
             *norm += per_variance * bins.iter().map(|(v, l)| l / noise.spectrum((frequency * v).min(2.5))).sum::<f64>();
         }
     }
-    FftPlanner::new().plan_fft_forward(grid.size).process(&mut sums);
+    Fourier::forward(grid.size).apply(&mut sums);
     sums[grid.from..grid.to].iter().zip(&norms).map(|(s, n)| if *n > 0.0 { s.norm_sqr() / n } else { 0.0 }).collect()
 }
 
@@ -350,14 +348,14 @@ pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
     let noise = &ground.whitening.noise[g_index(ground, g)];
     let values = &back[g.range()];
     let mut power = vec![0.0; size / 2];
-    let fft = FftPlanner::new().plan_fft_forward(size);
+    let fourier = Fourier::forward(size);
     for c in 0..g.dims {
         let mut buffer = vec![Complex::new(0.0, 0.0); size];
         for b in 0..n {
             let slot = ((t[g.middle(b)] - t[0]) / step_s).round() as usize;
             buffer[slot.min(size - 1)].re += values[c * n + b];
         }
-        fft.process(&mut buffer);
+        fourier.apply(&mut buffer);
         for (p, v) in power.iter_mut().zip(&buffer) {
             *p += v.norm_sqr();
         }

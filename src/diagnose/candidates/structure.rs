@@ -16,8 +16,8 @@ use crate::diagnose::problem::normal::dot;
 use crate::effects::Track;
 use crate::machine::CommandTrajectory;
 use crate::numerics::fisher;
+use crate::numerics::parallel::{self, ParMap};
 use nalgebra::{DMatrix, DVector, Vector3};
-use rayon::prelude::*;
 
 /// Observations per basis function, at least.
 const PER_FUNCTION: usize = 25;
@@ -34,18 +34,18 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
     let splines = (per_joint / 2).clamp(3, MOST_SPLINES);
     let odd = (splines / 2).max(2);
     let mut groups: Vec<BasisGroup> =
-        moving.par_iter().flat_map_iter(|&axis| groups_of_joint(problem, state, axis, splines, odd)).collect();
+        moving.par_map(|&axis| groups_of_joint(problem, state, axis, splines, odd)).into_iter().flatten().collect();
     groups.extend(held::groups(problem, state));
     if let Some((_, length)) = candidates::clock(problem) {
         if room > 40 * moving.len() {
-            groups.extend(moving.par_iter().map(|&axis| slip_group(problem, state, axis)).collect::<Vec<_>>());
+            groups.extend(moving.par_map(|&axis| slip_group(problem, state, axis)));
         }
         let functions = ((length / 8.0) as usize).clamp(4, 14).min((room / 8).max(2));
         groups.push(time_group(problem, functions));
     }
     let linear: Vec<&Candidate> = list.iter().filter(|c| c.depends_on_pose()).collect();
     if linear.len() * PER_FUNCTION < problem.n {
-        let columns = linear.par_iter().flat_map_iter(|c| c.columns(problem, h, state)).collect();
+        let columns = linear.par_map(|c| c.columns(problem, h, state)).into_iter().flatten().collect();
         groups.push(BasisGroup { axis: None, aspect: Aspect::Geometry, columns });
     }
     groups
@@ -231,8 +231,8 @@ pub struct Tested {
 pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
     let raw: Vec<&Vec<f64>> = groups.iter().flat_map(|b| &b.columns).collect();
     let mut columns: Vec<Vec<f64>> = raw.iter().map(|c| (*c).clone()).collect();
-    let chunk = columns.len().div_ceil(2 * rayon::current_num_threads()).max(1);
-    columns.par_chunks_mut(chunk).for_each(|part| {
+    let size = columns.len().div_ceil(2 * parallel::threads());
+    parallel::change_pieces(&mut columns, size, |_, part| {
         let before = ground.project(part);
         for (c, before) in part.iter_mut().zip(before) {
             // what the tangent swallows is rounding
@@ -242,8 +242,7 @@ pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
         }
     });
     let normal = product(&columns);
-    let right =
-        DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
+    let right = DVector::from_iterator(columns.len(), columns.par_map(|c| dot(c, &ground.residual)));
     let n = ground.residual.len() as f64;
     let rss = dot(&ground.residual, &ground.residual);
     let ratio = |gain: f64, dof: usize, axis, aspect| {
@@ -282,24 +281,22 @@ fn product(columns: &[Vec<f64>]) -> DMatrix<f64> {
     const PIECE: usize = 1024;
     const PANEL: usize = 48;
     let pieces: Vec<usize> = (0..n).step_by(PIECE).collect();
-    let parts: Vec<DMatrix<f64>> = pieces
-        .par_chunks(pieces.len().div_ceil(4).max(1))
-        .map(|starts| {
-            let mut sum = DMatrix::zeros(k, k);
-            for &s in starts {
-                let e = (s + PIECE).min(n);
-                // both ways round: the library multiplies by blocks only without a transpose
-                let a = DMatrix::from_fn(e - s, k, |i, j| columns[j][s + i]);
-                let t = a.transpose();
-                for from in (0..k).step_by(PANEL) {
-                    let width = PANEL.min(k - from);
-                    let below = t.rows_range(from..);
-                    sum.view_mut((from, from), (k - from, width)).gemm(1.0, &below, &a.columns(from, width), 1.0);
-                }
+    let quarters: Vec<&[usize]> = pieces.chunks(pieces.len().div_ceil(4).max(1)).collect();
+    let parts: Vec<DMatrix<f64>> = quarters.par_map(|starts| {
+        let mut sum = DMatrix::zeros(k, k);
+        for &s in *starts {
+            let e = (s + PIECE).min(n);
+            // both ways round: the library multiplies by blocks only without a transpose
+            let a = DMatrix::from_fn(e - s, k, |i, j| columns[j][s + i]);
+            let t = a.transpose();
+            for from in (0..k).step_by(PANEL) {
+                let width = PANEL.min(k - from);
+                let below = t.rows_range(from..);
+                sum.view_mut((from, from), (k - from, width)).gemm(1.0, &below, &a.columns(from, width), 1.0);
             }
-            sum
-        })
-        .collect();
+        }
+        sum
+    });
     let mut whole = parts.into_iter().fold(DMatrix::zeros(k, k), |a, b| a + b);
     whole.fill_upper_triangle_with_lower_triangle();
     whole

@@ -3,7 +3,7 @@
 use crate::diagnose::noise::{self, Noise, Whitener};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
-use rayon::prelude::*;
+use crate::numerics::parallel::ParMap;
 
 /// Least noise of an encoder, rad or m: between its rows a model of the servo is no better.
 const LEAST_MOTOR_SIGMA: f64 = 1e-6;
@@ -43,22 +43,18 @@ impl Whitening {
 
     fn estimated(problem: &Problem, residual: &[f64], fitted: usize, slowest: f64) -> (Self, f64) {
         let share = fitted as f64 / problem.n.max(1) as f64;
-        let found: Vec<(Noise, f64)> = problem
-            .groups
-            .par_iter()
-            .map(|g| {
-                let (mut noise, mut two_ln_l) =
-                    noise::estimate(g, &residual[g.range()], share * g.range().len() as f64, slowest);
-                // reflectors of one pose err together
-                let together = inflation(problem, g.log, residual);
-                noise.sigma *= together.sqrt();
-                two_ln_l /= together;
-                if matches!(g.sensor, Sensor::Motor(_)) {
-                    noise.sigma = noise.sigma.max(LEAST_MOTOR_SIGMA);
-                }
-                (noise, two_ln_l)
-            })
-            .collect();
+        let found: Vec<(Noise, f64)> = problem.groups.par_map(|g| {
+            let (mut noise, mut two_ln_l) =
+                noise::estimate(g, &residual[g.range()], share * g.range().len() as f64, slowest);
+            // reflectors of one pose err together
+            let together = inflation(problem, g.log, residual);
+            noise.sigma *= together.sqrt();
+            two_ln_l /= together;
+            if matches!(g.sensor, Sensor::Motor(_)) {
+                noise.sigma = noise.sigma.max(LEAST_MOTOR_SIGMA);
+            }
+            (noise, two_ln_l)
+        });
         let two_ln_l = found.iter().map(|f| f.1).sum();
         (Self::new(problem, found.into_iter().map(|f| f.0).collect()), two_ln_l)
     }

@@ -17,9 +17,9 @@ use crate::diagnose::problem::reading::Reading;
 use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
 use crate::machine::{self, CommandTrajectory, parts, parts::Scene};
+use crate::numerics::parallel::{self, ParMap};
 use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Vector3};
-use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
 /// Rows that one thread takes at a time.
@@ -322,9 +322,7 @@ impl Problem {
             })
             .collect();
         let gear: Vec<Arc<Vec<f64>>> = (0..dof)
-            .into_par_iter()
-            .map(|a| Arc::new(log.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.initial_gap_side[a])))
-            .collect();
+            .par_map(|a| Arc::new(log.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.initial_gap_side[a])));
         let mut joint = gear.clone();
         for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
             if let Some(axis) = p.axis() {
@@ -392,7 +390,7 @@ fn behind_encoder(mut effects: Vec<&Effect>, driven: bool) -> Vec<&Effect> {
 fn along(chain: &Chain, joint: &[Arc<Vec<f64>>], rows: usize) -> Vec<Vector3<f64>> {
     let mut points = vec![Vector3::zeros(); rows];
     let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
-    points.par_chunks_mut(CHUNK).enumerate().for_each(|(k, points)| chain.positions(&columns, k * CHUNK, points));
+    parallel::change_pieces(&mut points, CHUNK, |k, points| chain.positions(&columns, k * CHUNK, points));
     points
 }
 

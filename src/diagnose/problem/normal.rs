@@ -1,7 +1,7 @@
 //! Scalar products of long columns, normal matrices and their inverses, in an order that depends on nothing but the columns.
 
+use crate::numerics::parallel::ParMap;
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 /// Normal matrix of columns.
 pub fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
@@ -12,8 +12,7 @@ pub fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
 /// Scalar products of all pairs of columns that are `wanted` (the second not after the first), both ways round; 0 elsewhere.
 pub(in crate::diagnose) fn products(columns: &[&[f64]], wanted: impl Fn(usize, usize) -> bool + Sync) -> DMatrix<f64> {
     let one = |i: usize, j: usize| if wanted(i, j) { dot(columns[i], columns[j]) } else { 0.0 };
-    let rows: Vec<Vec<f64>> =
-        (0..columns.len()).into_par_iter().map(|i| (0..=i).map(|j| one(i, j)).collect()).collect();
+    let rows: Vec<Vec<f64>> = (0..columns.len()).par_map(|i| (0..=i).map(|j| one(i, j)).collect());
     DMatrix::from_fn(columns.len(), columns.len(), |i, j| if j <= i { rows[i][j] } else { rows[j][i] })
 }
 

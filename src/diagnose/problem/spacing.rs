@@ -5,7 +5,7 @@
 //! thousands of poses take no sine per wave.
 
 use crate::diagnose::problem::forward::Problem;
-use rustfft::num_complex::Complex;
+use crate::numerics::fourier::Complex;
 use std::f64::consts::TAU;
 
 /// Cycles over the travel at most that poses are looked at for.

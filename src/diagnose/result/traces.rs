@@ -15,9 +15,9 @@ use crate::diagnose::result::document;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::verdict;
 use crate::effects::{AfterReversal, Track, catalogue};
+use crate::numerics::parallel::ParMap;
 use crate::numerics::robust::quantile_of_sorted;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Everything that is drawn.
 #[derive(Debug, Clone)]
@@ -98,19 +98,14 @@ pub fn of(outcome: &Outcome) -> Traces {
     let p = &outcome.problem;
     let points = p.groups.iter().any(|g| g.sensor.is_length());
     let order: Vec<usize> = document::told_in_order(outcome).into_iter().map(|k| outcome.fit.free[k]).collect();
-    let moved: Vec<(usize, Vec<f64>)> = order
-        .into_par_iter()
-        .map(|i| {
-            let placed = &outcome.fit.hypothesis.effects[i];
-            let moved =
-                p.difference(&outcome.fit.hypothesis, &outcome.fit.state, std::slice::from_ref(placed), &[], 1.0);
-            (i, moved)
-        })
-        .collect();
+    let moved: Vec<(usize, Vec<f64>)> = order.par_map(|&i| {
+        let placed = &outcome.fit.hypothesis.effects[i];
+        let moved = p.difference(&outcome.fit.hypothesis, &outcome.fit.state, std::slice::from_ref(placed), &[], 1.0);
+        (i, moved)
+    });
     let logs = (0..p.logs.len()).map(|l| log_trace(outcome, l, points, &moved)).collect();
     let joints = (0..p.robot.dof())
-        .into_par_iter()
-        .filter_map(|a| {
+        .par_map(|a| {
             let own: Vec<&Vec<f64>> = moved
                 .iter()
                 .filter(|(i, _)| outcome.fit.hypothesis.effects[*i].axis() == Some(a))
@@ -118,6 +113,8 @@ pub fn of(outcome: &Outcome) -> Traces {
                 .collect();
             joint_trace(outcome, a, &own)
         })
+        .into_iter()
+        .flatten()
         .collect();
     Traces { points, logs, joints, hidden: hidden(outcome) }
 }
@@ -263,25 +260,22 @@ fn medians(samples: &[[f64; 3]], lo: f64, hi: f64) -> Way {
 /// Blind spots with what their detectable size moves, then the found effects of the same kinds.
 fn hidden(outcome: &Outcome) -> Vec<Hidden> {
     let p = &outcome.problem;
-    let mut all: Vec<Hidden> = verdict::blind_spots(outcome)
-        .par_iter()
-        .map(|spot| {
-            let c: &Candidate = spot.candidate;
-            let Some(size) = &spot.size else {
-                let target = c.target.clone();
-                return Hidden { effect: c.effect, target, found: false, sizes: Vec::new(), moves: None };
-            };
-            let mut sizes = Vec::new();
-            for placed in c.at(size) {
-                let keys = placed.keys(&p.robot).into_iter().zip(placed.effect.values());
-                sizes.extend(keys.map(|((key, factor), v)| (key, (v * factor).abs())));
-            }
-            // the coordinates of a vector count one by one: one of them alone would be seen
-            let columns = c.columns(p, &outcome.fit.hypothesis, &outcome.fit.state);
-            let moves = columns.iter().zip(size).map(|(v, s)| rms(p, v) * s.abs()).fold(0.0, f64::max);
-            Hidden { effect: c.effect, target: c.target.clone(), found: false, sizes, moves: Some(moves) }
-        })
-        .collect();
+    let mut all: Vec<Hidden> = verdict::blind_spots(outcome).par_map(|spot| {
+        let c: &Candidate = spot.candidate;
+        let Some(size) = &spot.size else {
+            let target = c.target.clone();
+            return Hidden { effect: c.effect, target, found: false, sizes: Vec::new(), moves: None };
+        };
+        let mut sizes = Vec::new();
+        for placed in c.at(size) {
+            let keys = placed.keys(&p.robot).into_iter().zip(placed.effect.values());
+            sizes.extend(keys.map(|((key, factor), v)| (key, (v * factor).abs())));
+        }
+        // the coordinates of a vector count one by one: one of them alone would be seen
+        let columns = c.columns(p, &outcome.fit.hypothesis, &outcome.fit.state);
+        let moves = columns.iter().zip(size).map(|(v, s)| rms(p, v) * s.abs()).fold(0.0, f64::max);
+        Hidden { effect: c.effect, target: c.target.clone(), found: false, sizes, moves: Some(moves) }
+    });
     for (effect, target, _) in document::of_unseen_joints(outcome) {
         if !all.iter().any(|h| h.effect == effect && h.target == target) {
             all.push(Hidden { effect, target, found: false, sizes: Vec::new(), moves: None });

@@ -13,8 +13,8 @@ use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::numerics::fisher;
 use crate::numerics::normal_equations::pseudo_inverse;
+use crate::numerics::parallel::ParMap;
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// Another size of a known effect is a contradiction where it leaves less than this part of the gap, rms.
 const OTHER_SIZE: f64 = 0.8;
@@ -124,7 +124,7 @@ fn sizes(problem: &Problem, fit: &Fit, known: usize) -> Option<Contradiction> {
         fit::refit(problem, &fit.hypothesis, &free, &white)
     };
     let left = |f: &Fit| rms(problem, &f.state.residual);
-    let others: Vec<Fit> = (0..known).into_par_iter().map(refitted).collect();
+    let others: Vec<Fit> = (0..known).par_map(refitted);
     let (i, best) = others.iter().enumerate().min_by(|a, b| left(a.1).total_cmp(&left(b.1)))?;
     let (before, after) = (left(fit), left(best));
     if after >= OTHER_SIZE * before {

@@ -16,8 +16,8 @@ use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry::PRIOR;
 use crate::effects::{Backlash, Effect, EffectInstance, Target};
+use crate::numerics::parallel::ParMap;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Standard deviation of the coefficients of the smooth nuisance, rad (m for a prismatic joint).
 const RIDGE: f64 = 0.3e-3;
@@ -130,8 +130,7 @@ fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
         forms.extend(moving[i..].iter().map(|&b| (a, Some(b))));
     }
     (0..dof)
-        .into_par_iter()
-        .flat_map_iter(|axis| {
+        .par_map(|axis| {
             let column = |value: &dyn Fn(usize, usize) -> f64| {
                 let mut out = vec![0.0; problem.n];
                 for l in 0..problem.logs.len() {
@@ -151,6 +150,8 @@ fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
             }));
             columns
         })
+        .into_iter()
+        .flatten()
         .collect()
 }
 

@@ -11,7 +11,7 @@ use crate::diagnose::search::doubt::{BETTER, mark};
 use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::effects::{Backlash, EffectInstance, Hysteresis, MaxwellSlip, Target, hysteresis};
-use rayon::prelude::*;
+use crate::numerics::parallel::of_each;
 
 /// The elements of a lost motion: half width and presliding travel, rad or m; `None` for any other effect.
 fn elements_of(placed: &EffectInstance) -> Option<Vec<[f64; 2]>> {
@@ -71,8 +71,7 @@ impl Search<'_> {
             let elements = own.iter().filter_map(|&k| elements_of(&of(&fit, k))).flatten().collect();
             let worth = |f: &Fit| f.cost + self.price * values(f) as f64;
             let tried = starts(target, elements);
-            let tried: Vec<Fit> =
-                tried.into_par_iter().map(|one| self.in_place_of_all(&fit, &own, one, whitening)).collect();
+            let tried: Vec<Fit> = of_each(tried, |one| self.in_place_of_all(&fit, &own, one, whitening));
             let sound = |f: &Fit| f.hypothesis.effects.last().is_some_and(|e| rising(&e.effect));
             let Some(next) = tried.into_iter().filter(sound).min_by(|a, b| worth(a).total_cmp(&worth(b))) else {
                 return fit;

@@ -25,9 +25,9 @@ use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::effects::{EffectInstance, Family, Stage, catalogue};
 use crate::numerics::fisher;
+use crate::numerics::parallel::{self, ParMap};
 use crate::numerics::robust::median;
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// How far a made arm may be off its drawing, rad or m.
 pub const PRIOR: f64 = 3e-3;
@@ -109,15 +109,12 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
     };
     let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let mut left: Vec<Projected> = pool
-        .par_iter()
-        .filter(|c| !taken(c))
-        .map(|c| {
-            let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
-            let before = ground.project(&mut columns);
-            (*c, columns, before)
-        })
-        .collect();
+    let free: Vec<&Candidate> = pool.iter().copied().filter(|c| !taken(c)).collect();
+    let mut left: Vec<Projected> = free.par_map(|c| {
+        let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
+        let before = ground.project(&mut columns);
+        (*c, columns, before)
+    });
     let tried = left.len() as f64;
     let mut residual = ground.residual.clone();
     let mut chosen: Vec<(&Candidate, Vec<Vec<f64>>)> = Vec::new();
@@ -153,7 +150,7 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
         };
         let (c, columns, _) = left.remove(i);
         project_off(&basis, &mut residual);
-        left.par_iter_mut().for_each(|l| l.1.iter_mut().for_each(|c| project_off(&basis, c)));
+        parallel::change(&mut left, |_, l| l.1.iter_mut().for_each(|c| project_off(&basis, c)));
         chosen.push((c, columns));
     }
     // they start at zero: the refit is nearly linear

@@ -83,7 +83,7 @@ use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::prepared::Prepared;
 use crate::effects::{Backlash, EffectInstance, TrackerFrame, backlash, catalogue};
 use crate::numerics::fisher;
-use rayon::prelude::*;
+use crate::numerics::parallel;
 
 /// The plain gap, which some effects include.
 const PLAIN: &str = backlash::INFO.name;
@@ -260,22 +260,19 @@ impl Search<'_> {
         }
         let aim = asked.aim.unwrap_or(base.cost - best);
         let trials = self.trials(&scored, (best, promised), asked);
-        let mut refined: Vec<Refined> = trials
-            .into_par_iter()
-            .map(|(effect, target, placed)| {
-                let mut h = base.hypothesis.clone();
-                let mut free = base.free.clone();
-                let bounds: Vec<EffectInstance> = placed.iter().map(|q| fit::inside(q, p)).collect();
-                for q in bounds {
-                    free.push(h.effects.len());
-                    h.effects.push(q);
-                }
-                let fit = fit::refit_near(p, &h, &free, whitening, &sensitivities, aim);
-                let placed: Vec<EffectInstance> = fit.hypothesis.effects[base.hypothesis.effects.len()..].to_vec();
-                let parameters = placed.iter().map(|q| q.effect.values().len()).sum();
-                Refined { effect, target, gain: base.cost - fit.cost, parameters, placed, fit }
-            })
-            .collect();
+        let mut refined: Vec<Refined> = parallel::of_each(trials, |(effect, target, placed)| {
+            let mut h = base.hypothesis.clone();
+            let mut free = base.free.clone();
+            let bounds: Vec<EffectInstance> = placed.iter().map(|q| fit::inside(q, p)).collect();
+            for q in bounds {
+                free.push(h.effects.len());
+                h.effects.push(q);
+            }
+            let fit = fit::refit_near(p, &h, &free, whitening, &sensitivities, aim);
+            let placed: Vec<EffectInstance> = fit.hypothesis.effects[base.hypothesis.effects.len()..].to_vec();
+            let parameters = placed.iter().map(|q| q.effect.values().len()).sum();
+            Refined { effect, target, gain: base.cost - fit.cost, parameters, placed, fit }
+        });
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
         refined.retain(|r| r.placed.iter().all(|q| spectrum::is_seen(p, q) && is_seen_as_step(p, r, q)));

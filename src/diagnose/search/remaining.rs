@@ -9,10 +9,10 @@ use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::finding::Next;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::freed;
+use crate::numerics::parallel::ParMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 /// Chance of a structure ratio below which structure remains.
 const STRUCTURED: f64 = 1e-5;
@@ -77,7 +77,7 @@ fn is_slow_noise(problem: &Problem, first: &Tested, fit: &Fit, groups: &[BasisGr
         let white = Whitening::white(problem, &without.state.residual);
         freed::first_noise(problem, &without, &white, groups).1.whole.gain
     };
-    let gains: Vec<f64> = (0..DRAWS).into_par_iter().map(drawn).collect();
+    let gains: Vec<f64> = (0..DRAWS as usize).par_map(|k| drawn(k as u64));
     let mean = gains.iter().sum::<f64>() / gains.len() as f64;
     let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (gains.len() - 1) as f64;
     first.whole.gain < mean + EXCEEDS * variance.sqrt()

@@ -14,9 +14,9 @@ use crate::diagnose::problem::layout::Group;
 use crate::diagnose::problem::normal::dot;
 use crate::diagnose::search::fit::Fit;
 use crate::numerics::normal::Z95;
+use crate::numerics::parallel::ParMap;
 use crate::numerics::{chi_squared, student};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Parts of every log at most, and at least.
 const PARTS: usize = 24;
@@ -59,7 +59,7 @@ fn scores(problem: &Problem, fit: &Fit, s: &Sensitivities, whitening: &Whitening
             (0..parts).map(move |k| (g, k * n / parts, (k + 1) * n / parts))
         })
         .collect();
-    cuts.into_par_iter().map(|(g, from, to)| (g.log, score(&columns, &white, g, (from, to)))).collect()
+    cuts.par_map(|&(g, from, to)| (g.log, score(&columns, &white, g, (from, to))))
 }
 
 /// Variance of each value by the scatter of clusters, and how many clusters tell of it.

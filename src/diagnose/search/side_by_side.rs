@@ -15,7 +15,7 @@ use crate::diagnose::search::doubt::{BETTER, mark};
 use crate::diagnose::search::finding::{Refined, Step, WITHIN};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::effects::{Backlash, EffectInstance, Hysteresis, Target};
-use rayon::prelude::*;
+use crate::numerics::parallel::of_each;
 
 /// Shares of the hysteresis that the gap of its own joint has at the start, where the joints move the reading alike,
 const SHARES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -184,14 +184,11 @@ impl Search<'_> {
     /// The best refit of several starts.
     fn best_of(&self, starts: Vec<Hypothesis>, whitening: &Whitening) -> Option<Fit> {
         let p = self.problem;
-        let refitted: Vec<Fit> = starts
-            .into_par_iter()
-            .map(|mut h| {
-                h.effects.iter_mut().skip(self.known).for_each(|e| *e = fit::inside(e, p));
-                let free: Vec<usize> = (self.known..h.effects.len()).collect();
-                fit::refit(p, &h, &free, whitening)
-            })
-            .collect();
+        let refitted = of_each(starts, |mut h| {
+            h.effects.iter_mut().skip(self.known).for_each(|e| *e = fit::inside(e, p));
+            let free: Vec<usize> = (self.known..h.effects.len()).collect();
+            fit::refit(p, &h, &free, whitening)
+        });
         refitted.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 }

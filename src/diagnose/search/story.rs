@@ -16,8 +16,8 @@ use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::effects::EffectInstance;
 use crate::numerics::normal_equations::pseudo_inverse;
+use crate::numerics::parallel::ParMap;
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
@@ -49,9 +49,8 @@ pub fn nested_fits(
     let even = (problem.recording() == Recording::JointSensors).then(|| alike(problem));
     let whitening = even.as_ref().unwrap_or(whitening);
     let all = &last.hypothesis.effects;
-    let (fits, mut nested_fits): (Vec<Fit>, Vec<NestedFit>) = (0..=order.len())
-        .into_par_iter()
-        .map(|count| {
+    let (fits, mut nested_fits): (Vec<Fit>, Vec<NestedFit>) = (0..order.len() + 1)
+        .par_map(|count| {
             let mut effects = all[..known].to_vec();
             effects.extend(order[..count].iter().map(|&i| all[i].clone()));
             let h = Hypothesis { effects, ..last.hypothesis.clone() };
@@ -61,9 +60,9 @@ pub fn nested_fits(
             let held_out = held_out(problem, &fit, whitening);
             (fit, NestedFit { rms: left, held_out, predicted: left })
         })
+        .into_iter()
         .unzip();
-    let promised: Vec<f64> =
-        order.par_iter().zip(&fits).map(|(&i, before)| promised(problem, before, &all[i], whitening)).collect();
+    let promised: Vec<f64> = (0..order.len()).par_map(|k| promised(problem, &fits[k], &all[order[k]], whitening));
     for (nested_fit, predicted) in nested_fits.iter_mut().skip(1).zip(promised) {
         nested_fit.predicted = predicted;
     }

@@ -82,7 +82,7 @@ pub(super) fn joint(
     }
     let mut warp = Warp::default();
     for round in 0..ROUNDS {
-        let edges: Vec<Option<Edge>> = crossings.par_iter().map(|c| c.size(stretches[c.stretch], &warp)).collect();
+        let edges: Vec<Option<Edge>> = crossings.par_map(|c| c.size(stretches[c.stretch], &warp));
         out.take(&crossings, &edges, stretches, logs);
         if out.deadzones.is_empty() {
             return Err(NoDeadzone::of(&out, kind, stretches));

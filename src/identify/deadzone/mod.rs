@@ -36,6 +36,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap};
 use crate::log::Log;
 use crate::numerics::normal::Z95;
+use crate::numerics::parallel::ParMap;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use crate::numerics::student;
 use crate::robot::{JointKind, Robot};
@@ -44,7 +45,6 @@ use joint::{joint, joint_gap, point};
 use map::{Map, Sized};
 use motion::{Motions, Stretch};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use std::collections::HashSet;
 use words::NoDeadzone;
 

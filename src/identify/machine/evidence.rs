@@ -20,9 +20,9 @@ use super::problem::{Part, Problem};
 use super::solve;
 use crate::numerics::normal::Z95;
 use crate::numerics::normal_equations::scaled_inverse;
+use crate::numerics::parallel::ParMap;
 use crate::numerics::student;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Length of the blocks whose scores count as one, bins.
@@ -74,7 +74,7 @@ pub struct Reversal {
 /// The covariance, and the same without what logs disagree in.
 pub fn covariances(problem: &Problem) -> Option<[DMatrix<f64>; 2]> {
     let inverse = inverse(&problem.normal().hessian)?;
-    let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
+    let parts: Vec<Part> = (0..problem.logs.len()).par_map(|l| problem.part(l));
     Some(sandwich(problem, &parts, &inverse))
 }
 
@@ -82,10 +82,9 @@ pub fn covariances(problem: &Problem) -> Option<[DMatrix<f64>; 2]> {
 pub fn evaluate(problem: &Problem) -> Option<Evidence> {
     let hessian = problem.normal().hessian;
     let inverse = inverse(&hessian)?;
-    let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
+    let parts: Vec<Part> = (0..problem.logs.len()).par_map(|l| problem.part(l));
     let [covariance, within] = sandwich(problem, &parts, &inverse);
-    let all: Vec<Vec<Reversal>> =
-        (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], Some(&hessian))).collect();
+    let all: Vec<Vec<Reversal>> = (0..parts.len()).par_map(|l| of_log(problem, l, &parts[l], Some(&hessian)));
     Some(Evidence { covariance, within, reversals: all.into_iter().flatten().collect() })
 }
 

@@ -12,9 +12,9 @@
 use super::bins::BinnedLog;
 use crate::machine::gravity::Gravity;
 use crate::machine::measurement::Instrument;
+use crate::numerics::parallel::ParMap;
 use crate::robot::{JointKind, Robot};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Standard deviations of the priors; SI.
 const FRAME_M: f64 = 5e-3;
@@ -253,5 +253,5 @@ pub fn of_ripples(log: &BinnedLog, ripples: &[Ripple], first: usize) -> Vec<Colu
 
 /// Columns of all logs.
 pub fn of_logs(logs: &[BinnedLog], robot: &Robot, ripples: &[Ripple]) -> Vec<Vec<Column>> {
-    logs.par_iter().enumerate().map(|(l, log)| columns(log, l, robot, ripples)).collect()
+    (0..logs.len()).par_map(|l| columns(&logs[l], l, robot, ripples))
 }

@@ -9,9 +9,9 @@ use super::law::{FRICTION, JointLaw, Response, SPIKES, WINDUPS};
 use super::noise::Noise;
 use super::nuisance::{self, Column, Name, Ripple};
 use super::spline::Spline;
+use crate::numerics::parallel::ParMap;
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector, Vector3};
-use rayon::prelude::*;
 
 /// Standard deviation of a correction by a run, as a share of the joint's lost motion.
 pub const SHARE: f64 = 0.05;
@@ -236,18 +236,15 @@ impl<'a> Problem<'a> {
 
     /// Whitens all nuisance columns by the present noise.
     pub fn whiten_columns(&mut self) {
-        let white: Vec<(DMatrix<f64>, DMatrix<f64>)> = (0..self.logs.len())
-            .into_par_iter()
-            .map(|l| {
-                let (n, c) = (self.logs[l].len(), &self.columns[l]);
-                let mut m = DMatrix::zeros(3 * n, c.values.len());
-                for (k, values) in c.values.iter().enumerate() {
-                    self.whiten(l, values, m.column_mut(k).as_mut_slice());
-                }
-                let products = m.transpose() * &m;
-                (m, products)
-            })
-            .collect();
+        let white: Vec<(DMatrix<f64>, DMatrix<f64>)> = (0..self.logs.len()).par_map(|l| {
+            let (n, c) = (self.logs[l].len(), &self.columns[l]);
+            let mut m = DMatrix::zeros(3 * n, c.values.len());
+            for (k, values) in c.values.iter().enumerate() {
+                self.whiten(l, values, m.column_mut(k).as_mut_slice());
+            }
+            let products = m.transpose() * &m;
+            (m, products)
+        });
         for (c, (white, products)) in self.columns.iter_mut().zip(white) {
             c.white = white;
             c.products = products;
@@ -341,10 +338,8 @@ impl<'a> Problem<'a> {
 
     /// Whitened cost at the present estimate, priors included.
     pub fn cost(&self) -> f64 {
-        let costs: Vec<f64> = (0..self.logs.len())
-            .into_par_iter()
-            .map(|l| self.white_residual(l, &self.responses(l, false)).norm_squared())
-            .collect();
+        let costs: Vec<f64> =
+            (0..self.logs.len()).par_map(|l| self.white_residual(l, &self.responses(l, false)).norm_squared());
         let (prior, by) = self.prior();
         let v = self.values();
         let d = &v - &by;
@@ -356,27 +351,24 @@ impl<'a> Problem<'a> {
         let n = self.len();
         // columns, products, right-hand side and cost of each log
         type Part = (Vec<usize>, DMatrix<f64>, DVector<f64>, f64);
-        let parts: Vec<Part> = (0..self.logs.len())
-            .into_par_iter()
-            .map(|l| {
-                let p = self.lost_part(l);
-                let c = &self.columns[l];
-                let (lost, own) = (p.design.ncols(), c.index.len());
-                let mut h = DMatrix::zeros(lost + own, lost + own);
-                let transposed = p.design.transpose();
-                let mixed = &transposed * &c.white;
-                h.view_mut((0, 0), (lost, lost)).copy_from(&(&transposed * &p.design));
-                h.view_mut((lost, 0), (own, lost)).copy_from(&mixed.transpose());
-                h.view_mut((0, lost), (lost, own)).copy_from(&mixed);
-                h.view_mut((lost, lost), (own, own)).copy_from(&c.products);
-                let mut g = DVector::zeros(lost + own);
-                g.rows_mut(0, lost).copy_from(&p.design.tr_mul(&p.residual));
-                g.rows_mut(lost, own).copy_from(&c.white.tr_mul(&p.residual));
-                let mut index = p.index;
-                index.extend(c.index.iter().map(|i| self.lost() + i));
-                (index, h, g, p.residual.norm_squared())
-            })
-            .collect();
+        let parts: Vec<Part> = (0..self.logs.len()).par_map(|l| {
+            let p = self.lost_part(l);
+            let c = &self.columns[l];
+            let (lost, own) = (p.design.ncols(), c.index.len());
+            let mut h = DMatrix::zeros(lost + own, lost + own);
+            let transposed = p.design.transpose();
+            let mixed = &transposed * &c.white;
+            h.view_mut((0, 0), (lost, lost)).copy_from(&(&transposed * &p.design));
+            h.view_mut((lost, 0), (own, lost)).copy_from(&mixed.transpose());
+            h.view_mut((0, lost), (lost, own)).copy_from(&mixed);
+            h.view_mut((lost, lost), (own, own)).copy_from(&c.products);
+            let mut g = DVector::zeros(lost + own);
+            g.rows_mut(0, lost).copy_from(&p.design.tr_mul(&p.residual));
+            g.rows_mut(lost, own).copy_from(&c.white.tr_mul(&p.residual));
+            let mut index = p.index;
+            index.extend(c.index.iter().map(|i| self.lost() + i));
+            (index, h, g, p.residual.norm_squared())
+        });
         let (mut hessian, about) = self.prior();
         let d = about - self.values();
         let mut gradient = &hessian * &d;

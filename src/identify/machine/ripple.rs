@@ -8,9 +8,9 @@
 use super::bins::BinnedLog;
 use super::nuisance::Ripple;
 use super::problem::Problem;
+use crate::numerics::parallel::ParMap;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Cycles a turn of the joint that are tried.
@@ -27,15 +27,12 @@ const MOST: usize = 2;
 
 /// Ripples that the residual shows beyond those of `known`.
 pub fn search(problem: &Problem, known: &[Ripple]) -> Vec<Ripple> {
-    let white: Vec<Vec<f64>> = (0..problem.logs.len())
-        .into_par_iter()
-        .map(|l| {
-            let residual = problem.residual(l, &problem.responses(l, false));
-            let mut w = vec![0.0; 3 * residual.len()];
-            problem.whiten(l, &residual, &mut w);
-            w
-        })
-        .collect();
+    let white: Vec<Vec<f64>> = (0..problem.logs.len()).par_map(|l| {
+        let residual = problem.residual(l, &problem.responses(l, false));
+        let mut w = vec![0.0; 3 * residual.len()];
+        problem.whiten(l, &residual, &mut w);
+        w
+    });
     let mut found = Vec::new();
     for (axis, law) in problem.laws.iter().enumerate() {
         if law.is_none() || known.iter().filter(|k| k.axis == axis).count() >= MOST {
@@ -59,7 +56,7 @@ fn gains(problem: &Problem, white: &[Vec<f64>], axis: usize, trials: &[f64]) -> 
     let at = |k: usize| gain(problem, white, axis, trials[k]);
     let mut out = vec![0.0; trials.len()];
     let coarse: Vec<usize> = (0..trials.len()).step_by(COARSE).collect();
-    let first: Vec<f64> = coarse.par_iter().map(|&k| at(k)).collect();
+    let first: Vec<f64> = coarse.par_map(|&k| at(k));
     coarse.iter().zip(&first).for_each(|(&k, g)| out[k] = *g);
     let mut best: Vec<usize> = coarse.clone();
     best.sort_by(|a, b| out[*b].total_cmp(&out[*a]));
@@ -71,7 +68,7 @@ fn gains(problem: &Problem, white: &[Vec<f64>], axis: usize, trials: &[f64]) -> 
         .collect();
     near.sort_unstable();
     near.dedup();
-    let fine: Vec<f64> = near.par_iter().map(|&k| at(k)).collect();
+    let fine: Vec<f64> = near.par_map(|&k| at(k));
     near.iter().zip(&fine).for_each(|(&k, g)| out[k] = *g);
     out
 }

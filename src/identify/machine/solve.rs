@@ -4,9 +4,9 @@ use super::law::{Response, WINDUPS};
 use super::noise::Noise;
 use super::problem::Problem;
 use crate::machine::measurement::Instrument;
+use crate::numerics::parallel::ParMap;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
-use rayon::prelude::*;
 
 /// Gauss-Newton steps in a round, at most.
 const STEPS: usize = 6;
@@ -182,40 +182,34 @@ fn limited(problem: &Problem, mut step: DVector<f64>) -> DVector<f64> {
 
 /// Says anew which bins count: measured, after the joints have settled, not an outlier of the whitened residual.
 pub fn refresh_unused(problem: &mut Problem) {
-    let unused: Vec<Vec<bool>> = (0..problem.logs.len())
-        .into_par_iter()
-        .map(|l| {
-            let responses = problem.responses(l, false);
-            let log = &problem.logs[l];
-            let mut unused = log.missing.clone();
-            // between the first movement of a joint and the moment at which its state is known
-            for ((_, rows), (_, r)) in log.moving.iter().zip(&responses) {
-                let first = rows.x.iter().position(|x| (x - rows.x[0]).abs() > 1e-9).unwrap_or(0);
-                let settled = r.settled.unwrap_or(first);
-                let early = first < log.bins.get(10).map_or(0, |b| b.0);
-                for (u, &(from, to)) in unused.iter_mut().zip(&log.bins) {
-                    *u |= to > if early { 0 } else { first } && from <= settled;
-                }
+    let unused: Vec<Vec<bool>> = (0..problem.logs.len()).par_map(|l| {
+        let responses = problem.responses(l, false);
+        let log = &problem.logs[l];
+        let mut unused = log.missing.clone();
+        // between the first movement of a joint and the moment at which its state is known
+        for ((_, rows), (_, r)) in log.moving.iter().zip(&responses) {
+            let first = rows.x.iter().position(|x| (x - rows.x[0]).abs() > 1e-9).unwrap_or(0);
+            let settled = r.settled.unwrap_or(first);
+            let early = first < log.bins.get(10).map_or(0, |b| b.0);
+            for (u, &(from, to)) in unused.iter_mut().zip(&log.bins) {
+                *u |= to > if early { 0 } else { first } && from <= settled;
             }
-            let residual = problem.residual(l, &responses);
-            for (u, o) in unused.iter_mut().zip(outliers(&residual, &log.missing)) {
-                *u |= o;
-            }
-            unused
-        })
-        .collect();
+        }
+        let residual = problem.residual(l, &responses);
+        for (u, o) in unused.iter_mut().zip(outliers(&residual, &log.missing)) {
+            *u |= o;
+        }
+        unused
+    });
     problem.unused = unused;
 }
 
 /// Estimates the noise of every log from its residual, and from what the laws miss.
 pub fn refresh_noise(problem: &mut Problem) {
-    let noise: Vec<Noise> = (0..problem.logs.len())
-        .into_par_iter()
-        .map(|l| {
-            let responses = problem.responses(l, false);
-            Noise::of(&problem.residual(l, &responses), &problem.unused[l], missed(problem, l, &responses))
-        })
-        .collect();
+    let noise: Vec<Noise> = (0..problem.logs.len()).par_map(|l| {
+        let responses = problem.responses(l, false);
+        Noise::of(&problem.residual(l, &responses), &problem.unused[l], missed(problem, l, &responses))
+    });
     problem.noise = noise;
     problem.whiten_columns();
 }

@@ -13,11 +13,11 @@ use super::medians::{burst, median_of_7};
 use crate::effects::Track;
 use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
+use crate::numerics::parallel::{self, ParMap};
 use crate::numerics::rigid;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use crate::robot::Robot;
 use nalgebra::{Isometry3, Matrix3, Vector3};
-use rayon::prelude::*;
 
 /// Movements of the command up to this many last digits of its column are number noise.
 const QUANTA: f64 = 10.0;
@@ -227,7 +227,7 @@ fn body_chain(axis: usize, robot: &Robot) -> Option<(Robot, usize)> {
 fn forward(log: &Log, robot: &Robot) -> Vec<Vector3<f64>> {
     let chain = robot.chain();
     let mut out = vec![Vector3::zeros(); log.len()];
-    out.par_chunks_mut(4096).enumerate().for_each(|(k, chunk)| {
+    parallel::change_pieces(&mut out, 4096, |k, chunk| {
         let mut q = vec![0.0; robot.dof()];
         for (i, o) in chunk.iter_mut().enumerate() {
             log.command_into(k * 4096 + i, &mut q);
@@ -277,24 +277,17 @@ fn outliers(
     let mut sigma = [f64::MIN_POSITIVE; 3];
     for _ in 0..2 {
         let rotation = frame.rotation.to_rotation_matrix();
-        let flags: Vec<(Vec<bool>, f64)> = (0..3usize)
-            .into_par_iter()
-            .map(|c| {
-                let r: Vec<f64> = xyz
-                    .iter()
-                    .zip(&target)
-                    .map(|(x, w)| (rotation * x)[c] + frame.translation.vector[c] - w[c])
-                    .collect();
-                let sigma = noise(&r).max(1e-12);
-                let smooth = median_of_7(&r);
-                let mut off: Vec<bool> =
-                    r.iter().zip(&smooth).map(|(a, b)| (a - b).abs() > SPIKE_SIGMA * sigma).collect();
-                if half_burst > 3 {
-                    burst(&smooth, half_burst, BURST_SIGMA * sigma, &mut off, |i| quiet(log.t_s[valid[i]]));
-                }
-                (off, sigma)
-            })
-            .collect();
+        let flags: Vec<(Vec<bool>, f64)> = (0..3usize).par_map(|c| {
+            let r: Vec<f64> =
+                xyz.iter().zip(&target).map(|(x, w)| (rotation * x)[c] + frame.translation.vector[c] - w[c]).collect();
+            let sigma = noise(&r).max(1e-12);
+            let smooth = median_of_7(&r);
+            let mut off: Vec<bool> = r.iter().zip(&smooth).map(|(a, b)| (a - b).abs() > SPIKE_SIGMA * sigma).collect();
+            if half_burst > 3 {
+                burst(&smooth, half_burst, BURST_SIGMA * sigma, &mut off, |i| quiet(log.t_s[valid[i]]));
+            }
+            (off, sigma)
+        });
         for (k, &i) in valid.iter().enumerate() {
             bad[i] = flags.iter().any(|(f, _)| f[k]);
         }

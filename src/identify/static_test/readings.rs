@@ -8,8 +8,8 @@
 use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, DwellOptions, dwells, resolution};
+use crate::numerics::parallel::ParMap;
 use crate::robot::Robot;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Commands closer than this many deg or mm are one angle, whatever the decimals of their columns.
@@ -55,7 +55,7 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
             "`x_mm,y_mm,z_mm` of the TCP, `meas_<joint>` of a joint, `r_mm`, `r_um` or `dial_um`",
         ));
     }
-    let all: Vec<Vec<Dwell>> = logs.par_iter().map(|l| dwells(l, robot, options)).collect::<Result<_>>()?;
+    let all: Vec<Vec<Dwell>> = logs.par_map(|l| dwells(l, robot, options)).into_iter().collect::<Result<_>>()?;
     if let Some((log, _)) = logs.iter().zip(&all).find(|(_, found)| found.is_empty()) {
         return Err(Error::bad(
             Place::file(&log.name),

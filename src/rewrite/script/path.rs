@@ -17,13 +17,13 @@ use super::poses::Poses;
 use super::run::{self, Choice, Cut, Role, Run, Vertex};
 use crate::error::{Error, Result, counted};
 use crate::io::input::{self, Input};
+use crate::numerics::parallel::ParMap;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::program::script::{At, AxisSet, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
 use crate::program::{Assumed, Moves, Program, ScriptPath, exact_stops};
 use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -271,13 +271,10 @@ impl<'a> Points<'a> {
         // the ways between goals do not depend on each other
         let ends: Vec<usize> =
             (0..run.vertices.len()).filter(|&i| matches!(run.vertices[i].role, Role::Goal | Role::Hold)).collect();
-        let ways: Vec<Option<Vec<Way>>> = (0..ends.len())
-            .into_par_iter()
-            .map(|n| {
-                let from = n.checked_sub(1).map(|before| ends[before])?;
-                self.way(document, run, &run.vertices[from..=ends[n]], within_m)
-            })
-            .collect();
+        let ways: Vec<Option<Vec<Way>>> = (0..ends.len()).par_map(|n| {
+            let from = n.checked_sub(1).map(|before| ends[before])?;
+            self.way(document, run, &run.vertices[from..=ends[n]], within_m)
+        });
         let mut before: Option<&Vertex> = None;
         for (&end, way) in ends.iter().zip(ways) {
             let v = &run.vertices[end];

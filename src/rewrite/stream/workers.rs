@@ -311,5 +311,5 @@ impl Worker {
 
 /// A worker for each thread that this process may use; one more would only wait for turns (a tenth slower on two processors).
 fn workers() -> usize {
-    rayon::current_num_threads().clamp(1, MOST_WORKERS)
+    crate::numerics::parallel::threads().clamp(1, MOST_WORKERS)
 }

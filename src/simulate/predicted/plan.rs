@@ -5,9 +5,9 @@ use crate::error::{Error, Result, one_line};
 use crate::log::write::{field_between, number};
 use crate::machine::parts;
 use crate::model::Model;
+use crate::numerics::parallel::ParMap;
 use crate::simulate::noise::Noise;
 use crate::simulate::{Motion, Options};
-use rayon::prelude::*;
 use std::io::Write;
 
 /// What every row needs.
@@ -78,8 +78,7 @@ impl<'a> Plan<'a> {
             None => Vec::new(),
         };
         let blocks: Result<Vec<Vec<u8>>> = (0..rows.div_ceil(BLOCK))
-            .into_par_iter()
-            .map(|b| {
+            .par_map(|b| {
                 let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
                 let mut text = Vec::with_capacity(range.len() * self.columns.len() * 12);
                 let mut points = vec![nalgebra::Vector3::zeros(); self.reflectors];
@@ -96,6 +95,7 @@ impl<'a> Plan<'a> {
                 }
                 Ok(text)
             })
+            .into_iter()
             .collect();
         for block in &blocks? {
             out.write_all(block).map_err(|e| Error::io("output", "write", e))?;

@@ -8,7 +8,7 @@ use super::{MachineFit, considered, members};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::search::finding::{Alternative, WITHIN};
 use crate::effects::{Decay, Effect, EffectInstance, Hysteresis, Nature, Stiction, Target};
-use rayon::prelude::*;
+use crate::numerics::parallel::ParMap;
 
 /// Presliding travels that are tried, deg or mm.
 pub(super) const TRAVELS: [f64; 4] = [0.002, 0.006, 0.02, 0.06];
@@ -19,20 +19,17 @@ const DECAYS_S: [f64; 3] = [0.3, 1.0, 3.0];
 /// The alternatives of every free effect, itself the first.
 pub fn of(problem: &Problem, machine: &MachineFit, support: &[f64]) -> Vec<Vec<Alternative>> {
     let fit = &machine.fit;
-    (0..fit.free.len())
-        .into_par_iter()
-        .map(|k| {
-            let placed = &fit.hypothesis.effects[fit.free[k]];
-            let own = Alternative {
-                effect: placed.effect.name(),
-                target: placed.target_text(&problem.robot),
-                gain: support[k],
-                parameters: placed.effect.values().len(),
-            };
-            let windup = windup(problem, machine, k, support[k]);
-            std::iter::once(own).chain(windup).collect()
-        })
-        .collect()
+    (0..fit.free.len()).par_map(|k| {
+        let placed = &fit.hypothesis.effects[fit.free[k]];
+        let own = Alternative {
+            effect: placed.effect.name(),
+            target: placed.target_text(&problem.robot),
+            gain: support[k],
+            parameters: placed.effect.values().len(),
+        };
+        let windup = windup(problem, machine, k, support[k]);
+        std::iter::once(own).chain(windup).collect()
+    })
 }
 
 /// Does one of the effects wind the target up?

@@ -6,8 +6,8 @@
 //! the held-out cost, in units of 2 ln L, as all columns are whitened.
 
 use crate::diagnose::problem::forward::Problem;
+use crate::numerics::parallel::ParMap;
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Folds of the cross-validation.
 pub const FOLDS: usize = 5;
@@ -65,14 +65,11 @@ impl Blocks {
     /// The same with given folds: ranges of the long vector.
     pub fn over(folds: &[Vec<std::ops::Range<usize>>], columns: &[&[f64]], y: &[f64]) -> Self {
         let k = columns.len();
-        let sums: Vec<(DMatrix<f64>, DVector<f64>, f64)> = folds
-            .par_iter()
-            .map(|ranges| {
-                let mut out = (DMatrix::zeros(k, k), DVector::zeros(k), 0.0);
-                ranges.iter().for_each(|r| add(columns, y, r, &mut out));
-                out
-            })
-            .collect();
+        let sums: Vec<(DMatrix<f64>, DVector<f64>, f64)> = folds.par_map(|ranges| {
+            let mut out = (DMatrix::zeros(k, k), DVector::zeros(k), 0.0);
+            ranges.iter().for_each(|r| add(columns, y, r, &mut out));
+            out
+        });
         let mut all = Self { gram: Vec::new(), right: Vec::new(), square: Vec::new() };
         for (g, r, s) in sums {
             all.gram.push(g);

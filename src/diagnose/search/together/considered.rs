@@ -19,8 +19,8 @@ use crate::diagnose::problem::forward::Problem;
 use crate::effects::{
     Backlash, BacklashPosition, Candidate, EffectInstance, FreeMassGravity, GravityCompliance, Hysteresis,
 };
+use crate::numerics::parallel::ParMap;
 use crate::robot::{Convention, JointKind, STANDARD_GRAVITY_M_S2};
-use rayon::prelude::*;
 
 /// Wind-up beside a gap, in parts of the gap, one standard deviation.
 const WINDUP: f64 = 1.0 / 3.0;
@@ -132,12 +132,13 @@ pub fn windup_beside_gaps(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
     let mut variances = vec![0.0; fit.parameters()];
     let list = windups(problem, machine);
     let columns: Vec<Vec<f64>> = list
-        .par_iter()
-        .flat_map_iter(|(c, _)| {
+        .par_map(|(c, _)| {
             let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
             columns.iter_mut().for_each(|c| whitening.apply(problem, c));
             columns
         })
+        .into_iter()
+        .flatten()
         .collect();
     let shifts = members::table(problem, machine, &columns).shifts(fit.parameters());
     for (range, &i) in members::columns_of(fit).into_iter().zip(&fit.free) {
@@ -161,14 +162,11 @@ pub fn variances(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
     list.extend(geometry(problem, machine));
     list.extend(gravity(problem, machine));
     list.extend(masses(problem, machine));
-    let columns: Vec<(Vec<Vec<f64>>, f64)> = list
-        .par_iter()
-        .map(|(c, width)| {
-            let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
-            columns.iter_mut().for_each(|c| whitening.apply(problem, c));
-            (columns, *width)
-        })
-        .collect();
+    let columns: Vec<(Vec<Vec<f64>>, f64)> = list.par_map(|(c, width)| {
+        let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
+        columns.iter_mut().for_each(|c| whitening.apply(problem, c));
+        (columns, *width)
+    });
     let widths: Vec<f64> = columns.iter().flat_map(|(c, w)| vec![*w; c.len()]).collect();
     let columns: Vec<Vec<f64>> = columns.into_iter().flat_map(|c| c.0).collect();
     let (change, covariance) = members::table(problem, machine, &columns).beside(&widths);

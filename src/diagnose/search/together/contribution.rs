@@ -6,15 +6,15 @@ use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::search::fit::Fit;
 use crate::effects::EffectInstance;
 use crate::numerics::normal_equations::pseudo_inverse;
+use crate::numerics::parallel::ParMap;
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// An effect is named where it moves the TCP by this part of what is left with everything found, rms.
 pub const WORTH: f64 = 0.2;
 
 /// rms per coordinate of what each free effect moves, beyond a movement of the frame; the largest log.
 pub fn contributions(problem: &Problem, fit: &Fit) -> Vec<f64> {
-    fit.free.par_iter().map(|&i| contribution(problem, fit, std::slice::from_ref(&fit.hypothesis.effects[i]))).collect()
+    fit.free.par_map(|&i| contribution(problem, fit, std::slice::from_ref(&fit.hypothesis.effects[i])))
 }
 
 /// The same of some of the effects together.

@@ -9,8 +9,8 @@ use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::Fit;
 use crate::effects::{EffectInstance, Family};
 use crate::numerics::normal_equations::pseudo_inverse;
+use crate::numerics::parallel::ParMap;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Gain on held-out blocks, in 2 ln L, below which a term is not supported.
@@ -56,8 +56,7 @@ impl Table {
         columns: &(dyn Fn(usize) -> (Range<usize>, bool) + Sync),
     ) -> Vec<(usize, f64)> {
         let mut gains: Vec<(usize, f64)> = open
-            .par_iter()
-            .filter_map(|&k| {
+            .par_map(|&k| {
                 let (own, positive) = columns(k);
                 let with: Vec<usize> = pick.iter().copied().chain(own).collect();
                 let (gain, folds) = gain(now, &self.held_out(&with));
@@ -67,6 +66,8 @@ impl Table {
                 let x = self.blocks.solve(&with, None, &self.precision, &self.pull);
                 (!positive || x[pick.len()] > 0.0).then_some((k, gain))
             })
+            .into_iter()
+            .flatten()
             .collect();
         gains.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         gains
@@ -127,7 +128,7 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
         columns.iter_mut().for_each(|c| whitening.apply(problem, c));
         columns
     };
-    let columns: Vec<Vec<Vec<f64>>> = list.par_iter().map(white).collect();
+    let columns: Vec<Vec<Vec<f64>>> = list.par_map(white);
     let own = sensitivities.columns().count();
     let mut starts = vec![own];
     for c in &columns {
@@ -208,15 +209,12 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
     let ranges = columns_of(fit);
     let whole: Vec<usize> = (0..own).collect();
     let now = table.held_out(&whole);
-    let gains: Vec<(f64, usize)> = trials
-        .par_iter()
-        .zip(&starts)
-        .map(|(t, &start)| {
-            let others = whole.iter().copied().filter(|c| !ranges[t.0].contains(c));
-            let pick: Vec<usize> = others.chain(start..start + t.2.len()).collect();
-            gain(&now, &table.held_out(&pick))
-        })
-        .collect();
+    let gains: Vec<(f64, usize)> = (0..trials.len()).par_map(|k| {
+        let (t, start) = (&trials[k], starts[k]);
+        let others = whole.iter().copied().filter(|c| !ranges[t.0].contains(c));
+        let pick: Vec<usize> = others.chain(start..start + t.2.len()).collect();
+        gain(&now, &table.held_out(&pick))
+    });
     for (k, &i) in fit.free.iter().enumerate() {
         let best = trials
             .iter()
@@ -269,7 +267,7 @@ pub fn support(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
     let table = table(problem, machine, &[]);
     let (ranges, values, n) = (columns_of(fit), linear_values(problem, fit), sensitivities.columns().count());
     let now = table.held_out(&(0..n).collect::<Vec<_>>());
-    ranges.par_iter().map(|r| gain(&without(&table, &values, n, std::slice::from_ref(r)), &now).0).collect()
+    ranges.par_map(|r| gain(&without(&table, &values, n, std::slice::from_ref(r)), &now).0)
 }
 
 /// Free effects (places in the list) that stay when those leave which the held-out blocks do not support, the weakest first.
@@ -284,10 +282,9 @@ pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::new();
     let mut now = table.held_out(&(0..n).collect::<Vec<_>>());
     loop {
-        let weakest = (0..ranges.len())
-            .into_par_iter()
-            .filter(|k| !out.contains(k))
-            .map(|k| {
+        let standing: Vec<usize> = (0..ranges.len()).filter(|k| !out.contains(k)).collect();
+        let weakest = standing
+            .par_map(|&k| {
                 let gone: Vec<std::ops::Range<usize>> =
                     out.iter().chain(std::iter::once(&k)).map(|&k| ranges[k].clone()).collect();
                 let cost = without(&table, &values, n, &gone);
@@ -297,6 +294,7 @@ pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
                 let least = if sizes[k] < worth { f64::INFINITY } else { least };
                 (k, g - least, cost)
             })
+            .into_iter()
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         let Some((k, margin, cost)) = weakest else { break };
         if margin >= 0.0 {

@@ -12,9 +12,9 @@ use crate::effects::{
     Backlash, BacklashPosition, DhParameter, EffectInstance, Family, GapCurve, GravityCompliance, JointZeroOffset,
     LinkError, ServoLag, Target, TimeOffset, ToolError, time_offset,
 };
+use crate::numerics::parallel::ParMap;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Travel of a joint, deg or mm, below which it counts as at rest.
 const AT_REST: f64 = 1e-2;
@@ -54,19 +54,16 @@ const OWN: f64 = 1e-6;
 fn independent(problem: &Problem, h: &Hypothesis, list: Vec<EffectInstance>) -> Vec<EffectInstance> {
     let state = problem.evaluate(h);
     let mut basis = orthonormal(problem.nuisance_columns(h, &state));
-    let columns: Vec<Vec<Vec<f64>>> = list
-        .par_iter()
-        .map(|e| {
-            let values = e.effect.values();
-            let one = |k: usize| {
-                let mut trial = vec![0.0; values.len()];
-                trial[k] = TRIAL;
-                let to = EffectInstance { target: e.target, effect: e.effect.with_values(&trial) };
-                problem.difference(h, &state, &[], &[to], TRIAL)
-            };
-            (0..values.len()).map(one).collect()
-        })
-        .collect();
+    let columns: Vec<Vec<Vec<f64>>> = list.par_map(|e| {
+        let values = e.effect.values();
+        let one = |k: usize| {
+            let mut trial = vec![0.0; values.len()];
+            trial[k] = TRIAL;
+            let to = EffectInstance { target: e.target, effect: e.effect.with_values(&trial) };
+            problem.difference(h, &state, &[], &[to], TRIAL)
+        };
+        (0..values.len()).map(one).collect()
+    });
     let mut kept = Vec::new();
     for (effect, columns) in list.into_iter().zip(columns) {
         let mut own = false;

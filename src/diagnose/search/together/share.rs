@@ -11,8 +11,8 @@ use crate::diagnose::search::sandwich;
 use crate::diagnose::search::story::NestedFit;
 use crate::effects::{EffectInstance, Family};
 use crate::numerics::normal::Z95;
+use crate::numerics::parallel::ParMap;
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 /// The story: order, nested fits, sizes at the TCP, uncertainties.
 pub struct Story {
@@ -156,23 +156,20 @@ fn nested_fits(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<
         whitening.undo(problem, &mut left);
         left
     };
-    (0..=order.len())
-        .into_par_iter()
-        .map(|count| {
-            let pick: Vec<usize> =
-                order[..count].iter().flat_map(|&k| linear(k)).chain(effects_end..columns.len()).collect();
-            let whole = left(&blocks.solve(&pick, None, &precision, &pull), &pick);
-            let mut held_out = vec![0.0; problem.n];
-            for (f, ranges) in folds.iter().enumerate() {
-                let part = left(&blocks.solve(&pick, Some(f), &precision, &pull), &pick);
-                for r in ranges {
-                    held_out[r.clone()].copy_from_slice(&part[r.clone()]);
-                }
+    (0..order.len() + 1).par_map(|count| {
+        let pick: Vec<usize> =
+            order[..count].iter().flat_map(|&k| linear(k)).chain(effects_end..columns.len()).collect();
+        let whole = left(&blocks.solve(&pick, None, &precision, &pull), &pick);
+        let mut held_out = vec![0.0; problem.n];
+        for (f, ranges) in folds.iter().enumerate() {
+            let part = left(&blocks.solve(&pick, Some(f), &precision, &pull), &pick);
+            for r in ranges {
+                held_out[r.clone()].copy_from_slice(&part[r.clone()]);
             }
-            let all = rms(problem, &whole);
-            NestedFit { rms: all, held_out: rms(problem, &held_out), predicted: all }
-        })
-        .collect()
+        }
+        let all = rms(problem, &whole);
+        NestedFit { rms: all, held_out: rms(problem, &held_out), predicted: all }
+    })
 }
 
 /// Uncertainties of the values: the largest of what the noise says, of what the effects that were left out may do

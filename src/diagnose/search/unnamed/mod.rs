@@ -25,9 +25,9 @@ use crate::diagnose::search::together::blocks::Blocks;
 use crate::diagnose::search::together::{contribution, prior};
 use crate::effects::{EffectInstance, Empirical, Nature};
 use crate::numerics::normal::Z95;
+use crate::numerics::parallel::ParMap;
 use curves::{Family, Halves};
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use serde_yaml::Value;
 
 /// Gain on held-out blocks, in 2 ln L, beyond which a curve is supported.
@@ -74,7 +74,7 @@ impl Pool {
     pub fn best(&mut self, problem: &Problem, fit: &Fit, whitening: &Whitening) -> Option<Curve> {
         let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
         let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-        let found: Vec<Option<(Curve, f64)>> = self.families.par_iter().map(|f| best_of(f, &ground)).collect();
+        let found: Vec<Option<(Curve, f64)>> = self.families.par_map(|f| best_of(f, &ground));
         let mut seen = found.iter().map(Option::is_some);
         self.families.retain(|_| seen.next().unwrap_or(false));
         let best = found.into_iter().flatten().max_by(|a, b| a.1.total_cmp(&b.1));

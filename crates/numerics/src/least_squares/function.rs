@@ -74,7 +74,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::least_squares::{Criterion, Options, TerminationReason, minimise};
+    use crate::least_squares::{Criterion, Options, TerminationReason, minimise};
 
     /// Rosenbrock's valley: minimum 0 at (1, 1).
     #[allow(clippy::type_complexity)] // the closures have no names
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn more_parameters_than_residuals_take_the_step_of_least_norm() {
-        use crate::numerics::least_squares::Scaling;
+        use crate::least_squares::Scaling;
         let mut wide =
             Function::new(|p: &[f64]| vec![p[0] + p[1] - 2.0], |_: &[f64]| DMatrix::from_row_slice(1, 2, &[1.0, 1.0]));
         let options = Options { scaling: Scaling::Uniform, ..Options::default() };

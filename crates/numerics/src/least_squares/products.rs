@@ -98,7 +98,7 @@ impl LinearModel for Products<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::least_squares::Dense;
+    use crate::least_squares::Dense;
 
     /// Columns that differ by 1e-6: the Gram matrix keeps four digits of what tells them apart.
     fn nearly_alike() -> (DMatrix<f64>, Vec<f64>) {

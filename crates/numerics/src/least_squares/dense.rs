@@ -1,7 +1,7 @@
 //! Linear model of a full Jacobian: QR with pivoting of columns scaled to norm one.
 
 use super::{Information, LinearModel};
-use crate::numerics::qr::Triangle;
+use crate::qr::Triangle;
 use nalgebra::{DMatrix, DVector};
 
 /// `r + J s`, decomposed.

@@ -65,7 +65,7 @@ pub fn pseudo_inverse(gram: &DMatrix<f64>, floor: f64) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::linear;
+    use crate::linear;
 
     #[test]
     fn it_is_the_inverse_that_qr_finds_whatever_the_units() {
