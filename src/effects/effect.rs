@@ -214,6 +214,11 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         None
     }
 
+    /// Columns of a log that it follows, where these inputs hold none of them: it then does nothing.
+    fn without_columns(&self, _target: Target, _inputs: &dyn Inputs) -> Option<&'static str> {
+        None
+    }
+
     /// What `rewrite` undoes of it.
     fn undo(&self, context: &UndoContext) -> Undo;
 }
@@ -290,6 +295,17 @@ impl<T: EffectType> From<T> for Effect {
     fn from(effect: T) -> Self {
         Self::new(effect)
     }
+}
+
+/// Notes on effects that do nothing in any of these logs or programs, because the columns that they follow are in none.
+pub fn without_columns(effects: &[EffectInstance], robot: &Robot, inputs: &[&dyn Inputs]) -> Vec<String> {
+    let note = |e: &EffectInstance| {
+        let missing: Option<Vec<&str>> = inputs.iter().map(|i| e.effect.without_columns(e.target, *i)).collect();
+        let columns = missing?.first().copied()?;
+        let (name, target) = (e.effect.name(), e.target_text(robot));
+        Some(format!("{name} of {target} has no effect: no column {columns}"))
+    };
+    effects.iter().filter_map(note).collect()
 }
 
 /// An effect at its place.

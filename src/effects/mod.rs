@@ -73,7 +73,7 @@ pub use bearing_wobble::BearingWobble;
 pub use candidate::{Candidate, Survey};
 pub use coupled_play::CoupledPlay;
 pub use curve::GapCurve;
-pub use effect::{Effect, EffectInstance, EffectType, Undo, UndoContext};
+pub use effect::{Effect, EffectInstance, EffectType, Undo, UndoContext, without_columns};
 pub use empirical::Empirical;
 pub use encoder_scale::EncoderScale;
 pub use fields::Fields;

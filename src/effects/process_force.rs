@@ -82,7 +82,12 @@ impl EffectType for ProcessForce {
         joint.iter_mut().zip(torque).for_each(|(q, t)| *q += self.compliance * t);
     }
 
+    fn without_columns(&self, target: Target, inputs: &dyn Inputs) -> Option<&'static str> {
+        let axis = target.axis()?;
+        inputs.process_torque(axis).is_none().then_some("fx_n, fy_n, fz_n")
+    }
+
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("a program holds no force")
+        Undo::nothing("a program contains no force")
     }
 }

@@ -13,6 +13,7 @@ mod plan;
 
 use super::noise::Noise;
 use super::{Motion, Options};
+use crate::effects::without_columns;
 use crate::error::{Error, Place, Result, one_line};
 use crate::io::input::Input;
 use crate::log::columns::{Meaning, meaning};
@@ -106,7 +107,7 @@ pub fn write_program_log(
         plan.rows(row, rows, &[], &mut noise, out)?;
         row += rows;
     }
-    Ok(Written { rows: motion.len(), notes: Vec::new() })
+    Ok(Written { rows: motion.len(), notes: without_columns(&model.effects, robot, &[&motion.drive]) })
 }
 
 /// What is predicted in a column's place; `None`: a reflector that the robot file has not.
@@ -176,7 +177,8 @@ pub fn write_log_again(
 ) -> Result<Written> {
     let broken = |e: csv::Error| Error::bad(Place::file(&text.input.name), e.to_string(), "CSV");
     let (header, used) = text.used(&model.robot)?;
-    let mut written = Written { rows: motion.len(), notes: Vec::new() };
+    let notes = without_columns(&model.effects, &model.robot, &[&motion.drive]);
+    let mut written = Written { rows: motion.len(), notes };
     let used = mapped.then_some(used.as_slice());
     let columns = columns_again(&header, used, model, options, &mut written.notes);
     let style = Style { separator: text.separator, decimal: text.decimal };

@@ -1,6 +1,7 @@
 //! Which programs are refused because what is written leaves the path of what was given.
 
 use crate::support::{WorkFolder, bundled};
+use crate::vendor_loops;
 use assert_cmd::Command;
 use predicates::str::contains;
 use std::path::Path;
@@ -46,6 +47,24 @@ fn fast_moves_in_a_long_program_are_not_taken_for_a_lost_path() {
     let run = Command::cargo_bin("lostmotion").unwrap().current_dir(folder.path()).args(line.split(' ')).assert();
     run.success().stderr(contains("verdict on the model's machine: better"));
     assert!(path("out.LS").exists());
+}
+
+/// Three branches of joint targets: no move goes from the end of one of them to the start of another.
+#[test]
+fn branches_of_joint_targets_are_not_run_one_after_another() {
+    let desk = vendor_loops::desk();
+    let all = |list: &[i32]| list.iter().map(|deg| vendor_loops::to(*deg)).collect::<String>();
+    let body = format!(
+        "{}TEST i\nCASE 1:\n{}CASE 2:\n{}DEFAULT:\n{}ENDTEST\n{}",
+        all(&[0, 20, 5]),
+        all(&[20]),
+        all(&[30]),
+        all(&[40]),
+        all(&[45])
+    );
+    desk.write("p.mod", &vendor_loops::program(&body));
+    let run = desk.run("rewrite --model model.yaml p.mod --output out.mod").success();
+    run.stderr(contains("verdict on the model's machine: better"));
 }
 
 #[test]

@@ -45,10 +45,37 @@ fn diagnosed(
     tcp_mm: [f64; 3],
     turned: bool,
 ) -> Value {
+    diagnosed_of(&[log(motion, real, tcp_mm, turned.then(|| probe(0.0)))], tcp_mm)
+}
+
+/// A probe that sits askew, and clamped anew by so many rad.
+fn probe(more: f64) -> Rotation3<f64> {
+    Rotation3::from_euler_angles(0.3, -0.2, 0.5 + more)
+}
+
+/// Diagnosis of these logs together.
+fn diagnosed_of(logs: &[String], tcp_mm: [f64; 3]) -> Value {
     let desk = WorkFolder::new();
     let text = std::fs::read_to_string("tests/data/machines/arm/robot.yaml").unwrap();
     std::fs::write(desk.join("robot.yaml"), text.replace("[60.0, 30.0, 180.0]", &format!("{tcp_mm:?}"))).unwrap();
-    let probe = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
+    let mut line = String::from("diagnose --robot robot.yaml --json");
+    for (k, log) in logs.iter().enumerate() {
+        std::fs::write(desk.join(format!("log{k}.csv")), log).unwrap();
+        write!(line, " --log log{k}.csv").unwrap();
+    }
+    let out = run(desk.path(), &line).success();
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+/// A log of an arm from commands and joints that stand behind them, deg.
+fn log(
+    motion: impl Fn(f64) -> [f64; 6],
+    real: &mut dyn FnMut([f64; 6]) -> [f64; 6],
+    tcp_mm: [f64; 3],
+    probe: Option<Rotation3<f64>>,
+) -> String {
+    let turned = probe.is_some();
+    let probe = probe.unwrap_or_else(Rotation3::identity);
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     let normal = Normal::new(0.0, 1.0).unwrap();
     let mut csv = String::from("t_s,cmd_J1_deg,cmd_J2_deg,cmd_J3_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg,x_mm,y_mm,z_mm");
@@ -69,9 +96,7 @@ fn diagnosed(
         }
         csv.push('\n');
     }
-    std::fs::write(desk.join("log.csv"), csv).unwrap();
-    let out = run(desk.path(), "diagnose --robot robot.yaml --log log.csv --json").success();
-    serde_json::from_slice(&out.stdout).unwrap()
+    csv
 }
 
 fn wave(axis: usize, t: f64) -> f64 {
@@ -153,6 +178,23 @@ fn the_interval_of_a_gap_that_orientations_alone_show_is_that_of_their_noise() {
     // one number a row shows it
     let expected = 1.96 * NOISE_RAD.to_degrees() / f64::from(ROWS).sqrt();
     assert!(half > 0.8 * expected && half < 1.4 * expected, "{half} {expected}: {found:#}");
+}
+
+/// A probe that was clamped anew between two logs: said, and its rotations are not taken for micrometres.
+#[test]
+fn a_probe_that_sits_otherwise_in_a_second_log_is_not_used() {
+    let motion = |t| {
+        let [a, b, c] = [0, 1, 2].map(|k| wave(k, t));
+        [a, b + 30.0, c, b, 40.0 + b, c]
+    };
+    let tcp_mm = [0.0, 0.0, 180.0];
+    let of = |more: f64| log(motion, &mut |q| q, tcp_mm, Some(probe(more)));
+    let alike = diagnosed_of(&[of(0.0), of(0.0)], tcp_mm);
+    assert!(alike["notes"].to_string().contains("the orientation of the tool is used"), "{alike:#}");
+    let anew = diagnosed_of(&[of(0.0), of(0.0175)], tcp_mm);
+    assert!(anew["notes"].to_string().contains("sits otherwise on the tool in log1.csv"), "{anew:#}");
+    let left = anew["remainder"]["rms_um"].as_f64().unwrap_or(0.0);
+    assert!(anew["verdict"] == "none" && left < 20.0, "{anew:#}");
 }
 
 /// Orientations the other way round (of the world in the tool): said, and not used.

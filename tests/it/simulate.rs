@@ -92,6 +92,25 @@ fn a_program_with_times_follows_them() {
     }
 }
 
+/// A force that no column tells moves nothing, and that is said.
+#[test]
+fn an_effect_whose_columns_are_absent_is_named() {
+    let folder = WorkFolder::new();
+    let model = static_model(folder.path());
+    let mut text = std::fs::read_to_string(&model).unwrap();
+    text += "\n  - {effect: process_force, joint: A2, compliance_deg_per_nm: 1.0e-5}\n";
+    text += "  - {effect: torque_windup, joint: A1, compliance_deg_per_nm: 1.0e-5}\n";
+    std::fs::write(&model, text).unwrap();
+    let mut command = support::command();
+    command.args(["simulate", "--input", CIRCLE, "--model"]).arg(&model);
+    let run = command.arg("--output").arg(folder.join("log.csv")).assert().success();
+    let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+    for (effect, columns) in [("process_force of A2", "fx_n, fy_n, fz_n"), ("torque_windup of A1", "torque_<joint>_nm")]
+    {
+        assert!(said.contains(&format!("{effect} has no effect: no column {columns}")), "{said}");
+    }
+}
+
 #[test]
 fn dwells_of_a_log_are_predicted_where_the_twin_measures_them() {
     let folder = WorkFolder::new();

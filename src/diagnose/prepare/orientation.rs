@@ -1,6 +1,6 @@
 //! How the probe that measures the orientation sits on the tool: the mean over the rows of a log.
 //!
-//! Assumptions: one probe for all logs, which does not move on the tool. Logs with further reflectors have their orientation already.
+//! Assumptions: one probe for all logs, which does not move on the tool; logs in which it sits otherwise tell no orientation. Logs with further reflectors have their orientation already.
 
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
@@ -14,6 +14,9 @@ const ROWS: usize = 2000;
 /// Deviation of a log from one way to sit, median over its rows, rad, above which its orientations are not those of the tool.
 const MOST_RAD: f64 = 0.1;
 
+/// Logs that differ by more than this, rad, are not of one probe that sat alike: errors of a robot turn its tool by less.
+const MOST_APART_RAD: f64 = 2e-3;
+
 /// How the probe sits on the tool; `None` where no log has an orientation beside its points, where there are further reflectors, or
 /// where the orientations cannot be those of the tool. Notes what a reader should know.
 pub(super) fn probe(model: &Model, logs: &[Log], notes: &mut Vec<String>) -> Option<Rotation3<f64>> {
@@ -26,6 +29,16 @@ pub(super) fn probe(model: &Model, logs: &[Log], notes: &mut Vec<String>) -> Opt
         notes.push(format!(
             "the orientations qw, qx, qy, qz are not used: they contradict the joints by {:.0} deg; expected: the tool's axes in the frame of x, y, z, of a probe that does not move on the tool",
             worst.to_degrees()
+        ));
+        return None;
+    }
+    let means: Vec<(&Log, Rotation3<f64>)> = logs.iter().filter_map(|log| Some((log, probe_of(model, log)?))).collect();
+    let from_first = |(log, sits): &(&Log, Rotation3<f64>)| (log.name.clone(), sits.rotation_to(&found).angle());
+    let moved = means.iter().map(from_first).max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((name, angle)) = moved.filter(|(_, angle)| *angle > MOST_APART_RAD) {
+        notes.push(format!(
+            "the orientations qw, qx, qy, qz are not used: the probe sits otherwise on the tool in {name} than in the log before it, by {:.2} deg; expected: one probe that is not clamped anew between the logs",
+            angle.to_degrees()
         ));
         return None;
     }

@@ -42,7 +42,10 @@ pub fn beside_instrument(problem: &Problem, fit: &Fit, tested: &Tested) -> Optio
         let v = &residual[g.range()];
         (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64, scatter(g, residual).powi(2))
     };
-    let motions = problem.groups.iter().filter(|g| g.len() >= ENOUGH && !problem.logs[g.log].log.poses);
+    // rotations stand beside points, in another unit
+    let points = problem.groups.iter().any(|g| g.sensor.is_length());
+    let shown = |g: &&Group| g.sensor.is_length() == points && g.len() >= ENOUGH && !problem.logs[g.log].log.poses;
+    let motions = problem.groups.iter().filter(shown);
     let far = |(all, own): &(f64, f64)| all - own > FAR * FAR * own && *own > 0.0;
     let (all, own) = motions.map(of).filter(far).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let most = tested.groups.iter().max_by(|a, b| (a.gain - a.dof as f64).total_cmp(&(b.gain - b.dof as f64)))?;

@@ -3,7 +3,7 @@
 //! Method: the runs of [`run::cut`], which solve Cartesian targets as a rewrite does. Joint moves go straight in the joints. A straight
 //! move of the TCP and an arc through three points are solved at so many places ([`super::way::Line::at`]) that the TCP leaves them by at most
 //! [`WITHIN_M`] between two. Where a move comes from, or the way that it takes, is not known, a new stretch starts at its goal; the
-//! way there is straight in the joints and belongs to no stretch. Programs of joint moves to joint targets alone are read as they always were
+//! way there is straight in the joints and belongs to no stretch. Programs of joint moves to joint targets alone that do not branch are read move by move
 //! ([`crate::program::joint_path`]).
 //!
 //! Assumptions: corners are not cut (zones, C_DIS, CNT), and a program is read once, in the order of its text. Where a program is so
@@ -20,7 +20,9 @@ use crate::io::input::{self, Input};
 use crate::numerics::parallel::ParMap;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
-use crate::program::script::{At, AxisSet, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
+use crate::program::script::{
+    At, AxisSet, Break, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way,
+};
 use crate::program::{Assumed, Moves, Program, ScriptPath, exact_stops};
 use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
@@ -101,7 +103,9 @@ impl Reading<'_> {
         let arm = self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
         let plain = |m: &Move| matches!(m.goal, Goal::Joints(_)) && !(arm && m.path == PathKind::Linear);
         let assumed = self.assumed(script);
-        if script.moves().all(|(_, m)| plain(m)) {
+        // where control branches, the moves do not follow each other in the order of the text
+        let branches = |kind: &StepKind| matches!(kind, StepKind::Break(Break::Jump | Break::Loop));
+        if script.moves().all(|(_, m)| plain(m)) && !script.steps.iter().any(|s| branches(&s.kind)) {
             return self.plain(document.as_ref(), sha256, assumed);
         }
         let commanded = super::commanded(script, self.robot.dof());

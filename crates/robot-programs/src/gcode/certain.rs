@@ -10,6 +10,7 @@ use super::goal::opaque;
 use super::lex::Block;
 use super::read::Reader;
 use crate::script::{AxisSet, Break, Goal, StepKind, Value};
+use std::collections::BTreeSet;
 
 /// From where relative words of an axis count whose position is not known.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -135,14 +136,16 @@ impl Reader<'_> {
     /// Control may come from elsewhere: only what the whole text never changes is still certain.
     pub(super) fn join(&mut self, k: usize, kind: Break) {
         let why = if kind == Break::Call { "a call" } else { "a label, jump or loop" };
-        if let Some(step) = self.last {
-            if self.counts_anywhere {
-                self.anchor_at(step, why);
-            } else {
-                self.leaving.push(step);
-            }
-        }
+        let last = self.last;
         self.end(k, kind, why);
+        // where the position was lost before, relative words may still count from a move above
+        let above = self.carried.iter().filter_map(|c| if let Carried::After(step) = c { Some(*step) } else { None });
+        let ends: BTreeSet<usize> = above.chain(last).collect();
+        if self.counts_anywhere {
+            ends.into_iter().for_each(|step| self.anchor_at(step, why));
+        } else {
+            self.leaving.extend(ends);
+        }
         self.carried.fill(Carried::Anywhere);
         self.motion = None;
         if matches!(kind, Break::Start | Break::Call) {

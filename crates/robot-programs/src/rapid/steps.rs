@@ -55,6 +55,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
         synchronised: false,
+        moved: false,
         entry_routine: entry_routine(p, &|item| own(item)),
     };
     let mut passed = p.passed.iter().peekable();
@@ -125,6 +126,8 @@ pub struct Builder<'a> {
     nodes: HashMap<usize, Option<Node>>,
     notes: BTreeMap<(u64, String), Note>,
     synchronised: bool,
+    /// The routine or the handler moved above.
+    moved: bool,
     /// The routine with which the program starts.
     entry_routine: Option<usize>,
 }
@@ -191,6 +194,7 @@ impl Builder<'_> {
                 let name = self.f.p.routines.get(item.routine).map(|r| r.name.clone()).unwrap_or_default();
                 self.steps.routine(item.routine, name);
                 self.synchronised = false;
+                self.moved = false;
                 self.configured = self.configured_first;
                 self.going = self.going_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
@@ -229,7 +233,10 @@ impl Builder<'_> {
             ItemKind::Leave => self.leave(token),
             ItemKind::Assign => {}
             ItemKind::Call { alone } => match motion {
-                Some((motion, args)) => self.motion(item, motion, args, alone)?,
+                Some((motion, args)) => {
+                    self.moved = true;
+                    self.motion(item, motion, args, alone)?;
+                }
                 None => self.call(item),
             },
         }
@@ -238,7 +245,12 @@ impl Builder<'_> {
 
     /// `leave = "GOTO" name | "RETURN" ... | "EXIT" | "RAISE" ... | "RETRY" | "TRYNEXT"`
     fn leave(&mut self, token: usize) {
-        match self.f.word(token) {
+        let word = self.f.word(token);
+        if matches!(word, "retry" | "trynext") && self.moved {
+            let note = strikes(self.at(token), &format!("the error handler before {}", word.to_uppercase()));
+            self.notes.entry((note.place.line, note.text.clone())).or_insert(note);
+        }
+        match word {
             "return" => self.steps.returns(),
             // goes on after what failed, which may be a call
             "trynext" => self.steps.calls_are_unknown(),

@@ -101,6 +101,13 @@ fn a_move_from_which_relative_words_count_later_on_is_fixed() {
     let script = script_of(&Gcode, &text, &robot());
     let fixed: Vec<bool> = moves(&script).iter().map(|m| m.1.fixed.is_some()).collect();
     assert_eq!(fixed[..3], [false, false, true], "{fixed:?}");
+    // lost before a label or a loop, in which relative words count
+    for loses in ["M6 T2", "M98 P100", "G20"] {
+        for words in ["N10 G91 G1 Y-3\nY3\nIF [#1 LT 3] GOTO 10", "WHILE [#1 LT 3] DO1\nG91 G1 Y-3\nEND1"] {
+            let script = script_of(&Gcode, &format!("{HEAD}G1 X17 Y12 F100\n{loses}\n{words}\n"), &robot());
+            assert!(moves(&script)[1].1.fixed.is_some(), "{loses} {words}: {:?}", moves(&script)[1]);
+        }
+    }
     // a part that is called from several places of the text
     let text = format!("{HEAD}G1 X17 Y12 F100\nM98 P100\nG90 G1 X5 Y2\nM98 P100\nM30\nO100\nG91 G1 X3\nG90\nM99\n");
     let script = script_of(&Gcode, &text, &robot());

@@ -55,6 +55,16 @@ fn a_trap_that_may_move_is_said() {
 }
 
 #[test]
+fn an_error_handler_that_moves_and_goes_back_is_said() {
+    let said = |handler: &str| {
+        let d = document(&program(J, &format!("MoveAbsJ j1,v10,fine,tool0;\nERROR\n{handler}")));
+        d.script().notes.iter().any(|n| n.text.starts_with("the error handler before "))
+    };
+    assert!(said("MoveAbsJ j1,v10,fine,tool0;\nRETRY;") && said("MoveAbsJ j1,v10,fine,tool0;\nTRYNEXT;"));
+    assert!(!said("Set d1;\nRETRY;") && !said("MoveAbsJ j1,v10,fine,tool0;\nRAISE;"));
+}
+
+#[test]
 fn what_does_not_move_ends_nothing() {
     let body = "MoveAbsJ j1,v100,fine,tool0;\nSet d1;\nWaitTime 0.5;\nWaitTime \\InPos, n;\nWaitDI d,1;\nIF d=1 THEN\n  SetDO e,0;\nELSEIF f\n  THEN Reset e;\nENDIF\nWHILE d=0 DO\nWaitTime 0.1;\nENDWHILE\nIF e GOTO lab2;\nx:=Sin(y)+n{2};\nConfL\\Off;\nGrip 5;";
     let source = program(J, body).replace(
