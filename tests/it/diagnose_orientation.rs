@@ -188,10 +188,11 @@ fn a_probe_that_sits_otherwise_in_a_second_log_is_not_used() {
         [a, b + 30.0, c, b, 40.0 + b, c]
     };
     let tcp_mm = [0.0, 0.0, 180.0];
-    let of = |more: f64| log(motion, &mut |q| q, tcp_mm, Some(probe(more)));
-    let alike = diagnosed_of(&[of(0.0), of(0.0)], tcp_mm);
+    // the second log starts later on
+    let of = |later: f64, more: f64| log(move |t| motion(t + later), &mut |q| q, tcp_mm, Some(probe(more)));
+    let alike = diagnosed_of(&[of(0.0, 0.0), of(7.0, 0.0)], tcp_mm);
     assert!(alike["notes"].to_string().contains("the orientation of the tool is used"), "{alike:#}");
-    let anew = diagnosed_of(&[of(0.0), of(0.0175)], tcp_mm);
+    let anew = diagnosed_of(&[of(0.0, 0.0), of(7.0, 0.0175)], tcp_mm);
     assert!(anew["notes"].to_string().contains("sits otherwise on the tool in log1.csv"), "{anew:#}");
     let left = anew["remainder"]["rms_um"].as_f64().unwrap_or(0.0);
     assert!(anew["verdict"] == "none" && left < 20.0, "{anew:#}");

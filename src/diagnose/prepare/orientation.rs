@@ -33,7 +33,7 @@ pub(super) fn probe(model: &Model, logs: &[Log], notes: &mut Vec<String>) -> Opt
         return None;
     }
     let means: Vec<(&Log, Rotation3<f64>)> = logs.iter().filter_map(|log| Some((log, probe_of(model, log)?))).collect();
-    let from_first = |(log, sits): &(&Log, Rotation3<f64>)| (log.name.clone(), sits.rotation_to(&found).angle());
+    let from_first = |(log, sits): &(&Log, Rotation3<f64>)| (log.name.clone(), angle(sits, &found));
     let moved = means.iter().map(from_first).max_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((name, angle)) = moved.filter(|(_, angle)| *angle > MOST_APART_RAD) {
         notes.push(format!(
@@ -67,8 +67,13 @@ fn probe_of(model: &Model, log: &Log) -> Option<Rotation3<f64>> {
 
 /// How far the rows of a log are from this way to sit, rad.
 fn apart(model: &Model, log: &Log, found: &Rotation3<f64>) -> Option<f64> {
-    let angles: Vec<f64> = by_rows(model, log)?.iter().map(|s| s.rotation_to(found).angle()).collect();
+    let angles: Vec<f64> = by_rows(model, log)?.iter().map(|s| angle(s, found)).collect();
     (!angles.is_empty()).then(|| median(&angles))
+}
+
+/// Angle between two rotations, rad. That of a matrix is not a number where rounding puts its trace above 3.
+fn angle(a: &Rotation3<f64>, b: &Rotation3<f64>) -> f64 {
+    UnitQuaternion::from_rotation_matrix(&a.rotation_to(b)).angle()
 }
 
 /// How the probe sits on the tool by one row.
