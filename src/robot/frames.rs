@@ -123,7 +123,7 @@ pub(super) fn checked(
     Ok(out)
 }
 
-/// Frames and tools that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
+/// Frames, tools and calls that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Missing {
     /// Unknown frames, with the number of moves that use each.
@@ -132,18 +132,22 @@ pub struct Missing {
     pub tools: BTreeMap<String, u64>,
     /// Number of moves whose posture at the start is not known.
     pub posture: u64,
+    /// Programs, macros and routines that no file contains, with the number of moves before which each is called: they stay unchanged,
+    /// because it may move the robot.
+    pub calls: BTreeMap<String, u64>,
 }
 
 impl Missing {
     /// Whether nothing is missing.
     pub fn is_empty(&self) -> bool {
-        self.frames.is_empty() && self.tools.is_empty() && self.posture == 0
+        self.frames.is_empty() && self.tools.is_empty() && self.posture == 0 && self.calls.is_empty()
     }
 
     /// Adds what another program waits for.
     pub fn add(&mut self, other: &Self) {
         self.posture += other.posture;
-        for (sum, more) in [(&mut self.frames, &other.frames), (&mut self.tools, &other.tools)] {
+        let Self { frames, tools, calls, .. } = self;
+        for (sum, more) in [(frames, &other.frames), (tools, &other.tools), (calls, &other.calls)] {
             for (name, moves) in more {
                 *sum.entry(name.clone()).or_default() += moves;
             }
@@ -180,7 +184,23 @@ impl Missing {
                 self.posture
             );
         }
+        self.template_of_calls(&mut out);
         out
+    }
+
+    /// Calls, which a robot file or an option declares.
+    fn template_of_calls(&self, out: &mut String) {
+        if self.calls.is_empty() {
+            return;
+        }
+        out.push_str(
+            "# Programs, macros and routines that no file contains. For each that moves nothing and leaves frames and tools as they are, give\n\
+             # --no-motion NAME, or name it in the robot file (no_motion: [...]):\n",
+        );
+        for (name, moves) in &self.calls {
+            let word = if *moves == 1 { "move waits" } else { "moves wait" };
+            let _ = writeln!(out, "#   {name}: {moves} {word} for it");
+        }
     }
 }
 
@@ -207,6 +227,7 @@ mod tests {
             frames: [("2".to_string(), 12), ("a \"b\": #".to_string(), 1)].into(),
             tools: [("tGripper".to_string(), 3)].into(),
             posture: 5,
+            calls: [("CLEAR USER PAGE".to_string(), 2)].into(),
         };
         let text = missing.template();
         assert!(text.contains("needed by 12 moves") && text.contains("needed by 1 move\n"), "{text}");
@@ -214,6 +235,7 @@ mod tests {
         assert!(
             frames.frame("2").is_some() && frames.frame("A \"B\": #").is_some() && frames.tool("tgripper").is_some()
         );
+        assert!(text.contains("#   CLEAR USER PAGE: 2 moves wait for it\n"), "{text}");
         assert!(text.contains("need them: 5.") && frames.posture_deg.is_none());
         assert!(Frames::parse("t.yaml", &Missing::default().template()).is_ok());
         let given = text.replace("posture_deg: null", "posture_deg: [0, -90, 90.5]");

@@ -207,6 +207,11 @@ impl Robot {
         self.table.control = control;
     }
 
+    /// Programs, macros and routines that move nothing and leave frames and tools as they are, besides those named before.
+    pub fn declare_no_motion<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+        self.table.no_motion.add(names);
+    }
+
     /// The joints as programs know them: names, units, limits, pulses.
     pub fn axes(&self) -> &Axes {
         &self.table
@@ -220,6 +225,7 @@ impl Robot {
         robot.gravity_m_s2 = self.gravity_m_s2;
         robot.gap_of = self.gap_of.clone();
         robot.table.control = self.table.control;
+        robot.table.no_motion = self.table.no_motion.clone();
         robot.frames = self.frames.clone();
         robot
     }

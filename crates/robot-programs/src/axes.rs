@@ -86,6 +86,8 @@ pub struct Axes {
     pub tool: Isometry3<f64>,
     /// How the control reads G-code before a program says so.
     pub control: crate::control::Control,
+    /// Programs, macros and routines that move nothing, as the user says.
+    pub no_motion: crate::no_motion::NoMotion,
     joints: Vec<Axis>,
     /// Joints with their own command.
     commanded: Vec<usize>,
@@ -102,6 +104,7 @@ impl Axes {
             base: Isometry3::identity(),
             tool: Isometry3::identity(),
             control: crate::control::Control::default(),
+            no_motion: crate::no_motion::NoMotion::default(),
             joints,
             commanded,
             places,

@@ -107,6 +107,12 @@ pub struct Args {
     #[arg(long, conflicts_with_all = ["output", "check", "json"])]
     pub list_frames: bool,
 
+    /// Program, macro or routine that moves nothing and leaves frames and tools as they are, although no file of the program's
+    /// folder or project contains it, such as "Clear User Page"; in addition to `no_motion` in the robot file. Can be given
+    /// several times
+    #[arg(long, value_name = "NAME")]
+    pub no_motion: Vec<String>,
+
     /// Leave Cartesian targets as they are
     #[arg(long)]
     pub leave_cartesian: bool,

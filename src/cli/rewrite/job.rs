@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::program::files::Files;
 use crate::program::format_named;
 use crate::program::gcode::Control;
+use crate::program::no_motion::NoMotion;
 use crate::rewrite::equation2::Law;
 use crate::rewrite::guard::{Named, Notes};
 use crate::rewrite::job::Job;
@@ -68,6 +69,10 @@ impl Source {
             let expected = "G90 or G91, and G20 or G21: --assume G21,G90";
             robot.assume(control.map_err(|word| usage(&format!("--assume {}", word.0), expected))?);
         }
+        if let Some(name) = args.no_motion.iter().find(|name| !NoMotion::is_name(name)) {
+            return Err(usage(&format!("--no-motion `{name}`"), "the name of a program, a macro or a routine"));
+        }
+        robot.declare_no_motion(args.no_motion.iter().map(String::as_str));
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;
         let name = path.file_name().map_or_else(|| shown(path), text_of_name);
@@ -281,6 +286,7 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
     if args.insignificant {
         said.push("insignificant".into());
     }
+    said.extend(robot.axes().no_motion.names().map(|name| format!("no_motion {name}")));
     for (what, value) in [("format", &args.format), ("require_coverage", &args.require_coverage)] {
         said.extend(value.as_ref().map(|v| format!("{what} {v}")));
     }

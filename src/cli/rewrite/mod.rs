@@ -271,7 +271,7 @@ fn list_frames<'a>(all: impl Iterator<Item = &'a Missing>) -> Result<()> {
     let mut missing = Missing::default();
     all.for_each(|m| missing.add(m));
     output::write_whole(Path::new("-"), missing.template().as_bytes())?;
-    if missing.is_empty() {
+    if (Missing { calls: Default::default(), ..missing }).is_empty() {
         eprintln!("no move waits for a frame or a tool");
     }
     Ok(())

@@ -13,6 +13,7 @@
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
+//! - `asked`: calls that nobody knows and moves wait for.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it; `recognised`, `retraced`: was the program rewritten before?
 //! - [`job`]: from file to file; [`context`]: what is looked up beside it.
@@ -21,6 +22,7 @@
 
 pub(crate) mod approach;
 mod arcs;
+mod asked;
 mod bands;
 pub(crate) mod cause;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
@@ -78,7 +80,7 @@ pub struct Done {
     pub lines: BTreeMap<u64, At>,
     /// How much of the program was edited, and why the rest was not.
     pub coverage: Coverage,
-    /// Frames and tools that moves wait for.
+    /// Frames, tools and calls that moves wait for.
     pub missing: Missing,
     /// Where directions are lost.
     pub gaps: Vec<Gap>,
@@ -154,6 +156,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let edited = edited_by_approach(document.as_ref(), task, &mut choice, unknown_arm.as_ref())?;
     let Edited { mut edits, mut stats, unplaced, left, partial, unwritable, patches, stops, runs, .. } = edited;
     notes.extend(edited.of_runs);
+    let missing = Missing { calls: asked::calls(script, &left), ..edited.missing };
     let reasons = Reasons { left_out: &left_out, left, partial, unwritable };
     let coverage = reasons.coverage(script, task.choices, &edits);
     demands::require_coverage(&coverage, task.choices, script)?;
@@ -180,7 +183,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         stats,
         lines: edited.lines,
         coverage,
-        missing: edited.missing,
+        missing,
         gaps: edited.gaps,
         unplaced,
         written,

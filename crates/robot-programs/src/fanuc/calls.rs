@@ -10,7 +10,8 @@ use super::statement::{is_comment, program_name, statements, words};
 use super::uses::FramesSet;
 use super::{instruction, motion};
 use crate::files::{self, Folders, of_folder};
-use crate::script::called::{Called, Does};
+use crate::no_motion::NoMotion;
+use crate::script::called::{Called, Does, stem_of};
 use crate::script::held::{Effects, Event};
 use crate::script::lex::text_of;
 use crate::script::{StepKind, Text};
@@ -27,12 +28,12 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     files::called(path, names_of(&std::fs::read(path).unwrap_or_default()), names_of, || seen.of("fanuc", folder, look))
 }
 
-/// Names after CALL in a program, in upper case.
+/// Names after CALL in a program, and those that a macro may have: a line of words alone, with `_` for its blanks. In upper case.
 ///
-/// `call = ("CALL " | "AUFRUF ") name`
+/// `call = ("CALL " | "AUFRUF ") name | number ":" word {word} ";"`
 fn names_of(program: &[u8]) -> BTreeSet<String> {
     let bytes = program.to_ascii_uppercase();
-    let mut found = BTreeSet::new();
+    let mut found: BTreeSet<String> = bytes.split(|b| matches!(b, b'\n' | b'\r')).filter_map(macro_of).collect();
     for word in [&b"CALL "[..], b"AUFRUF "] {
         for at in memchr::memmem::find_iter(&bytes, word) {
             let rest = bytes[at + word.len()..].trim_ascii_start();
@@ -40,6 +41,21 @@ fn names_of(program: &[u8]) -> BTreeSet<String> {
         }
     }
     found
+}
+
+/// Longest name of a macro.
+const LONGEST: usize = 40;
+
+/// The name of the program that a line may run as a macro.
+///
+/// `line = {digit | blank} ":" word {word} ["(" ...] ";"`
+fn macro_of(line: &[u8]) -> Option<String> {
+    let colon = memchr::memchr(b':', line).filter(|at| line[..*at].iter().all(|b| b.is_ascii_digit() || *b == b' '))?;
+    let rest = line[colon + 1..].trim_ascii().strip_suffix(b";")?;
+    let name = rest.split(|b| *b == b'(').next()?.trim_ascii();
+    let plain = |b: &u8| b.is_ascii_alphanumeric() || b" _-.".contains(b) || !b.is_ascii();
+    let is_name = (1..=LONGEST).contains(&name.len()) && name.iter().all(plain);
+    is_name.then(|| text_of(name).split_whitespace().collect::<Vec<_>>().join("_"))
 }
 
 /// A program beside one.
@@ -60,19 +76,27 @@ pub(super) struct Beside {
     pub sets: FramesSet,
 }
 
-/// What a program does besides what it calls; one that cannot be read may do anything.
-fn program(text: &Text) -> Program {
-    let name = (0..text.line_count().min(4)).find_map(|k| {
+/// The name that a program gives itself, in upper case.
+///
+/// `head = "/PROG" name`
+fn name_in(text: &Text) -> Option<String> {
+    (0..text.line_count().min(4)).find_map(|k| {
         let words: Vec<&[u8]> = text.line(k).split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).collect();
         let begins = words.first().is_some_and(|w| w.to_ascii_uppercase().ends_with(b"/PROG"));
         words.get(1).filter(|_| begins).map(|n| text_of(n).to_ascii_uppercase())
-    });
+    })
+}
+
+/// What a program does besides what it calls; one that cannot be read may do anything.
+fn program(text: &Text) -> Program {
+    let name = name_in(text);
     let read = sections(text).ok().and_then(|s| statements(text, s.program).ok());
     let (Some(name), Some((all, _)), false) = (name, read, text.unread) else {
-        return Program { does: Does { moves: true, ..Does::default() }, ..Program::default() };
+        let does = Does { moves: true, file: stem_of(text), ..Does::default() };
+        return Program { does, ..Program::default() };
     };
     let all: Vec<_> = all.into_iter().map(|s| (words(text, &s), s)).map(|(w, s)| (s, w)).collect();
-    let mut does = Does { name, ..Does::default() };
+    let mut does = Does { name, file: stem_of(text), ..Does::default() };
     let mut sets = FramesSet::default();
     for (statement, words) in &all {
         let first = statement.pieces.first().map_or(&[][..], |p| text.slice(p.clone()));
@@ -87,6 +111,7 @@ fn program(text: &Text) -> Program {
             Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Round => {}
             Flow::Middle | Flow::Close(_) => {}
             Flow::Call(name) => drop(does.calls.insert(name)),
+            Flow::Macro(name) => drop(does.macros.insert(name)),
             Flow::Step(StepKind::Dwell(_)) => does.waits = true,
             Flow::Step(_) => does.moves = true,
         }
@@ -94,11 +119,13 @@ fn program(text: &Text) -> Program {
     Program { does, switches: flow::switches(text, &all), sets }
 }
 
-/// What the programs beside one do.
-pub(super) fn beside(texts: &[Text]) -> Beside {
+/// What the programs beside one do; `declared`: names that move nothing, where no file has them.
+pub(super) fn beside(texts: &[Text], declared: &NoMotion) -> Beside {
     let all: Vec<_> = texts.iter().filter(|t| t.context).map(|t| t.known(program)).collect();
     let switches: Vec<_> = all.iter().map(|p| (p.does.name.clone(), p.switches.clone())).collect();
-    let called = Called::of(&all.iter().map(|p| &p.does).collect::<Vec<_>>());
+    let own: Vec<String> =
+        texts.iter().filter(|t| !t.context).flat_map(|t| [Some(stem_of(t)), name_in(t)]).flatten().collect();
+    let called = Called::of(&all.iter().map(|p| &p.does).collect::<Vec<_>>(), &own, declared);
     let mut sets = FramesSet::default();
     all.iter().for_each(|p| sets.extend(&p.sets));
     Beside { called, effects: Effects::of(&switches), sets }

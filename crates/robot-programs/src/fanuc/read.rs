@@ -13,7 +13,7 @@ use super::{Motion, Program};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
-use crate::script::called::{self, Called};
+use crate::script::called::{self, Called, Untold};
 use crate::script::lex::not_too_long;
 use crate::script::{At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseGoal, Script, StepKind, Text, pragma};
 use nalgebra::Vector3;
@@ -34,7 +34,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut reader = Reader::new(text, robot, taught, Uses::of(text, &all));
     reader.uncounted = count.is_none();
     reader.tracks = tracks(text, 0..sections.program.start);
-    let beside = calls::beside(&texts);
+    let beside = calls::beside(&texts, &robot.no_motion);
     reader.uses.sets.extend(&beside.sets);
     reader.still = beside.called;
     reader.quiet = flow::quiet_labels(text, &all, &reader.still);
@@ -55,7 +55,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     }
     let reads = all.iter().filter(|(_, words)| instruction::reads_place(text, words));
     let reads = reads.map(|(statement, _)| statement.line as u64 + 1).collect();
-    let Reader { steps, taught, uses, notes, counted_calls, .. } = reader;
+    let Reader { steps, taught, uses, notes, counted_calls, untold, .. } = reader;
     let Taught { positions, targets, of_target, .. } = taught;
     let bare = bare(&positions);
     let mentioned = mentioned(text, sections.program.clone());
@@ -64,6 +64,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let kinds = robot.axis_joints().map(|j| j.kind).collect();
     let end = sections.end;
     let mut script = Script { targets, notes, ..Script::default() };
+    untold.tell(&mut script);
     let motions = steps.finish(&mut script);
     script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
     script.keep_before_reading("the program reads where it ends (LPOS, JPOS)", &reads);
@@ -87,6 +88,7 @@ struct Reader<'a> {
     /// Programs that it calls and that move nothing, and those of them that were met.
     still: Called,
     met: BTreeMap<String, u64>,
+    untold: Untold,
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<u64>,
     /// `before` at the start of each open block.
@@ -117,6 +119,7 @@ impl<'a> Reader<'a> {
             notes: Vec::new(),
             still: Called::default(),
             met: BTreeMap::new(),
+            untold: Untold::default(),
             quiet: BTreeSet::new(),
             blocks: Vec::new(),
             tracks: false,
@@ -199,21 +202,40 @@ impl<'a> Reader<'a> {
                 let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));
                 self.before = before.filter(|_| !busy);
             }
-            Flow::Call(name) => match self.still.waits(&name) {
-                Some(waits) => {
-                    self.met.entry(name).or_insert(at.line);
-                    if waits {
-                        self.push(at, StepKind::Dwell(None));
-                    }
+            Flow::Call(name) => self.call(at, name),
+            Flow::Macro(name) => match self.still.is_still_macro(&name) {
+                true => {
+                    self.untold.still(self.still.needs(), &name, at.line);
+                    self.push(at, StepKind::Dwell(None));
                 }
-                None => {
-                    if self.still.counts(&name) {
-                        self.counted_calls.insert(at.line);
-                    }
+                false => {
+                    self.untold.moving(self.still.needs(), &name, at);
                     self.push(at, StepKind::Break(Break::Call));
                 }
             },
             Flow::Step(kind) => self.push(at, kind),
+        }
+    }
+
+    /// A call of a program.
+    fn call(&mut self, at: At, name: String) {
+        match self.still.waits(&name) {
+            Some(waits) => {
+                self.untold.still(self.still.needs(), &name, at.line);
+                if !self.still.needs().is_declared(&name) {
+                    self.met.entry(name).or_insert(at.line);
+                }
+                if waits {
+                    self.push(at, StepKind::Dwell(None));
+                }
+            }
+            None => {
+                self.untold.moving(self.still.needs(), &name, at);
+                if self.still.counts(&name) {
+                    self.counted_calls.insert(at.line);
+                }
+                self.push(at, StepKind::Break(Break::Call));
+            }
         }
     }
 

@@ -63,6 +63,7 @@ pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use joins::Join;
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 pub use step::{At, AxisSet, Break, Goal, How, Move, Note, PathKind, Speed, Step, StepKind, Way};
 pub use targets::{CLONE, Target, TargetRef, Targets, Value, Values, is_clone};
@@ -170,6 +171,9 @@ pub struct Script {
     pub rounds: Vec<Round>,
     /// Breaks of which it is known from where alone control comes there, ascending.
     pub joins: Vec<Join>,
+    /// Lines whose calls may move the robot, and the names that would have to move nothing for these calls to move nothing: none of them is
+    /// among the files. Lines of other calls that may move are not here.
+    pub unknown_calls: BTreeMap<At, BTreeSet<String>>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
 }
