@@ -20,6 +20,7 @@ use super::file::FrameFile;
 use crate::error::{Error, Result};
 use crate::io::{input, yaml::Document};
 use nalgebra::Isometry3;
+use robot_programs::krl::Machine;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -37,6 +38,8 @@ pub struct Frames {
     pub tools: BTreeMap<String, Isometry3<f64>>,
     /// Joints near which the arm works, deg or mm, one per axis.
     pub posture_deg: Option<Vec<f64>>,
+    /// Where the robot stands and how far its axes go, by a `$machine.dat`.
+    pub machine: Option<Machine>,
 }
 
 /// The document as it stands in YAML.
@@ -76,7 +79,7 @@ impl Frames {
             return Err(Error::bad(doc.place(&["posture_deg"]), format!("{v} in `posture_deg`"), "finite numbers"));
         }
         let (frames, tools) = (checked(&file.frames, &doc)?, checked(&file.tools, &doc)?);
-        Ok(Self { frames, tools, posture_deg: file.posture_deg })
+        Ok(Self { frames, tools, posture_deg: file.posture_deg, machine: None })
     }
 
     /// The frame of this name, in any case of letters.
@@ -94,6 +97,9 @@ impl Frames {
         let mut out = self.clone();
         out.frames.extend(over.frames.iter().map(|(k, v)| (k.clone(), *v)));
         out.tools.extend(over.tools.iter().map(|(k, v)| (k.clone(), *v)));
+        if over.machine.is_some() {
+            out.machine.clone_from(&over.machine);
+        }
         if over.posture_deg.is_some() {
             out.posture_deg.clone_from(&over.posture_deg);
         }

@@ -118,25 +118,29 @@ fn left_out(args: &Args, robot: &Robot) -> Result<Vec<usize>> {
 
 /// Frames and tools of `--frames`; they and those of the robot file stand in the note.
 fn frames(args: &Args, robot: &Robot, said: &mut Vec<String>) -> Result<Frames> {
-    let frames = match &args.frames {
-        None => Frames::default(),
-        Some(path) => {
-            said.push(format!("frames {}", input::read(path)?.sha256));
-            Frames::load(path)?
-        }
-    };
-    // one given twice with different numbers is a mistake in one of the files
-    for (what, ours, theirs) in
-        [("frame", &robot.frames.frames, &frames.frames), ("tool", &robot.frames.tools, &frames.tools)]
-    {
-        if let Some((name, _)) = theirs.iter().find(|(name, f)| ours.get(*name).is_some_and(|o| o != *f)) {
-            return Err(usage(
-                &format!("{what} `{name}` of --frames, whose numbers in the robot file differ"),
-                "one of them",
-            ));
-        }
+    let mut frames = Frames::default();
+    for path in &args.frames {
+        said.push(format!("frames {}", input::read(path)?.sha256));
+        let more = Frames::load(path)?;
+        differing(&robot.frames, &more, "in the robot file")?;
+        differing(&frames, &more, "in another file of --frames")?;
+        frames = frames.with(&more);
     }
     Ok(frames)
+}
+
+/// Refuses a frame or tool that is given twice with different numbers: a mistake in one of the files.
+fn differing(ours: &Frames, theirs: &Frames, place: &str) -> Result<()> {
+    for (what, ours, theirs) in [("frame", &ours.frames, &theirs.frames), ("tool", &ours.tools, &theirs.tools)] {
+        if let Some((name, _)) = theirs.iter().find(|(name, f)| ours.get(*name).is_some_and(|o| o != *f)) {
+            return Err(usage(&format!("{what} `{name}` of --frames, whose numbers {place} differ"), "one of them"));
+        }
+    }
+    let both = ours.machine.as_ref().zip(theirs.machine.as_ref());
+    if both.is_some_and(|(ours, theirs)| ours != theirs) {
+        return Err(usage(&format!("a `$machine.dat` of --frames, whose numbers {place} differ"), "one of them"));
+    }
+    Ok(())
 }
 
 /// The job that the arguments ask for, every value checked.

@@ -13,6 +13,7 @@
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
+//! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `asked`: calls that nobody knows and moves wait for.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it; `recognised`, `retraced`: was the program rewritten before?
@@ -36,6 +37,7 @@ pub(crate) mod coverage;
 mod demands;
 pub(crate) mod edits;
 pub(crate) mod fading;
+mod installation;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod notes;
@@ -121,11 +123,17 @@ fn commanded(script: &Script, dof: usize) -> Vec<bool> {
 pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Done> {
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
+    let limited = installation::limited(script, &task.choices.frames, task.robot);
+    let robot = limited.as_ref().map_or(task.robot, |l| &l.0);
+    let task = &Task { robot, ..*task };
     demands::require_posture(task)?;
     demands::require_positions(script, task.robot)?;
     let (mut notes, reduced) = notes::uncoupled(format, task);
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
     notes.extend(notes::missing(script));
+    let root = installation::root(script, &task.choices.frames)?;
+    notes.extend(installation::note(task.robot, root.as_ref()));
+    notes.extend(limited.as_ref().map(|l| l.1.clone()));
     notes.extend(notes::unread(script));
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).is_some_and(Option::is_some);
@@ -255,6 +263,8 @@ fn edited_by_approach(
 fn edited(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: Option<&Cause>) -> Result<Edited> {
     let script = document.script();
     let mut known = Poses::new(task.robot, &task.choices.frames);
+    let root = installation::root(script, &task.choices.frames)?;
+    known.world = installation::world(task.robot, root.as_ref());
     known.unknown_arm = unknown_arm.cloned();
     let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
     let by_clock = ByClock::of(task);

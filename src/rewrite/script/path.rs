@@ -12,6 +12,7 @@
 use super::approach::Sides;
 use super::clock::{self, ARC_PARTS};
 use super::context::Contexts;
+use super::installation;
 use super::job;
 use super::poses::Poses;
 use super::run::{self, Choice, Cut, Role, Run, Vertex};
@@ -123,6 +124,8 @@ impl Reading<'_> {
             joins: false,
         };
         let mut poses = Poses::new(self.robot, self.frames);
+        let root = installation::root(script, self.frames)?;
+        poses.world = installation::world(self.robot, root.as_ref());
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);
         let moves = script.moves().count();
         let mut path = Points::new(self.robot, script, runs.iter().all(Run::timed));

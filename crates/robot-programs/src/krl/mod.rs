@@ -50,6 +50,7 @@ mod going;
 mod led;
 mod lex;
 mod lists;
+mod machine;
 mod motion;
 mod name;
 mod outside;
@@ -75,6 +76,7 @@ use super::script::cursor::unmarked;
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
+pub use machine::Machine;
 use program::Program;
 use std::path::{Path, PathBuf};
 

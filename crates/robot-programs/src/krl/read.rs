@@ -16,6 +16,7 @@ use super::frame::number;
 use super::going::Going;
 use super::led::Led;
 use super::lex::{Kind, Token, in_upper, tokens, upper};
+use super::machine::installed;
 use super::motion::{self, Motion};
 use super::outside::Outside;
 use super::program::{Program, Source};
@@ -80,7 +81,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     // only where nothing in the program itself tells the arm's configuration
     let asks = targets.iter().all(|t| t.pose.is_some()) && steps.iter().any(without);
     let stance = asks.then(|| stance(&texts, &data, &named)).flatten();
-    let script = Script { steps, targets, notes, stance, ..script };
+    let installed = installed(&texts, robot);
+    let script = Script { steps, targets, notes, stance, installed, ..script };
     let mut program = Program { script, kinds, axes, motions, data, sources };
     program.script.texts = texts;
     Ok(program)

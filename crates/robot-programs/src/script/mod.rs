@@ -174,8 +174,21 @@ pub struct Script {
     /// Lines whose calls may move the robot, and the names that would have to move nothing for these calls to move nothing: none of them is
     /// among the files. Lines of other calls that may move are not here.
     pub unknown_calls: BTreeMap<At, BTreeSet<String>>,
+    /// What the controller's files of its project say of where the robot stands and how far its axes go.
+    pub installed: Vec<Installed>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
+}
+
+/// What a file of the controller says of where the robot stands and how far its axes go.
+#[derive(Debug, Clone)]
+pub struct Installed {
+    /// Where it says so.
+    pub at: At,
+    /// The place of the robot's base in the world in which frames are given; inside `None`: its numbers cannot be read.
+    pub root: Option<Option<nalgebra::Isometry3<f64>>>,
+    /// Lowest and highest value of each axis, rad or m; `None`: not given.
+    pub limits: Vec<Option<[f64; 2]>>,
 }
 
 /// Where the project of a program lets its arm work: what tells the configuration of targets that have none.
