@@ -20,6 +20,7 @@ use super::file::FrameFile;
 use crate::error::{Error, Result};
 use crate::io::{input, yaml::Document};
 use nalgebra::Isometry3;
+use robot_programs::fanuc::Registers;
 use robot_programs::krl::Machine;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -40,6 +41,8 @@ pub struct Frames {
     pub posture_deg: Option<Vec<f64>>,
     /// Where the robot stands and how far its axes go, by a `$machine.dat`.
     pub machine: Option<Machine>,
+    /// Registers as the controller lists them.
+    pub registers: Registers,
 }
 
 /// The document as it stands in YAML.
@@ -79,7 +82,7 @@ impl Frames {
             return Err(Error::bad(doc.place(&["posture_deg"]), format!("{v} in `posture_deg`"), "finite numbers"));
         }
         let (frames, tools) = (checked(&file.frames, &doc)?, checked(&file.tools, &doc)?);
-        Ok(Self { frames, tools, posture_deg: file.posture_deg, machine: None })
+        Ok(Self { frames, tools, posture_deg: file.posture_deg, machine: None, registers: Registers::default() })
     }
 
     /// The frame of this name, in any case of letters.
@@ -100,6 +103,7 @@ impl Frames {
         if over.machine.is_some() {
             out.machine.clone_from(&over.machine);
         }
+        out.registers.positions.extend(over.registers.positions.clone());
         if over.posture_deg.is_some() {
             out.posture_deg.clone_from(&over.posture_deg);
         }

@@ -212,6 +212,11 @@ impl Robot {
         self.table.no_motion.add(names);
     }
 
+    /// Registers as the controller lists them.
+    pub fn hold_registers(&mut self, registers: robot_programs::fanuc::Registers) {
+        self.table.registers = registers;
+    }
+
     /// The joints as programs know them: names, units, limits, pulses.
     pub fn axes(&self) -> &Axes {
         &self.table
@@ -226,6 +231,7 @@ impl Robot {
         robot.gap_of = self.gap_of.clone();
         robot.table.control = self.table.control;
         robot.table.no_motion = self.table.no_motion.clone();
+        robot.table.registers = self.table.registers.clone();
         robot.frames = self.frames.clone();
         robot
     }

@@ -111,6 +111,7 @@ mod vendor_machine;
 mod vendor_memory;
 mod vendor_options;
 mod vendor_public;
+mod vendor_registers;
 mod vendor_rewrite;
 mod vendor_routines;
 mod waiting;

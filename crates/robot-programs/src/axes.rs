@@ -88,6 +88,8 @@ pub struct Axes {
     pub control: crate::control::Control,
     /// Programs, macros and routines that move nothing, as the user says.
     pub no_motion: crate::no_motion::NoMotion,
+    /// Registers as the controller lists them.
+    pub registers: crate::fanuc::Registers,
     joints: Vec<Axis>,
     /// Joints with their own command.
     commanded: Vec<usize>,
@@ -105,6 +107,7 @@ impl Axes {
             tool: Isometry3::identity(),
             control: crate::control::Control::default(),
             no_motion: crate::no_motion::NoMotion::default(),
+            registers: crate::fanuc::Registers::default(),
             joints,
             commanded,
             places,

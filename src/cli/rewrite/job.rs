@@ -8,6 +8,7 @@ use crate::io::input;
 use crate::io::name::text_of_name;
 use crate::io::output::Durability;
 use crate::model::Model;
+use crate::program::fanuc::Registers;
 use crate::program::files::Files;
 use crate::program::format_named;
 use crate::program::gcode::Control;
@@ -73,6 +74,9 @@ impl Source {
             return Err(usage(&format!("--no-motion `{name}`"), "the name of a program, a macro or a routine"));
         }
         robot.declare_no_motion(args.no_motion.iter().map(String::as_str));
+        let listed = args.frames.iter().map(|path| Ok(Frames::load(path)?.registers));
+        let listed: Vec<Registers> = listed.collect::<Result<_>>()?;
+        robot.hold_registers(one_listing(listed)?);
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;
         let name = path.file_name().map_or_else(|| shown(path), text_of_name);
@@ -86,6 +90,16 @@ impl Source {
             machine,
             left,
         })
+    }
+}
+
+/// The registers of the listings that are given; those of two listings are one controller's at different times.
+fn one_listing(listed: Vec<Registers>) -> Result<Registers> {
+    let mut all = listed.into_iter().filter(|r| !r.positions.is_empty());
+    let first = all.next().unwrap_or_default();
+    match all.next() {
+        Some(_) => Err(usage("two listings of position registers in --frames", "one of them")),
+        None => Ok(first),
     }
 }
 

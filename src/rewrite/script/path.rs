@@ -73,7 +73,8 @@ impl Reading<'_> {
             Recognised::Csv => Program::parse(input, self.robot),
             Recognised::Script(format) => {
                 let Input { bytes, sha256, .. } = input;
-                let (texts, _) = job::texts(format, path, bytes, &Files::Disk, &Contexts::default())?;
+                let (texts, _) =
+                    job::texts(format, path, bytes, &Files::Disk, &Contexts::default(), self.robot.axes())?;
                 self.solved(format, texts, sha256)
             }
         }
@@ -91,7 +92,7 @@ impl Reading<'_> {
         };
         let sha256 = input::sha256(head);
         let own = texts.into_iter().map(|(name, bytes)| Text::new(name, bytes));
-        let texts = own.chain(Contexts::default().of(format, path)).collect();
+        let texts = own.chain(Contexts::default().of(format, path, self.robot.axes())).collect();
         self.solved(format, texts, sha256)
     }
 

@@ -4,6 +4,7 @@
 //! - KUKA `$machine.dat`: `$ROBROOT={X ...}`, the place of the robot in the world, and the software limits `$SOFTN_END[n]`, `$SOFTP_END[n]`.
 //! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
 //!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
+//! - FANUC listings of position registers (`POSREG.VA`).
 //! - Yaskawa `UFRAME.CND`: `//UFRAME 2`, in it `////BUSER x,y,z,rx,ry,rz` (user frame 2 in the robot's base); `TOOL.CND`: `//TOOL 1`,
 //!   after its name the first line of six numbers (mm, deg).
 //!
@@ -13,11 +14,15 @@
 use super::Frames;
 use crate::error::{Error, Place, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use robot_programs::fanuc::Registers;
 use robot_programs::krl::Machine;
 use std::collections::BTreeMap;
 
 /// Frames of a controller's file; `None`: no controller is known that writes it.
 pub(super) fn read(name: &str, text: &str) -> Option<Result<Frames>> {
+    if Registers::is_listing(text) {
+        return Some(registers(name, text));
+    }
     let found = of_text(text)?;
     if let Some((line, None)) = found.machine.as_ref().and_then(|m| m.root) {
         let expected = "X, Y, Z, A, B and C as numbers";
@@ -42,6 +47,16 @@ pub(super) fn read(name: &str, text: &str) -> Option<Result<Frames>> {
         ),
     };
     Some(Err(Error::bad(place, found, expected)))
+}
+
+/// Position registers of a FANUC listing.
+fn registers(name: &str, text: &str) -> Result<Frames> {
+    let registers = Registers::read(name, text)?;
+    if registers.positions.is_empty() {
+        let found = "no position register of group 1 with a value";
+        return Err(Error::bad(Place::file(name), found, "`[1,n] =` and then J1 to J6, or X, Y, Z, W, P, R"));
+    }
+    Ok(Frames { registers, ..Frames::default() })
 }
 
 fn of_text(text: &str) -> Option<Frames> {
@@ -235,7 +250,7 @@ mod tests {
             ),
             (
                 "[*POSREG*]$POSREG  Storage: SHADOW : ARRAY[1,10] OF Position Reg\n     [1,1] =   ''\n".into(),
-                "f:1: found a listing of `$POSREG`; expected a listing of `$MNUFRAME`",
+                "f: found no position register of group 1 with a value",
             ),
             (
                 "[*SYSTEM*]$MNUFRAME  Storage: CMOS\n     [1,1] = Uninitialized\n".into(),

@@ -11,21 +11,34 @@ use super::uses::FramesSet;
 use super::{instruction, motion};
 use crate::files::{self, Folders, of_folder};
 use crate::no_motion::NoMotion;
+pub(super) use crate::script::called::stem_of as stem;
 use crate::script::called::{Called, Does, stem_of};
 use crate::script::held::{Effects, Event};
 use crate::script::lex::text_of;
 use crate::script::{StepKind, Text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Most programs of a folder that is looked through.
 const MOST_BESIDE: usize = 10_000;
 /// Files beside the program at `path` that hold what it calls, and what these call.
-pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
+///
+/// `registers`: values of registers are given, and all programs of the folder tell which of them they set.
+pub(super) fn files(path: &Path, seen: &Folders, registers: bool) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let is_program = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("ls"));
     let look = || of_folder(folder, MOST_BESIDE).into_iter().filter(is_program).collect();
-    files::called(path, names_of(&std::fs::read(path).unwrap_or_default()), names_of, || seen.of("fanuc", folder, look))
+    let own = std::fs::read(path).unwrap_or_default();
+    if registers && memchr::memmem::find(&own.to_ascii_uppercase(), b"PR[").is_some() {
+        let here = seen.of("fanuc", folder, look);
+        // a folder that is not looked through stands for itself: it is none that can be read
+        return match here.is_empty() {
+            true => vec![folder.to_path_buf()],
+            false => here.iter().filter(|p| p.file_name() != path.file_name()).cloned().collect(),
+        };
+    }
+    files::called(path, names_of(&own), names_of, || seen.of("fanuc", folder, look))
 }
 
 /// Names after CALL in a program, and those that a macro may have: a line of words alone, with `_` for its blanks. In upper case.
@@ -79,7 +92,7 @@ pub(super) struct Beside {
 /// The name that a program gives itself, in upper case.
 ///
 /// `head = "/PROG" name`
-fn name_in(text: &Text) -> Option<String> {
+pub(super) fn name_in(text: &Text) -> Option<String> {
     (0..text.line_count().min(4)).find_map(|k| {
         let words: Vec<&[u8]> = text.line(k).split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).collect();
         let begins = words.first().is_some_and(|w| w.to_ascii_uppercase().ends_with(b"/PROG"));
@@ -119,9 +132,25 @@ fn program(text: &Text) -> Program {
     Program { does, switches: flow::switches(text, &all), sets }
 }
 
+/// Keeps the programs that the first text calls, itself or by others: others may stand there for what they do to registers.
+fn keep_called(texts: &[Text], all: &mut Vec<(&Text, Arc<Program>)>) {
+    let mut open: Vec<String> = texts.iter().filter(|t| !t.context).flat_map(|t| names_of(&t.bytes)).collect();
+    let mut named = BTreeSet::new();
+    while let Some(name) = open.pop() {
+        if !named.insert(name.clone()) {
+            continue;
+        }
+        let own = |p: &&(&Text, Arc<Program>)| p.1.does.name == name || p.1.does.file == name;
+        open.extend(all.iter().filter(own).flat_map(|p| names_of(&p.0.bytes)));
+    }
+    all.retain(|p| named.contains(&p.1.does.name) || named.contains(&p.1.does.file));
+}
+
 /// What the programs beside one do; `declared`: names that move nothing, where no file has them.
 pub(super) fn beside(texts: &[Text], declared: &NoMotion) -> Beside {
-    let all: Vec<_> = texts.iter().filter(|t| t.context).map(|t| t.known(program)).collect();
+    let mut all: Vec<_> = texts.iter().filter(|t| t.context).map(|t| (t, t.known(program))).collect();
+    keep_called(texts, &mut all);
+    let all: Vec<_> = all.into_iter().map(|p| p.1).collect();
     let switches: Vec<_> = all.iter().map(|p| (p.does.name.clone(), p.switches.clone())).collect();
     let own: Vec<String> =
         texts.iter().filter(|t| !t.context).flat_map(|t| [Some(stem_of(t)), name_in(t)]).flatten().collect();

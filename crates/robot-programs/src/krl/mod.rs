@@ -120,7 +120,7 @@ impl Format for Krl {
         companion(path, &|p| there.has(p)).into_iter().collect()
     }
 
-    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+    fn context(&self, path: &Path, seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         project::files(path, |there| companion(path, there), seen)
     }
 

@@ -127,12 +127,12 @@ fn the_file_of_a_macro_is_looked_up_as_that_of_a_call_is() {
     for (name, lines) in [("MAIN.LS", "Open Hand(1)"), ("OPEN_HAND.LS", "J P[1] 100% FINE"), ("HAND.LS", "R[1]=1")] {
         std::fs::write(folder.join(name), tp("X", lines)).unwrap();
     }
-    let found = crate::fanuc::Fanuc.context(&folder.join("MAIN.LS"), &crate::files::Folders::default());
+    let found = crate::fanuc::Fanuc.context(&folder.join("MAIN.LS"), &crate::files::Folders::default(), &m10ia());
     assert_eq!(found, [folder.join("OPEN_HAND.LS")]);
     let job = |line: &str| format!("/JOB\r\n//NAME X\r\n//INST\r\nNOP\r\n{line}\r\nEND\r\n");
     std::fs::write(folder.join("MAIN.JBI"), job("VACUUM ARGF1")).unwrap();
     std::fs::write(folder.join("VACUUM.JBI"), job("NOP")).unwrap();
-    let found = crate::inform::Inform.context(&folder.join("MAIN.JBI"), &crate::files::Folders::default());
+    let found = crate::inform::Inform.context(&folder.join("MAIN.JBI"), &crate::files::Folders::default(), &m10ia());
     assert_eq!(found, [folder.join("VACUUM.JBI")]);
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -85,8 +85,8 @@ pub trait Format: Sync {
         Vec::new()
     }
     /// Further files that declare what a program at `path` uses, of those that are there: the other modules of its project. They are
-    /// read and never written. What is found in a folder is kept in `seen`.
-    fn context(&self, _path: &Path, _seen: &Folders) -> Vec<PathBuf> {
+    /// read and never written. What is found in a folder is kept in `seen`; what is known of the `robot` tells what is asked for.
+    fn context(&self, _path: &Path, _seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         Vec::new()
     }
     /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: [`Text::unread`] stands
