@@ -5,8 +5,8 @@
 #![warn(missing_docs)]
 
 pub use robot_programs::{
-    Block, RowSpan, Slot, Token, csv, fanuc, files, formats, gcode, inform, joint_path, krl, lines, rapid, script,
-    trajectory, urscript,
+    Block, RowSpan, Slot, Token, csv, fanuc, files, formats, gcode, inform, joint_path, krl, lines, no_motion, rapid,
+    script, trajectory, urscript,
 };
 
 use crate::error::{Error, Place, Result, counted, shown};

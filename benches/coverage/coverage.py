@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Share of the moves of public programs that `rewrite` edits (writes with their offsets), by language, with the reasons for the rest, ranked by moves.
 
-    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--json out.json]
+    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--declare] [--listings] [--json out.json]
 
 FOLDER holds a folder for each language (fanuc, gcode, inform, krl, rapid, urscript) with programs below it; each folder below
 is a project of its own, so that the files beside a program stand beside it. `corpus.tsv`, `projects.tsv` (whole repositories) `fresh.tsv` (drawn after the readers were written) and `held.tsv` (in none of the others) list repositories, commits and paths
@@ -49,6 +49,8 @@ ROTARY = "".join(
 )
 # what a control's power-on modes say where a G-code program does not; empty: nothing is assumed
 ASSUMED = []
+# whether calls that are asked for are declared to move nothing, and whether listings of position registers are given
+CHOSEN = {"declare": False, "listings": False}
 
 
 def robots_of(language):
@@ -84,9 +86,9 @@ def run(binary, *arguments):
     return subprocess.run([binary, *map(str, arguments)], capture_output=True, text=True, errors="replace")
 
 
-def account(binary, desk, program, frames):
+def account(binary, desk, program, extra):
     model = desk / "model.yaml"
-    extra = ["--frames", frames] if frames else []
+    extra = list(extra)
     extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
     out = run(binary, "rewrite", "--model", model, program, "--dry-run", "--json", "--force", *extra)
     try:
@@ -97,9 +99,12 @@ def account(binary, desk, program, frames):
 
 def measured(binary, desk, program, work, prove):
     """The account of a program with all frames at zero, and what the proof says."""
-    frames, names = None, {"frames": set(), "tools": set()}
-    for _ in range(4):
-        done, out = account(binary, desk, program, frames)
+    listing = [f for f in sorted(program.parent.iterdir()) if f.name.lower() == "posreg.va"] if CHOSEN["listings"] else []
+    given = [word for f in listing for word in ("--frames", f)]
+    extra, names, calls = given, {"frames": set(), "tools": set()}, set()
+    # a call that is declared may let others be asked for
+    for _ in range(12 if CHOSEN["declare"] else 4):
+        done, out = account(binary, desk, program, extra)
         if done is None:
             return {"failed": out.stderr.strip().splitlines()[:1], "code": out.returncode}
         missing = done.get("missing") or {}
@@ -108,20 +113,25 @@ def measured(binary, desk, program, work, prove):
             for name in missing.get(kind) or {}:
                 fresh |= name not in names[kind]
                 names[kind].add(name)
+        asked = set(missing.get("calls") or {}) if CHOSEN["declare"] else set()
+        fresh |= not asked <= calls
+        calls |= asked
         if not fresh:
             break
         frames = work / "frames.yaml"
         zero = {kind: {n: {"xyz_mm": [0, 0, 0]} for n in sorted(names[kind])} for kind in names}
         frames.write_text(json.dumps({"schema": "lostmotion/frames/1", **zero}))
+        extra = [*given, "--frames", frames, *(word for name in sorted(calls) for word in ("--no-motion", name))]
+    done["declared"] = sorted(calls)
     if prove and done.get("changes"):
-        done["proof"] = proof(binary, desk, program, frames, work)
+        done["proof"] = proof(binary, desk, program, extra, work)
         if done["proof"] == "ok":
-            done["recognised"] = recognised(binary, desk, program, frames, work)
+            done["recognised"] = recognised(binary, desk, program, extra, work)
     return done
 
 
-def proof(binary, desk, program, frames, work):
-    extra = ["--frames", frames] if frames else []
+def proof(binary, desk, program, extra, work):
+    extra = list(extra)
     extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
     into = work / "out"
     into.mkdir()
@@ -145,9 +155,9 @@ def proof(binary, desk, program, frames, work):
     return "ok"
 
 
-def recognised(binary, desk, program, frames, work):
+def recognised(binary, desk, program, extra, work):
     """Is the result refused when its notes are lost?"""
-    extra = ["--frames", frames] if frames else []
+    extra = list(extra)
     extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
     bare = work / "bare"
     bare.mkdir()
@@ -205,7 +215,10 @@ def main():
     parser.add_argument("--json", type=pathlib.Path)
     parser.add_argument("--all-robots", action="store_true", help="try the maker's other bundled arms, too")
     parser.add_argument("--assume", help="modes in which a G-code control starts, such as G21,G90")
+    parser.add_argument("--declare", action="store_true", help="declare every call that is asked for to move nothing")
+    parser.add_argument("--listings", action="store_true", help="give the POSREG.VA beside a FANUC program")
     given = parser.parse_args()
+    CHOSEN.update(declare=given.declare, listings=given.listings)
     ASSUMED.extend(["--assume", given.assume] if given.assume else [])
     kept = {}
     for language in given.language.split(","):

@@ -130,7 +130,7 @@ impl Job<'_> {
         input::open(input).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
         match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
             Recognised::Csv => None,
-            Recognised::Script(format) => context::sum_of(self.contexts.of(format, input).iter()),
+            Recognised::Script(format) => context::sum_of(self.contexts.of(format, input, self.robot.axes()).iter()),
         }
     }
 

@@ -13,6 +13,7 @@ use indexmap::IndexMap;
 use joint::{build_joint, finite};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use robot_programs::gcode::Control;
+use robot_programs::no_motion::NoMotion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -191,6 +192,9 @@ pub struct RobotFile {
     pub(super) gap_of: IndexMap<String, String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) control: Vec<String>,
+    /// Programs, macros and routines that move nothing and leave frames and tools as they are.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) no_motion: Vec<String>,
 }
 
 fn standard() -> String {
@@ -258,6 +262,11 @@ impl RobotFile {
             Error::bad(doc.place(&["control"]), format!("control {word}"), "G90 or G91, and G20 or G21")
         })?;
         robot.assume(control);
+        if let Some(bad) = self.no_motion.iter().find(|name| !NoMotion::is_name(name)) {
+            let expected = "names of programs, macros or routines, such as `[Clear User Page, GRIP_OPEN]`";
+            return Err(Error::bad(doc.place(&["no_motion"]), format!("no_motion `{bad}`"), expected));
+        }
+        robot.declare_no_motion(self.no_motion.iter().map(String::as_str));
         Ok(robot)
     }
 

@@ -20,6 +20,8 @@ use super::file::FrameFile;
 use crate::error::{Error, Result};
 use crate::io::{input, yaml::Document};
 use nalgebra::Isometry3;
+use robot_programs::fanuc::Registers;
+use robot_programs::krl::Machine;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -37,6 +39,10 @@ pub struct Frames {
     pub tools: BTreeMap<String, Isometry3<f64>>,
     /// Joints near which the arm works, deg or mm, one per axis.
     pub posture_deg: Option<Vec<f64>>,
+    /// Where the robot stands and how far its axes go, by a `$machine.dat`.
+    pub machine: Option<Machine>,
+    /// Registers as the controller lists them.
+    pub registers: Registers,
 }
 
 /// The document as it stands in YAML.
@@ -76,7 +82,7 @@ impl Frames {
             return Err(Error::bad(doc.place(&["posture_deg"]), format!("{v} in `posture_deg`"), "finite numbers"));
         }
         let (frames, tools) = (checked(&file.frames, &doc)?, checked(&file.tools, &doc)?);
-        Ok(Self { frames, tools, posture_deg: file.posture_deg })
+        Ok(Self { frames, tools, posture_deg: file.posture_deg, machine: None, registers: Registers::default() })
     }
 
     /// The frame of this name, in any case of letters.
@@ -94,6 +100,10 @@ impl Frames {
         let mut out = self.clone();
         out.frames.extend(over.frames.iter().map(|(k, v)| (k.clone(), *v)));
         out.tools.extend(over.tools.iter().map(|(k, v)| (k.clone(), *v)));
+        if over.machine.is_some() {
+            out.machine.clone_from(&over.machine);
+        }
+        out.registers.positions.extend(over.registers.positions.clone());
         if over.posture_deg.is_some() {
             out.posture_deg.clone_from(&over.posture_deg);
         }
@@ -123,7 +133,7 @@ pub(super) fn checked(
     Ok(out)
 }
 
-/// Frames and tools that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
+/// Frames, tools and calls that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Missing {
     /// Unknown frames, with the number of moves that use each.
@@ -132,18 +142,22 @@ pub struct Missing {
     pub tools: BTreeMap<String, u64>,
     /// Number of moves whose posture at the start is not known.
     pub posture: u64,
+    /// Programs, macros and routines that no file contains, with the number of moves before which each is called: they stay unchanged,
+    /// because it may move the robot.
+    pub calls: BTreeMap<String, u64>,
 }
 
 impl Missing {
     /// Whether nothing is missing.
     pub fn is_empty(&self) -> bool {
-        self.frames.is_empty() && self.tools.is_empty() && self.posture == 0
+        self.frames.is_empty() && self.tools.is_empty() && self.posture == 0 && self.calls.is_empty()
     }
 
     /// Adds what another program waits for.
     pub fn add(&mut self, other: &Self) {
         self.posture += other.posture;
-        for (sum, more) in [(&mut self.frames, &other.frames), (&mut self.tools, &other.tools)] {
+        let Self { frames, tools, calls, .. } = self;
+        for (sum, more) in [(frames, &other.frames), (tools, &other.tools), (calls, &other.calls)] {
             for (name, moves) in more {
                 *sum.entry(name.clone()).or_default() += moves;
             }
@@ -180,7 +194,23 @@ impl Missing {
                 self.posture
             );
         }
+        self.template_of_calls(&mut out);
         out
+    }
+
+    /// Calls, which a robot file or an option declares.
+    fn template_of_calls(&self, out: &mut String) {
+        if self.calls.is_empty() {
+            return;
+        }
+        out.push_str(
+            "# Programs, macros and routines that no file contains. For each that moves nothing and leaves frames and tools as they are, give\n\
+             # --no-motion NAME, or name it in the robot file (no_motion: [...]):\n",
+        );
+        for (name, moves) in &self.calls {
+            let word = if *moves == 1 { "move waits" } else { "moves wait" };
+            let _ = writeln!(out, "#   {name}: {moves} {word} for it");
+        }
     }
 }
 
@@ -207,6 +237,7 @@ mod tests {
             frames: [("2".to_string(), 12), ("a \"b\": #".to_string(), 1)].into(),
             tools: [("tGripper".to_string(), 3)].into(),
             posture: 5,
+            calls: [("CLEAR USER PAGE".to_string(), 2)].into(),
         };
         let text = missing.template();
         assert!(text.contains("needed by 12 moves") && text.contains("needed by 1 move\n"), "{text}");
@@ -214,6 +245,7 @@ mod tests {
         assert!(
             frames.frame("2").is_some() && frames.frame("A \"B\": #").is_some() && frames.tool("tgripper").is_some()
         );
+        assert!(text.contains("#   CLEAR USER PAGE: 2 moves wait for it\n"), "{text}");
         assert!(text.contains("need them: 5.") && frames.posture_deg.is_none());
         assert!(Frames::parse("t.yaml", &Missing::default().template()).is_ok());
         let given = text.replace("posture_deg: null", "posture_deg: [0, -90, 90.5]");

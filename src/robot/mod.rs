@@ -207,6 +207,16 @@ impl Robot {
         self.table.control = control;
     }
 
+    /// Programs, macros and routines that move nothing and leave frames and tools as they are, besides those named before.
+    pub fn declare_no_motion<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+        self.table.no_motion.add(names);
+    }
+
+    /// Registers as the controller lists them.
+    pub fn hold_registers(&mut self, registers: robot_programs::fanuc::Registers) {
+        self.table.registers = registers;
+    }
+
     /// The joints as programs know them: names, units, limits, pulses.
     pub fn axes(&self) -> &Axes {
         &self.table
@@ -220,6 +230,8 @@ impl Robot {
         robot.gravity_m_s2 = self.gravity_m_s2;
         robot.gap_of = self.gap_of.clone();
         robot.table.control = self.table.control;
+        robot.table.no_motion = self.table.no_motion.clone();
+        robot.table.registers = self.table.registers.clone();
         robot.frames = self.frames.clone();
         robot
     }

@@ -86,6 +86,10 @@ pub struct Axes {
     pub tool: Isometry3<f64>,
     /// How the control reads G-code before a program says so.
     pub control: crate::control::Control,
+    /// Programs, macros and routines that move nothing, as the user says.
+    pub no_motion: crate::no_motion::NoMotion,
+    /// Registers as the controller lists them.
+    pub registers: crate::fanuc::Registers,
     joints: Vec<Axis>,
     /// Joints with their own command.
     commanded: Vec<usize>,
@@ -102,6 +106,8 @@ impl Axes {
             base: Isometry3::identity(),
             tool: Isometry3::identity(),
             control: crate::control::Control::default(),
+            no_motion: crate::no_motion::NoMotion::default(),
+            registers: crate::fanuc::Registers::default(),
             joints,
             commanded,
             places,

@@ -97,15 +97,21 @@ pub struct Args {
     #[arg(long, value_name = "UM", num_args = 0..=1, require_equals = true, default_missing_value = "20")]
     pub solve_cartesian: Option<f64>,
 
-    /// File of the controller's frames and tools by name (lostmotion/frames/1), in addition to those of the robot file.
-    /// Cartesian targets in other frames stay as they are
+    /// File of the controller's frames and tools by name (lostmotion/frames/1), or a file of the controller itself, in addition
+    /// to those of the robot file. Cartesian targets in other frames stay as they are. Can be given several times
     #[arg(long, value_name = "FILE")]
-    pub frames: Option<PathBuf>,
+    pub frames: Vec<PathBuf>,
 
     /// Print only a template for --frames on standard output: every unknown frame and tool, with the number of moves that
     /// need it
     #[arg(long, conflicts_with_all = ["output", "check", "json"])]
     pub list_frames: bool,
+
+    /// Program, macro or routine that moves nothing and leaves frames and tools as they are, although no file of the program's
+    /// folder or project contains it, such as "Clear User Page"; in addition to `no_motion` in the robot file. Can be given
+    /// several times
+    #[arg(long, value_name = "NAME")]
+    pub no_motion: Vec<String>,
 
     /// Leave Cartesian targets as they are
     #[arg(long)]

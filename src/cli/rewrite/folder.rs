@@ -20,6 +20,7 @@ use crate::rewrite::guard::{note_name, note_path};
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
 use crate::rewrite::summary::{BeforeAfter, Line, PathErrors, Status};
+use crate::robot::frames::Missing;
 use anyhow::Result;
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
@@ -166,6 +167,15 @@ fn print_reasons(lines: &[Line]) {
     }
 }
 
+/// Names what programs call and no file contains, once for all of them, where moves wait for it.
+fn print_unknown_calls(lines: &[Line]) {
+    let mut missing = Missing::default();
+    lines.iter().filter_map(|l| l.missing.as_ref()).for_each(|m| missing.add(m));
+    for (name, moves) in &missing.calls {
+        eprintln!("{}", super::text::unknown_call(name, *moves));
+    }
+}
+
 /// Names the programs of whose rewritten path the verdict is `worse`.
 fn print_worse(lines: &[Line]) {
     let um = |p: Option<BeforeAfter>| p.map_or(String::new(), |p| format!("{:.1} -> {:.1} um", p.before, p.after));
@@ -222,6 +232,7 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
         counted(lines.len(), "program"),
         count(Status::Unchanged)
     );
+    print_unknown_calls(lines);
     print_worse(lines);
     let bad = match args.fail_on {
         FailOn::Refused => refused + failed,

@@ -8,9 +8,11 @@ use crate::io::input;
 use crate::io::name::text_of_name;
 use crate::io::output::Durability;
 use crate::model::Model;
+use crate::program::fanuc::Registers;
 use crate::program::files::Files;
 use crate::program::format_named;
 use crate::program::gcode::Control;
+use crate::program::no_motion::NoMotion;
 use crate::rewrite::equation2::Law;
 use crate::rewrite::guard::{Named, Notes};
 use crate::rewrite::job::Job;
@@ -68,6 +70,13 @@ impl Source {
             let expected = "G90 or G91, and G20 or G21: --assume G21,G90";
             robot.assume(control.map_err(|word| usage(&format!("--assume {}", word.0), expected))?);
         }
+        if let Some(name) = args.no_motion.iter().find(|name| !NoMotion::is_name(name)) {
+            return Err(usage(&format!("--no-motion `{name}`"), "the name of a program, a macro or a routine"));
+        }
+        robot.declare_no_motion(args.no_motion.iter().map(String::as_str));
+        let listed = args.frames.iter().map(|path| Ok(Frames::load(path)?.registers));
+        let listed: Vec<Registers> = listed.collect::<Result<_>>()?;
+        robot.hold_registers(one_listing(listed)?);
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;
         let name = path.file_name().map_or_else(|| shown(path), text_of_name);
@@ -81,6 +90,16 @@ impl Source {
             machine,
             left,
         })
+    }
+}
+
+/// The registers of the listings that are given; those of two listings are one controller's at different times.
+fn one_listing(listed: Vec<Registers>) -> Result<Registers> {
+    let mut all = listed.into_iter().filter(|r| !r.positions.is_empty());
+    let first = all.next().unwrap_or_default();
+    match all.next() {
+        Some(_) => Err(usage("two listings of position registers in --frames", "one of them")),
+        None => Ok(first),
     }
 }
 
@@ -113,25 +132,29 @@ fn left_out(args: &Args, robot: &Robot) -> Result<Vec<usize>> {
 
 /// Frames and tools of `--frames`; they and those of the robot file stand in the note.
 fn frames(args: &Args, robot: &Robot, said: &mut Vec<String>) -> Result<Frames> {
-    let frames = match &args.frames {
-        None => Frames::default(),
-        Some(path) => {
-            said.push(format!("frames {}", input::read(path)?.sha256));
-            Frames::load(path)?
-        }
-    };
-    // one given twice with different numbers is a mistake in one of the files
-    for (what, ours, theirs) in
-        [("frame", &robot.frames.frames, &frames.frames), ("tool", &robot.frames.tools, &frames.tools)]
-    {
-        if let Some((name, _)) = theirs.iter().find(|(name, f)| ours.get(*name).is_some_and(|o| o != *f)) {
-            return Err(usage(
-                &format!("{what} `{name}` of --frames, whose numbers in the robot file differ"),
-                "one of them",
-            ));
-        }
+    let mut frames = Frames::default();
+    for path in &args.frames {
+        said.push(format!("frames {}", input::read(path)?.sha256));
+        let more = Frames::load(path)?;
+        differing(&robot.frames, &more, "in the robot file")?;
+        differing(&frames, &more, "in another file of --frames")?;
+        frames = frames.with(&more);
     }
     Ok(frames)
+}
+
+/// Refuses a frame or tool that is given twice with different numbers: a mistake in one of the files.
+fn differing(ours: &Frames, theirs: &Frames, place: &str) -> Result<()> {
+    for (what, ours, theirs) in [("frame", &ours.frames, &theirs.frames), ("tool", &ours.tools, &theirs.tools)] {
+        if let Some((name, _)) = theirs.iter().find(|(name, f)| ours.get(*name).is_some_and(|o| o != *f)) {
+            return Err(usage(&format!("{what} `{name}` of --frames, whose numbers {place} differ"), "one of them"));
+        }
+    }
+    let both = ours.machine.as_ref().zip(theirs.machine.as_ref());
+    if both.is_some_and(|(ours, theirs)| ours != theirs) {
+        return Err(usage(&format!("a `$machine.dat` of --frames, whose numbers {place} differ"), "one of them"));
+    }
+    Ok(())
 }
 
 /// The job that the arguments ask for, every value checked.
@@ -281,6 +304,7 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
     if args.insignificant {
         said.push("insignificant".into());
     }
+    said.extend(robot.axes().no_motion.names().map(|name| format!("no_motion {name}")));
     for (what, value) in [("format", &args.format), ("require_coverage", &args.require_coverage)] {
         said.extend(value.as_ref().map(|v| format!("{what} {v}")));
     }

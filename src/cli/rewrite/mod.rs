@@ -271,7 +271,7 @@ fn list_frames<'a>(all: impl Iterator<Item = &'a Missing>) -> Result<()> {
     let mut missing = Missing::default();
     all.for_each(|m| missing.add(m));
     output::write_whole(Path::new("-"), missing.template().as_bytes())?;
-    if missing.is_empty() {
+    if (Missing { calls: Default::default(), ..missing }).is_empty() {
         eprintln!("no move waits for a frame or a tool");
     }
     Ok(())
@@ -328,9 +328,10 @@ fn refuse_shared(args: &Args) -> Result<()> {
         ("--model", args.model.as_deref()),
         ("--check", args.check.as_deref()),
         ("--manifest", args.manifest.as_deref()),
-        ("--frames", args.frames.as_deref()),
         ("IN", Some(args.input.as_path()).filter(|_| !in_place)),
     ];
+    let frames = args.frames.iter().map(|path| ("--frames", Some(path.as_path())));
+    let inputs: Vec<_> = inputs.into_iter().chain(frames).collect();
     let outputs = [
         ("--json", Some(Path::new("-")).filter(|_| args.json)),
         ("--output", writes),

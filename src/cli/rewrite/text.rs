@@ -196,6 +196,14 @@ fn cycle_time_text(text: &mut String, outcome: &Outcome, [before, after]: [f64; 
     );
 }
 
+/// A call of what no file contains, and the words that declare it.
+pub(super) fn unknown_call(name: &str, moves: u64) -> String {
+    format!(
+        "no file contains `{name}`, which may move the robot: {}; if it moves nothing and leaves frames and tools as they are, give --no-motion \"{name}\" (or `no_motion` in the robot file)",
+        waits(moves)
+    )
+}
+
 /// What of a vendor program is not edited, and why; where directions start anew.
 fn coverage_text(text: &mut String, v: &Vendor) {
     let c = &v.coverage;
@@ -219,6 +227,9 @@ fn coverage_text(text: &mut String, v: &Vendor) {
             "  no posture of the arm is known: {} (posture_deg of --list-frames)",
             waits(v.missing.posture)
         );
+    }
+    for (name, moves) in &v.missing.calls {
+        let _ = writeln!(text, "  {}", unknown_call(name, *moves));
     }
     for r in &v.coverage.reasons {
         let (moves, lost) = (counted(r.moves, "move"), v.lost_at(r));

@@ -5,6 +5,7 @@ use crate::io::name::text_of_name;
 use crate::io::{input, memory};
 use crate::program::files::Folders;
 use crate::program::script::{Format, Text};
+use crate::robot::Axes;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -29,8 +30,8 @@ struct Cached {
 
 impl Contexts {
     /// The context of the program at `input`. A file that cannot be read is evidence, too: what it declares is not known.
-    pub fn of(&self, format: &dyn Format, input: &Path) -> Vec<Text> {
-        format.context(input, &self.folders).iter().map(|path| self.text(path)).collect()
+    pub fn of(&self, format: &dyn Format, input: &Path, robot: &Axes) -> Vec<Text> {
+        format.context(input, &self.folders, robot).iter().map(|path| self.text(path)).collect()
     }
 
     fn text(&self, path: &Path) -> Text {

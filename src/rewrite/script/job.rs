@@ -14,6 +14,7 @@ use crate::rewrite::job::Job;
 use crate::rewrite::original;
 use crate::rewrite::outcome::{Outcome, Ready, Target, Vendor};
 use crate::rewrite::sink::{File, Sink};
+use crate::robot::Axes;
 use std::path::{Path, PathBuf};
 
 /// Changes that are kept where not all are asked for.
@@ -98,7 +99,7 @@ impl Job<'_> {
                 "joint-space CSV (in this program the robot moves from target to target, so the targets are the turning points; those on straight lines and arcs are found without a finer path)",
             ));
         }
-        let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;
+        let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts, self.robot.axes())?;
         let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
         self.refuse_known(&name, &self.known(input, &target)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.last_digits()?;
@@ -120,8 +121,14 @@ impl Job<'_> {
         match target {
             Target::DryRun => Ok(Ready::without_output(outcome)),
             Target::Check(golden) => {
-                let (mut theirs, _) =
-                    self::texts(format, golden, input::read(golden)?.bytes, &Files::Disk, &Contexts::default())?;
+                let (mut theirs, _) = self::texts(
+                    format,
+                    golden,
+                    input::read(golden)?.bytes,
+                    &Files::Disk,
+                    &Contexts::default(),
+                    self.robot.axes(),
+                )?;
                 theirs.retain(|t| !t.context);
                 let ours: Vec<Text> =
                     theirs.iter().zip(&done.texts).map(|(t, own)| own.clone().named(t.name.clone())).collect();
@@ -179,6 +186,7 @@ pub(super) fn texts(
     bytes: Vec<u8>,
     there: &Files,
     contexts: &Contexts,
+    robot: &Axes,
 ) -> Result<(Vec<Text>, Vec<PathBuf>)> {
     let name = shown(input);
     memory::require_size(&name, bytes.len() as u64, LARGEST_SCRIPT)?;
@@ -198,7 +206,7 @@ pub(super) fn texts(
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
             companions.push(path);
         }
-        all.extend(contexts.of(format, input));
+        all.extend(contexts.of(format, input, robot));
     }
     Ok((all, companions))
 }

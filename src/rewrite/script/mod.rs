@@ -13,6 +13,8 @@
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
+//! - `installation`: where the robot stands in the controller's world, and its software limits.
+//! - `asked`: calls that nobody knows and moves wait for.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it; `recognised`, `retraced`: was the program rewritten before?
 //! - [`job`]: from file to file; [`context`]: what is looked up beside it.
@@ -21,6 +23,7 @@
 
 pub(crate) mod approach;
 mod arcs;
+mod asked;
 mod bands;
 pub(crate) mod cause;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
@@ -34,6 +37,7 @@ pub(crate) mod coverage;
 mod demands;
 pub(crate) mod edits;
 pub(crate) mod fading;
+mod installation;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod notes;
@@ -78,7 +82,7 @@ pub struct Done {
     pub lines: BTreeMap<u64, At>,
     /// How much of the program was edited, and why the rest was not.
     pub coverage: Coverage,
-    /// Frames and tools that moves wait for.
+    /// Frames, tools and calls that moves wait for.
     pub missing: Missing,
     /// Where directions are lost.
     pub gaps: Vec<Gap>,
@@ -119,11 +123,17 @@ fn commanded(script: &Script, dof: usize) -> Vec<bool> {
 pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Done> {
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
+    let limited = installation::limited(script, &task.choices.frames, task.robot);
+    let robot = limited.as_ref().map_or(task.robot, |l| &l.0);
+    let task = &Task { robot, ..*task };
     demands::require_posture(task)?;
     demands::require_positions(script, task.robot)?;
     let (mut notes, reduced) = notes::uncoupled(format, task);
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
     notes.extend(notes::missing(script));
+    let root = installation::root(script, &task.choices.frames)?;
+    notes.extend(installation::note(task.robot, root.as_ref()));
+    notes.extend(limited.as_ref().map(|l| l.1.clone()));
     notes.extend(notes::unread(script));
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).is_some_and(Option::is_some);
@@ -154,6 +164,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let edited = edited_by_approach(document.as_ref(), task, &mut choice, unknown_arm.as_ref())?;
     let Edited { mut edits, mut stats, unplaced, left, partial, unwritable, patches, stops, runs, .. } = edited;
     notes.extend(edited.of_runs);
+    let missing = Missing { calls: asked::calls(script, &left), ..edited.missing };
     let reasons = Reasons { left_out: &left_out, left, partial, unwritable };
     let coverage = reasons.coverage(script, task.choices, &edits);
     demands::require_coverage(&coverage, task.choices, script)?;
@@ -180,7 +191,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         stats,
         lines: edited.lines,
         coverage,
-        missing: edited.missing,
+        missing,
         gaps: edited.gaps,
         unplaced,
         written,
@@ -252,6 +263,8 @@ fn edited_by_approach(
 fn edited(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: Option<&Cause>) -> Result<Edited> {
     let script = document.script();
     let mut known = Poses::new(task.robot, &task.choices.frames);
+    let root = installation::root(script, &task.choices.frames)?;
+    known.world = installation::world(task.robot, root.as_ref());
     known.unknown_arm = unknown_arm.cloned();
     let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
     let by_clock = ByClock::of(task);

@@ -12,6 +12,7 @@
 use super::approach::Sides;
 use super::clock::{self, ARC_PARTS};
 use super::context::Contexts;
+use super::installation;
 use super::job;
 use super::poses::Poses;
 use super::run::{self, Choice, Cut, Role, Run, Vertex};
@@ -74,7 +75,8 @@ impl Reading<'_> {
             Recognised::Csv => Program::parse(input, self.robot),
             Recognised::Script(format) => {
                 let Input { bytes, sha256, .. } = input;
-                let (texts, _) = job::texts(format, path, bytes, &Files::Disk, &Contexts::default())?;
+                let (texts, _) =
+                    job::texts(format, path, bytes, &Files::Disk, &Contexts::default(), self.robot.axes())?;
                 self.solved(format, texts, sha256)
             }
         }
@@ -92,7 +94,7 @@ impl Reading<'_> {
         };
         let sha256 = input::sha256(head);
         let own = texts.into_iter().map(|(name, bytes)| Text::new(name, bytes));
-        let texts = own.chain(Contexts::default().of(format, path)).collect();
+        let texts = own.chain(Contexts::default().of(format, path, self.robot.axes())).collect();
         self.solved(format, texts, sha256)
     }
 
@@ -127,6 +129,8 @@ impl Reading<'_> {
             joins: false,
         };
         let mut poses = Poses::new(self.robot, self.frames);
+        let root = installation::root(script, self.frames)?;
+        poses.world = installation::world(self.robot, root.as_ref());
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);
         let moves = script.moves().count();
         let mut path = Points::new(self.robot, script, runs.iter().all(Run::timed));

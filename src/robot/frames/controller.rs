@@ -1,8 +1,10 @@
 //! Frames and tools as controllers store them.
 //!
 //! - KUKA `$config.dat`: `BASE_DATA[2]={X 1200.0,Y 0.0,Z 400.0,A 90.0,B 0.0,C 0.0}`, `TOOL_DATA[n]` the same.
+//! - KUKA `$machine.dat`: `$ROBROOT={X ...}`, the place of the robot in the world, and the software limits `$SOFTN_END[n]`, `$SOFTP_END[n]`.
 //! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
 //!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
+//! - FANUC listings of position registers (`POSREG.VA`).
 //! - Yaskawa `UFRAME.CND`: `//UFRAME 2`, in it `////BUSER x,y,z,rx,ry,rz` (user frame 2 in the robot's base); `TOOL.CND`: `//TOOL 1`,
 //!   after its name the first line of six numbers (mm, deg).
 //!
@@ -12,30 +14,29 @@
 use super::Frames;
 use crate::error::{Error, Place, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use robot_programs::fanuc::Registers;
+use robot_programs::krl::Machine;
 use std::collections::BTreeMap;
 
 /// Frames of a controller's file; `None`: no controller is known that writes it.
 pub(super) fn read(name: &str, text: &str) -> Option<Result<Frames>> {
+    if Registers::is_listing(text) {
+        return Some(registers(name, text));
+    }
     let found = of_text(text)?;
-    if !found.frames.is_empty() || !found.tools.is_empty() {
+    if let Some((line, None)) = found.machine.as_ref().and_then(|m| m.root) {
+        let expected = "X, Y, Z, A, B and C as numbers";
+        return Some(Err(Error::bad(Place::line(name, line), "a `$ROBROOT` that cannot be read", expected)));
+    }
+    if !found.frames.is_empty() || !found.tools.is_empty() || found.machine.is_some() {
         return Some(Ok(found));
     }
     let nothing = "no frame and no tool that can be read".to_string();
-    let (place, found, expected) = match (listed(text), robroot(text)) {
-        (Some((line, variable)), _) if !matches!(variable, "$MNUFRAME" | "$MNUTOOL") => (
+    let (place, found, expected) = match listed(text) {
+        Some((line, variable)) if !matches!(variable, "$MNUFRAME" | "$MNUTOOL") => (
             Place::line(name, line),
             format!("a listing of `{variable}`"),
             "a listing of `$MNUFRAME` and `$MNUTOOL` (SYSFRAME.VA)".to_string(),
-        ),
-        (_, Some((line, true))) => (
-            Place::line(name, line),
-            format!("{nothing}; `$ROBROOT` stands where the world does"),
-            "`BASE_DATA` and `TOOL_DATA`, which are in `$config.dat`".into(),
-        ),
-        (_, Some((line, false))) => (
-            Place::line(name, line),
-            format!("{nothing}, but a `$ROBROOT`"),
-            "`BASE_DATA` and `TOOL_DATA`, which are in `$config.dat`; `$ROBROOT` is `base:` of the robot file".into(),
         ),
         _ => (
             Place::file(name),
@@ -48,6 +49,16 @@ pub(super) fn read(name: &str, text: &str) -> Option<Result<Frames>> {
     Some(Err(Error::bad(place, found, expected)))
 }
 
+/// Position registers of a FANUC listing.
+fn registers(name: &str, text: &str) -> Result<Frames> {
+    let registers = Registers::read(name, text)?;
+    if registers.positions.is_empty() {
+        let found = "no position register of group 1 with a value";
+        return Err(Error::bad(Place::file(name), found, "`[1,n] =` and then J1 to J6, or X, Y, Z, W, P, R"));
+    }
+    Ok(Frames { registers, ..Frames::default() })
+}
+
 fn of_text(text: &str) -> Option<Frames> {
     if listed(text).is_some() || text.contains("$MNUFRAME") || text.contains("$MNUTOOL") {
         return Some(fanuc(text));
@@ -58,7 +69,7 @@ fn of_text(text: &str) -> Option<Frames> {
     }
     let kuka = |l: &str| {
         let l = l.trim_start().to_ascii_uppercase();
-        ["DEFDAT", "BASE_DATA[", "TOOL_DATA["].iter().any(|word| l.starts_with(word))
+        ["DEFDAT", "BASE_DATA[", "TOOL_DATA[", "FRAME $ROBROOT", "$ROBROOT"].iter().any(|word| l.starts_with(word))
     };
     text.lines().any(kuka).then(|| kuka_data(text))
 }
@@ -68,14 +79,6 @@ fn listed(text: &str) -> Option<(u64, &str)> {
     let (k, line) = text.lines().enumerate().find(|(_, l)| !l.trim().is_empty())?;
     let variable = line.trim_start().strip_prefix("[*")?.split_once("*]")?.1.split_ascii_whitespace().next()?;
     Some((k as u64 + 1, variable))
-}
-
-/// The line of `$ROBROOT` in a KUKA data list, and whether all its numbers are 0.
-fn robroot(text: &str) -> Option<(u64, bool)> {
-    let (k, line) = text.lines().enumerate().find(|(_, l)| l.to_ascii_uppercase().contains("$ROBROOT="))?;
-    let inside = line.split_once('{')?.1.split_once('}')?.0;
-    let zero = |part: &str| part.split_whitespace().last().and_then(|v| v.parse::<f64>().ok()) == Some(0.0);
-    Some((k as u64 + 1, inside.split(',').all(zero)))
 }
 
 /// X, Y, Z in mm and turns about fixed X, Y, Z in degrees.
@@ -88,7 +91,9 @@ fn frame([x, y, z, a, b, c]: [f64; 6]) -> Isometry3<f64> {
 }
 
 fn kuka_data(text: &str) -> Frames {
-    let mut found = Frames::default();
+    let machine = Machine::of(text);
+    let says = machine.root.is_some() || machine.ends.iter().any(Option::is_some);
+    let mut found = Frames { machine: Some(machine).filter(|_| says), ..Frames::default() };
     for line in text.lines() {
         let line = line.split(';').next().unwrap_or_default().trim().to_ascii_uppercase();
         for (list, name) in [(&mut found.frames, "BASE_DATA["), (&mut found.tools, "TOOL_DATA[")] {
@@ -238,18 +243,14 @@ mod tests {
             format!("DEFDAT $MACHINE PUBLIC\nFRAME $ROBROOT={{X {x},Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}}\nENDDAT\n")
         };
         for (text, words) in [
-            (
-                machine("0.0"),
-                "f:2: found no frame and no tool that can be read; `$ROBROOT` stands where the world does",
-            ),
-            (machine("10.0"), "f:2: found no frame and no tool that can be read, but a `$ROBROOT`"),
+            (machine("n"), "f:2: found a `$ROBROOT` that cannot be read; expected X, Y, Z, A, B and C as numbers"),
             (
                 "DEFDAT $CONFIG PUBLIC\nENDDAT\n".into(),
                 "f: found no frame and no tool that can be read; expected `BASE_DATA[n]",
             ),
             (
                 "[*POSREG*]$POSREG  Storage: SHADOW : ARRAY[1,10] OF Position Reg\n     [1,1] =   ''\n".into(),
-                "f:1: found a listing of `$POSREG`; expected a listing of `$MNUFRAME`",
+                "f: found no position register of group 1 with a value",
             ),
             (
                 "[*SYSTEM*]$MNUFRAME  Storage: CMOS\n     [1,1] = Uninitialized\n".into(),
@@ -259,6 +260,14 @@ mod tests {
             let refused = read("f", &text).unwrap().unwrap_err().to_string();
             assert!(refused.starts_with(words), "{refused}");
         }
+    }
+
+    #[test]
+    fn a_machine_of_a_kuka_tells_where_the_robot_stands() {
+        let text = "DEFDAT $MACHINE PUBLIC\nFRAME $ROBROOT={X 10.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n$SOFTN_END[1]=-90.0\n$SOFTP_END[1]=80.0\nENDDAT\n";
+        let machine = read("f", text).unwrap().unwrap().machine.unwrap();
+        assert_eq!(machine.root.unwrap().1.unwrap().translation.vector.x, 0.01);
+        assert_eq!(machine.ends[0], Some([-90.0, 80.0]));
     }
 
     #[test]

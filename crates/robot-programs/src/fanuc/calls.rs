@@ -10,29 +10,43 @@ use super::statement::{is_comment, program_name, statements, words};
 use super::uses::FramesSet;
 use super::{instruction, motion};
 use crate::files::{self, Folders, of_folder};
-use crate::script::called::{Called, Does};
+use crate::no_motion::NoMotion;
+pub(super) use crate::script::called::stem_of as stem;
+use crate::script::called::{Called, Does, stem_of};
 use crate::script::held::{Effects, Event};
 use crate::script::lex::text_of;
 use crate::script::{StepKind, Text};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Most programs of a folder that is looked through.
 const MOST_BESIDE: usize = 10_000;
 /// Files beside the program at `path` that hold what it calls, and what these call.
-pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
+///
+/// `registers`: values of registers are given, and all programs of the folder tell which of them they set.
+pub(super) fn files(path: &Path, seen: &Folders, registers: bool) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let is_program = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("ls"));
     let look = || of_folder(folder, MOST_BESIDE).into_iter().filter(is_program).collect();
-    files::called(path, names_of(&std::fs::read(path).unwrap_or_default()), names_of, || seen.of("fanuc", folder, look))
+    let own = std::fs::read(path).unwrap_or_default();
+    if registers && memchr::memmem::find(&own.to_ascii_uppercase(), b"PR[").is_some() {
+        let here = seen.of("fanuc", folder, look);
+        // a folder that is not looked through stands for itself: it is none that can be read
+        return match here.is_empty() {
+            true => vec![folder.to_path_buf()],
+            false => here.iter().filter(|p| p.file_name() != path.file_name()).cloned().collect(),
+        };
+    }
+    files::called(path, names_of(&own), names_of, || seen.of("fanuc", folder, look))
 }
 
-/// Names after CALL in a program, in upper case.
+/// Names after CALL in a program, and those that a macro may have: a line of words alone, with `_` for its blanks. In upper case.
 ///
-/// `call = ("CALL " | "AUFRUF ") name`
+/// `call = ("CALL " | "AUFRUF ") name | number ":" word {word} ";"`
 fn names_of(program: &[u8]) -> BTreeSet<String> {
     let bytes = program.to_ascii_uppercase();
-    let mut found = BTreeSet::new();
+    let mut found: BTreeSet<String> = bytes.split(|b| matches!(b, b'\n' | b'\r')).filter_map(macro_of).collect();
     for word in [&b"CALL "[..], b"AUFRUF "] {
         for at in memchr::memmem::find_iter(&bytes, word) {
             let rest = bytes[at + word.len()..].trim_ascii_start();
@@ -40,6 +54,21 @@ fn names_of(program: &[u8]) -> BTreeSet<String> {
         }
     }
     found
+}
+
+/// Longest name of a macro.
+const LONGEST: usize = 40;
+
+/// The name of the program that a line may run as a macro.
+///
+/// `line = {digit | blank} ":" word {word} ["(" ...] ";"`
+fn macro_of(line: &[u8]) -> Option<String> {
+    let colon = memchr::memchr(b':', line).filter(|at| line[..*at].iter().all(|b| b.is_ascii_digit() || *b == b' '))?;
+    let rest = line[colon + 1..].trim_ascii().strip_suffix(b";")?;
+    let name = rest.split(|b| *b == b'(').next()?.trim_ascii();
+    let plain = |b: &u8| b.is_ascii_alphanumeric() || b" _-.".contains(b) || !b.is_ascii();
+    let is_name = (1..=LONGEST).contains(&name.len()) && name.iter().all(plain);
+    is_name.then(|| text_of(name).split_whitespace().collect::<Vec<_>>().join("_"))
 }
 
 /// A program beside one.
@@ -60,19 +89,27 @@ pub(super) struct Beside {
     pub sets: FramesSet,
 }
 
-/// What a program does besides what it calls; one that cannot be read may do anything.
-fn program(text: &Text) -> Program {
-    let name = (0..text.line_count().min(4)).find_map(|k| {
+/// The name that a program gives itself, in upper case.
+///
+/// `head = "/PROG" name`
+pub(super) fn name_in(text: &Text) -> Option<String> {
+    (0..text.line_count().min(4)).find_map(|k| {
         let words: Vec<&[u8]> = text.line(k).split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).collect();
         let begins = words.first().is_some_and(|w| w.to_ascii_uppercase().ends_with(b"/PROG"));
         words.get(1).filter(|_| begins).map(|n| text_of(n).to_ascii_uppercase())
-    });
+    })
+}
+
+/// What a program does besides what it calls; one that cannot be read may do anything.
+fn program(text: &Text) -> Program {
+    let name = name_in(text);
     let read = sections(text).ok().and_then(|s| statements(text, s.program).ok());
     let (Some(name), Some((all, _)), false) = (name, read, text.unread) else {
-        return Program { does: Does { moves: true, ..Does::default() }, ..Program::default() };
+        let does = Does { moves: true, file: stem_of(text), ..Does::default() };
+        return Program { does, ..Program::default() };
     };
     let all: Vec<_> = all.into_iter().map(|s| (words(text, &s), s)).map(|(w, s)| (s, w)).collect();
-    let mut does = Does { name, ..Does::default() };
+    let mut does = Does { name, file: stem_of(text), ..Does::default() };
     let mut sets = FramesSet::default();
     for (statement, words) in &all {
         let first = statement.pieces.first().map_or(&[][..], |p| text.slice(p.clone()));
@@ -87,6 +124,7 @@ fn program(text: &Text) -> Program {
             Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Round => {}
             Flow::Middle | Flow::Close(_) => {}
             Flow::Call(name) => drop(does.calls.insert(name)),
+            Flow::Macro(name) => drop(does.macros.insert(name)),
             Flow::Step(StepKind::Dwell(_)) => does.waits = true,
             Flow::Step(_) => does.moves = true,
         }
@@ -94,11 +132,29 @@ fn program(text: &Text) -> Program {
     Program { does, switches: flow::switches(text, &all), sets }
 }
 
-/// What the programs beside one do.
-pub(super) fn beside(texts: &[Text]) -> Beside {
-    let all: Vec<_> = texts.iter().filter(|t| t.context).map(|t| t.known(program)).collect();
+/// Keeps the programs that the first text calls, itself or by others: others may stand there for what they do to registers.
+fn keep_called(texts: &[Text], all: &mut Vec<(&Text, Arc<Program>)>) {
+    let mut open: Vec<String> = texts.iter().filter(|t| !t.context).flat_map(|t| names_of(&t.bytes)).collect();
+    let mut named = BTreeSet::new();
+    while let Some(name) = open.pop() {
+        if !named.insert(name.clone()) {
+            continue;
+        }
+        let own = |p: &&(&Text, Arc<Program>)| p.1.does.name == name || p.1.does.file == name;
+        open.extend(all.iter().filter(own).flat_map(|p| names_of(&p.0.bytes)));
+    }
+    all.retain(|p| named.contains(&p.1.does.name) || named.contains(&p.1.does.file));
+}
+
+/// What the programs beside one do; `declared`: names that move nothing, where no file has them.
+pub(super) fn beside(texts: &[Text], declared: &NoMotion) -> Beside {
+    let mut all: Vec<_> = texts.iter().filter(|t| t.context).map(|t| (t, t.known(program))).collect();
+    keep_called(texts, &mut all);
+    let all: Vec<_> = all.into_iter().map(|p| p.1).collect();
     let switches: Vec<_> = all.iter().map(|p| (p.does.name.clone(), p.switches.clone())).collect();
-    let called = Called::of(&all.iter().map(|p| &p.does).collect::<Vec<_>>());
+    let own: Vec<String> =
+        texts.iter().filter(|t| !t.context).flat_map(|t| [Some(stem_of(t)), name_in(t)]).flatten().collect();
+    let called = Called::of(&all.iter().map(|p| &p.does).collect::<Vec<_>>(), &own, declared);
     let mut sets = FramesSet::default();
     all.iter().for_each(|p| sets.extend(&p.sets));
     Beside { called, effects: Effects::of(&switches), sets }

@@ -32,6 +32,8 @@ pub(super) enum Flow {
     Close(Break),
     /// It calls a program, perhaps, and goes on; upper case.
     Call(String),
+    /// An instruction that is not known and may be a macro of this name; upper case.
+    Macro(String),
     /// All else.
     Step(StepKind),
 }
@@ -54,7 +56,10 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
     let Some(first) = words.first() else { return Flow::On };
     let all: Vec<Vec<u8>> = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase()).collect();
     let whole = all.join(&b' ');
-    let other = || instruction::read(text, words).map_or(Flow::On, Flow::Step);
+    let other = || match instruction::macro_name(text, words) {
+        Some(name) => Flow::Macro(name),
+        None => instruction::read(text, words).map_or(Flow::On, Flow::Step),
+    };
     let name = name_of(&all[0]);
     // `WAIT DI[1]=ON TIMEOUT,LBL[2]` names labels, too: they are found by the caller
     match name {
@@ -212,6 +217,7 @@ pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], 
             Flow::On => moves,
             Flow::Label(_) | Flow::Jump(_) | Flow::Step(StepKind::Dwell(_)) => false,
             Flow::Call(name) => still.waits(name).is_none(),
+            Flow::Macro(name) => !still.is_still_macro(name),
             Flow::Open(_) | Flow::Round | Flow::Middle | Flow::Close(_) | Flow::Step(_) => true,
         };
         stretch += u64::from(busy);

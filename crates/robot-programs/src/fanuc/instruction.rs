@@ -3,6 +3,7 @@
 use super::motion;
 use super::statement::{has, name_of};
 use crate::script::held::Event;
+use crate::script::lex::text_of;
 use crate::script::{Break, StepKind, Text, number};
 use std::ops::Range;
 
@@ -90,6 +91,24 @@ fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
         _ if INDEXED.contains(&name) => after == Some(b'['),
         _ => SETTINGS.contains(&name) && matches!(after, Some(b'[' | b'=')),
     }
+}
+
+/// The name of the macro that a statement may be, one blank between its words; upper case. A macro has a name of any words: the statement is
+/// known by none of its own, holds no index and gives nothing a value.
+///
+/// `macro = word {word} ["(" arguments ")"]`
+pub(super) fn macro_name(text: &Text, words: &[Range<usize>]) -> Option<String> {
+    let whole: Vec<Vec<u8>> = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase()).collect();
+    let whole = whole.join(&b' ');
+    let open = memchr::memchr(b'(', &whole).unwrap_or(whole.len());
+    let (name, arguments) = (whole[..open].trim_ascii(), whole[open..].trim_ascii());
+    let first = name.split(|b| *b == b' ').next().unwrap_or_default();
+    let known = matches!(first, b"CALL" | b"AUFRUF" | b"RUN" | b"MONITOR");
+    let plain = |b: &u8| b.is_ascii_alphanumeric() || b" _-.".contains(b) || !b.is_ascii();
+    let is_name = name.first().is_some_and(|b| b.is_ascii_alphabetic() || !b.is_ascii()) && name.iter().all(plain);
+    let whole_call = arguments.is_empty() || arguments.ends_with(b")");
+    let call = matches!(read(text, words), Some(StepKind::Break(Break::Call)));
+    (is_name && whole_call && !known && call).then(|| text_of(name).into_owned())
 }
 
 /// What a WAIT waits for: a time, a signal, a condition. Another word is part of a macro's name (`WAIT HOME`).

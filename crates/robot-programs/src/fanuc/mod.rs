@@ -11,7 +11,7 @@
 //!
 //! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses
 //! them; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else; [`flow`] jumps, blocks
-//! and calls; [`calls`] programs beside it; [`read`] makes the script; [`write`] the patches.
+//! and calls; [`calls`] programs beside it; [`listing`] registers as the controller lists them, [`registers`] which of them hold these values; [`read`] makes the script; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
 //! J3 + J2. Values are taken as they are written, and so a reversal is one of the written J3 (docs/program-fanuc.md).
@@ -40,9 +40,11 @@
 mod calls;
 mod flow;
 mod instruction;
+mod listing;
 mod motion;
 mod positions;
 mod read;
+mod registers;
 mod sections;
 mod statement;
 mod taught;
@@ -60,6 +62,7 @@ use super::script::cursor::{strip_word, unmarked};
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
+pub use listing::{Register, Registers};
 use motion::Motion;
 use positions::Position;
 use statement::Numbered;
@@ -92,8 +95,12 @@ impl Format for Fanuc {
         strip_word(bytes, b"/PROG").is_some_and(|rest| rest.starts_with(b" ") || rest.starts_with(b"\t"))
     }
 
-    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
-        calls::files(path, seen)
+    fn context(&self, path: &Path, seen: &Folders, robot: &Axes) -> Vec<PathBuf> {
+        calls::files(path, seen, !robot.registers.positions.is_empty())
+    }
+
+    fn minds_unread(&self) -> bool {
+        true
     }
 
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {

@@ -35,6 +35,12 @@ pub(super) struct MotionInstruction {
     pub blend_m: Option<f64>,
     /// Index of the goal's position; why it cannot be determined.
     pub goal: Result<u64, String>,
+    /// Its goal is this position register.
+    pub register: Option<u64>,
+    /// It calls a program on its way.
+    pub calls: bool,
+    /// The register of its offset.
+    pub offset_by: Option<u64>,
     /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
     /// moved by an offset or an increment.
     pub via: Vec<u64>,
@@ -53,12 +59,16 @@ pub(super) struct MotionInstruction {
     pub coordinated: bool,
 }
 
+/// Why a motion to a register has no goal.
+const REGISTER: &str = "a position register: its value is not in the program";
+
 /// The goal of a motion: the digits of its index where it is a position of the program.
 ///
 /// `goal = "P[" index "]"`
 fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -> Option<Range<usize>> {
     if is_register(text.slice(target.clone())) {
-        said.goal = Err("a position register: its value is not in the program".into());
+        said.goal = Err(REGISTER.into());
+        said.register = index(text, target.clone()).map(|i| i.1);
         return None;
     }
     if !is_position(text.slice(target.clone())) {
@@ -80,6 +90,11 @@ fn is_termination(word: &[u8]) -> bool {
 }
 
 impl MotionInstruction {
+    /// Whether the goal cannot be determined for no other reason than that it is a register.
+    pub fn is_register(&self, why: &str) -> bool {
+        self.register.is_some() && why == REGISTER
+    }
+
     /// A motion of which nothing is read yet.
     fn new() -> Self {
         Self {
@@ -88,6 +103,9 @@ impl MotionInstruction {
             speed: Speed::Unknown,
             blend_m: None,
             goal: Err(String::new()),
+            register: None,
+            calls: false,
+            offset_by: None,
             via: Vec::new(),
             offset: None,
             any: false,
@@ -254,7 +272,9 @@ fn read_options(
             said.goal = Err("an increment: the goal depends on where the robot stands".into());
             said.relative = true;
         } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {
+            let from = said.offset.is_none();
             k += usize::from(read_offset(&upper, &next, said));
+            said.offset_by = said.offset.as_ref().filter(|_| from).and_then(|(_, text)| register_of(text));
         } else if has(&upper, b"PR[") || has(&upper, b"VR[") || has(&upper, b"VOFFSET") {
             said.goal = Err("an offset is added to the goal".into());
         } else if upper.starts_with(b"SKIP") {
@@ -270,6 +290,7 @@ fn read_options(
             }
             kept.push(span.clone());
         } else if upper == b"CALL" || upper.ends_with(b",CALL") || upper == b"AUFRUF" || upper.ends_with(b",AUFRUF") {
+            said.calls = true;
             k += 1;
         } else if matches!((upper.as_slice(), next.as_slice()), (b"ZEIT", b"VOR" | b"NACH") | (b"WEG", b"VOR")) {
             // TB, TA, DB in German
@@ -294,6 +315,15 @@ fn read_offset(upper: &[u8], next: &[u8], said: &mut MotionInstruction) -> bool 
     said.offset = Some((has(upper, b"TOOL"), text));
     close(said, "an offset is added to the goal");
     register
+}
+
+/// The number of the register of an offset, `OFFSET,PR[3:UP]`; `None`: it is computed, or there is none.
+///
+/// `offset = ... "PR" "[" number [":" name] "]"`
+fn register_of(offset: &str) -> Option<u64> {
+    let inside = offset.split_once("PR[")?.1.strip_suffix(']')?;
+    let digits = inside.split(':').next()?.trim();
+    (!inside.contains('[')).then(|| digits.parse().ok()).flatten()
 }
 
 /// A word with digits, brackets or signs belongs to an option: `.10sec,DO[1]=ON`, `EV50%`.

@@ -146,7 +146,7 @@ impl Position {
 /// `N U T, 0, 0, 0`; `None`: not of this kind.
 ///
 /// `configuration = letter {gap} letter {gap} letter gap turn gap turn gap turn`, `gap = {"," | blank}`
-fn configuration(text: &[u8]) -> Option<Configuration> {
+pub(super) fn configuration(text: &[u8]) -> Option<Configuration> {
     let text = String::from_utf8_lossy(text).to_ascii_uppercase();
     let mut letters = Vec::new();
     let mut turns = Vec::new();

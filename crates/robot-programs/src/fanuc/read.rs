@@ -3,8 +3,10 @@
 use super::calls;
 use super::flow::{self, Flow};
 use super::instruction;
+use super::listing::Register;
 use super::motion::{self, MotionInstruction};
 use super::positions::{self, Position};
+use super::registers::Known;
 use super::sections::{line_count, sections, tracks};
 use super::statement::{Statement, is_comment, statements, words};
 use super::taught::{Taught, bare};
@@ -13,10 +15,11 @@ use super::{Motion, Program};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
-use crate::script::called::{self, Called};
+use crate::script::called::{self, Called, Untold};
 use crate::script::lex::not_too_long;
+use crate::script::pose::{Configuration, Shift, Solution};
 use crate::script::{At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseGoal, Script, StepKind, Text, pragma};
-use nalgebra::Vector3;
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -32,9 +35,10 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let count = line_count(text, sections.attributes.clone(), numbered.last().map(|n| n.number));
     let taught = Taught::of(text, robot, positions)?;
     let mut reader = Reader::new(text, robot, taught, Uses::of(text, &all));
+    reader.registers = Known::of(&texts, &robot.registers, &robot.no_motion);
     reader.uncounted = count.is_none();
     reader.tracks = tracks(text, 0..sections.program.start);
-    let beside = calls::beside(&texts);
+    let beside = calls::beside(&texts, &robot.no_motion);
     reader.uses.sets.extend(&beside.sets);
     reader.still = beside.called;
     reader.quiet = flow::quiet_labels(text, &all, &reader.still);
@@ -55,7 +59,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     }
     let reads = all.iter().filter(|(_, words)| instruction::reads_place(text, words));
     let reads = reads.map(|(statement, _)| statement.line as u64 + 1).collect();
-    let Reader { steps, taught, uses, notes, counted_calls, .. } = reader;
+    reader.notes.extend(reader.registers_note());
+    let Reader { steps, taught, uses, notes, counted_calls, untold, .. } = reader;
     let Taught { positions, targets, of_target, .. } = taught;
     let bare = bare(&positions);
     let mentioned = mentioned(text, sections.program.clone());
@@ -64,6 +69,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let kinds = robot.axis_joints().map(|j| j.kind).collect();
     let end = sections.end;
     let mut script = Script { targets, notes, ..Script::default() };
+    untold.tell(&mut script);
     let motions = steps.finish(&mut script);
     script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
     script.keep_before_reading("the program reads where it ends (LPOS, JPOS)", &reads);
@@ -87,6 +93,12 @@ struct Reader<'a> {
     /// Programs that it calls and that move nothing, and those of them that were met.
     still: Called,
     met: BTreeMap<String, u64>,
+    untold: Untold,
+    /// Registers with the values of a listing, and those that were used, with the first line.
+    registers: Known<'a>,
+    used: BTreeMap<u64, u64>,
+    /// User frame and tool that are selected, where that is certain.
+    selected: [Option<u64>; 2],
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<u64>,
     /// `before` at the start of each open block.
@@ -117,6 +129,10 @@ impl<'a> Reader<'a> {
             notes: Vec::new(),
             still: Called::default(),
             met: BTreeMap::new(),
+            untold: Untold::default(),
+            registers: Known::default(),
+            used: BTreeMap::new(),
+            selected: [None, None],
             quiet: BTreeSet::new(),
             blocks: Vec::new(),
             tracks: false,
@@ -162,6 +178,7 @@ impl<'a> Reader<'a> {
             let label = matches!(flow::read(self.text, words), Flow::Label(_));
             let labels = if label { Vec::new() } else { flow::named(self.text, words) };
             labels.into_iter().for_each(|n| self.steps.jumps_to(n.map(|n| n.to_string())));
+            self.selects(words, statement.nested);
             if statement.nested {
                 if let Some(kind @ StepKind::Break(_)) = instruction::read(self.text, words) {
                     self.push(at, kind);
@@ -199,21 +216,115 @@ impl<'a> Reader<'a> {
                 let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));
                 self.before = before.filter(|_| !busy);
             }
-            Flow::Call(name) => match self.still.waits(&name) {
-                Some(waits) => {
-                    self.met.entry(name).or_insert(at.line);
-                    if waits {
-                        self.push(at, StepKind::Dwell(None));
-                    }
+            Flow::Call(name) => self.call(at, name),
+            Flow::Macro(name) => match self.still.is_still_macro(&name) {
+                true => {
+                    self.untold.still(self.still.needs(), &name, at.line);
+                    self.push(at, StepKind::Dwell(None));
                 }
-                None => {
-                    if self.still.counts(&name) {
-                        self.counted_calls.insert(at.line);
-                    }
+                false => {
+                    self.untold.moving(self.still.needs(), &name, at);
                     self.push(at, StepKind::Break(Break::Call));
                 }
             },
             Flow::Step(kind) => self.push(at, kind),
+        }
+    }
+
+    /// Follows which user frame and tool are selected: nothing that jumps, calls or branches leaves that certain.
+    ///
+    /// `selection = ("UFRAME_NUM" | "UTOOL_NUM" | "BENUTZER_NUM" | "WKZ_NUM") "=" number`
+    fn selects(&mut self, words: &Parsed, nested: bool) {
+        let whole: Vec<u8> =
+            words.iter().flat_map(|w| self.text.slice(w.clone())).map(u8::to_ascii_uppercase).collect();
+        let quiet =
+            matches!(flow::read(self.text, words), Flow::On | Flow::Step(StepKind::Dwell(_) | StepKind::Process(_)));
+        if !quiet || nested {
+            self.selected = [None, None];
+            return;
+        }
+        for (k, names) in [[&b"UFRAME_NUM"[..], b"BENUTZER_NUM"], [b"UTOOL_NUM", b"WKZ_NUM"]].iter().enumerate() {
+            for name in names.iter().filter(|name| memchr::memmem::find(&whole, name).is_some()) {
+                let value = whole.strip_prefix(*name).and_then(|rest| rest.strip_prefix(b"="));
+                self.selected[k] = value.and_then(|v| std::str::from_utf8(v).ok()?.parse().ok());
+            }
+        }
+    }
+
+    /// Where a motion to a register leads, whose value a listing tells.
+    fn registered(&mut self, n: u64, line: u64) -> Goal {
+        // a register holds values of the other groups, too
+        let alone = self.taught.positions.iter().all(|p| p.others.is_empty());
+        if !(alone && self.robot.places().certain && self.robot.dof() == 6 && self.robot.places().external.is_empty()) {
+            return Goal::Opaque("a position register: its value is not in the program".into());
+        }
+        let goal = match self.registers.value(n) {
+            Err(why) => return Goal::Opaque(why),
+            Ok(Register::Joints(deg)) => Goal::Joints(self.taught.stands(n, line, *deg)),
+            Ok(Register::Pose(values, configuration)) => {
+                let [Some(frame), Some(tool)] = self.selected else {
+                    return Goal::Opaque(format!(
+                        "a position register: in which user frame and for which tool PR[{n}] counts is not known"
+                    ));
+                };
+                let sets = self.uses.sets.has_frame(Some(frame)) || self.uses.sets.has_tool(Some(tool));
+                let [frame, tool] = [positions::named(Some(frame), "user frame"), positions::named(Some(tool), "tool")];
+                if sets {
+                    return Goal::Opaque(format!(
+                        "a position register: the program sets the frame or the tool of PR[{n}]"
+                    ));
+                }
+                Goal::pose(listed_pose(values, *configuration, frame, tool))
+            }
+        };
+        self.used.entry(n).or_insert(line);
+        goal
+    }
+
+    /// The displacement by a register whose value a listing tells: along the axes of the tool, or of the user frame.
+    fn displacement(&mut self, said: &MotionInstruction, line: u64) -> Option<Shift> {
+        let (of_tool, _) = said.offset.as_ref()?;
+        let n = said.offset_by?;
+        let Ok(Register::Pose(v, _)) = self.registers.value(n) else { return None };
+        // what a rotation turns about depends on the controller's settings
+        if v[3..].iter().any(|angle| *angle != 0.0) {
+            return None;
+        }
+        self.used.entry(n).or_insert(line);
+        let by = Vector3::new(v[0], v[1], v[2]) * 1e-3;
+        Some(if *of_tool { Shift::of_pose(Translation3::from(by).into()) } else { Shift::in_frame(by) })
+    }
+
+    /// Says which registers must hold the values of the listing.
+    fn registers_note(&self) -> Option<Note> {
+        let line = self.used.values().min().copied()?;
+        let names: Vec<String> = self.used.keys().map(|n| format!("PR[{n}]")).collect();
+        let text = format!(
+            "the values of {} are those of the listing: they must hold these values whenever the program runs",
+            names.join(", ")
+        );
+        Some(Note { place: At { file: 0, line }, text })
+    }
+
+    /// A call of a program.
+    fn call(&mut self, at: At, name: String) {
+        match self.still.waits(&name) {
+            Some(waits) => {
+                self.untold.still(self.still.needs(), &name, at.line);
+                if !self.still.needs().is_declared(&name) {
+                    self.met.entry(name).or_insert(at.line);
+                }
+                if waits {
+                    self.push(at, StepKind::Dwell(None));
+                }
+            }
+            None => {
+                self.untold.moving(self.still.needs(), &name, at);
+                if self.still.counts(&name) {
+                    self.counted_calls.insert(at.line);
+                }
+                self.push(at, StepKind::Break(Break::Call));
+            }
         }
     }
 
@@ -243,7 +354,8 @@ impl<'a> Reader<'a> {
     }
 
     /// Where `P[n]` leads; `position`: its place in /POS; `offset`: a register that moves it.
-    fn goal(&mut self, n: u64, position: Option<usize>, offset: &Option<(bool, String)>) -> Goal {
+    fn goal(&mut self, n: u64, position: Option<usize>, said: &MotionInstruction, line: u64) -> Goal {
+        let offset = &said.offset;
         let Some(p) = position else { return Goal::Opaque(format!("P[{n}] is not in /POS")) };
         if let Some(line) = self.uses.written(n).or(self.uses.written_any) {
             return Goal::Opaque(format!("the program writes P[{n}] (line {line})"));
@@ -251,7 +363,11 @@ impl<'a> Reader<'a> {
         match self.taught.joints[p].clone() {
             Ok(_) if offset.is_some() => Goal::Opaque("an offset is added to the goal".into()),
             Ok(t) => Goal::Joints(t),
-            Err(why) => self.pose(p).map_or(Goal::Opaque(why), |pose| Goal::pose(displaced(pose, offset))),
+            Err(why) => match (self.pose(p), self.displacement(said, line)) {
+                (None, _) => Goal::Opaque(why),
+                (Some(pose), Some(shift)) => Goal::pose(pose.shifted(shift)),
+                (Some(pose), None) => Goal::pose(displaced(pose, offset)),
+            },
         }
     }
 
@@ -273,9 +389,24 @@ impl<'a> Reader<'a> {
         reasons.into_iter().find(|r| r.0).map(|r| r.1)
     }
 
+    /// A motion to a position selects its frame and tool, or the controller stops.
+    fn select_by(&mut self, position: Option<usize>, elsewhere: bool) {
+        if let Some(own) = position.and_then(|p| self.taught.positions.get(p)) {
+            self.selected = [own.frame, own.tool];
+        }
+        if elsewhere {
+            self.selected = [None, None];
+        }
+    }
+
     fn motion(&mut self, at: At, said: MotionInstruction) {
         let position = said.goal.as_ref().ok().and_then(|n| self.taught.by_index.get(n).copied());
-        let goal = match said.goal {
+        let register = said.register.filter(|_| said.offset.is_none() && !self.tracks && self.led_now == 0);
+        let register = register.filter(|_| !(said.relative || said.coordinated || said.path == PathKind::Curve));
+        let goal = match said.goal.clone() {
+            Err(why) if said.is_register(&why) && register.is_some() => {
+                register.map_or(Goal::Opaque(why), |n| self.registered(n, at.line))
+            }
             Err(why) => Goal::Opaque(why),
             Ok(_) if self.tracks || self.led_now != 0 => {
                 let by = instruction::led_by(self.led_now).unwrap_or("a conveyor that the program tracks");
@@ -284,7 +415,7 @@ impl<'a> Reader<'a> {
             Ok(_) if said.coordinated && !self.taught.leader_stands() => {
                 Goal::Opaque("COORD: its way is straight for a part that another group moves".into())
             }
-            Ok(n) => self.goal(n, position, &said.offset),
+            Ok(n) => self.goal(n, position, &said, at.line),
         };
         let goal = match (goal, &said.via[..], position) {
             (Goal::Pose(pose), [via], Some(p)) if said.path == PathKind::Curve => {
@@ -293,12 +424,18 @@ impl<'a> Reader<'a> {
             (goal, ..) => goal,
         };
         let closed = said.closed.or_else(|| self.closed(position, &goal, said.motion.as_ref()).map(String::from));
+        let fixed = register.filter(|_| position.is_none() && !matches!(goal, Goal::Opaque(_)));
+        let fixed = fixed.map(|n| format!("the value of PR[{n}] is not in the program, but known by the listing"));
+        let closed = closed.or_else(|| fixed.as_ref().map(|_| "it leads to a position register".to_string()));
         self.before = position;
+        self.select_by(position, said.process.is_some() || said.skips || said.calls);
         if let Some(motion) = said.motion {
             self.steps.place(self.steps.next(), motion);
         }
         let straight = said.path == PathKind::Linear && matches!(goal, Goal::Joints(_));
         let tool = position.filter(|_| straight).map(|p| Box::new(self.tool(&self.taught.positions[p])));
+        let selected = || Box::new(positions::named(self.selected[1], "tool"));
+        let tool = tool.or_else(|| (straight && position.is_none()).then(selected));
         let how = How {
             path: said.path,
             closed,
@@ -306,6 +443,7 @@ impl<'a> Reader<'a> {
             blend_m: said.blend_m,
             tool,
             relative: said.relative,
+            fixed,
             ..How::default()
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
@@ -315,6 +453,20 @@ impl<'a> Reader<'a> {
         if said.skips {
             self.push(at, StepKind::Break(Break::Jump));
         }
+    }
+}
+
+/// The pose of a register.
+fn listed_pose(values: &[f64; 6], configuration: Configuration, frame: Frame, tool: Frame) -> PoseGoal {
+    let [w, p, r] = [values[3], values[4], values[5]].map(f64::to_radians);
+    PoseGoal {
+        position_m: Vector3::new(values[0], values[1], values[2]) * 1e-3,
+        rotation: Some(UnitQuaternion::from_euler_angles(w, p, r)),
+        frame,
+        tool,
+        solution: Solution::Configured(configuration),
+        binding: true,
+        ..PoseGoal::default()
     }
 }
 

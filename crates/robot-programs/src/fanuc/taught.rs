@@ -74,6 +74,24 @@ impl Taught {
         Ok(())
     }
 
+    /// The target of a register's joints, deg, at a motion's line: numbers that do not stand in the program.
+    pub fn stands(&mut self, register: u64, line: u64, deg: [f64; 6]) -> usize {
+        let style = number::read(b"0.000").map(|n| n.1).unwrap_or_default();
+        let value = |deg: f64| {
+            Some(Value {
+                si: deg.to_radians(),
+                start: 0,
+                end: 0,
+                style,
+                digit: FINEST.to_radians(),
+                finest: FINEST.to_radians(),
+            })
+        };
+        let values = deg.map(value).to_vec();
+        let target = Target { name: Some(format!("PR[{register}]")), at: At { file: 0, line }, values, pose: None };
+        self.push(usize::MAX, target)
+    }
+
     fn push(&mut self, position: usize, target: Target) -> usize {
         self.targets.push(target);
         self.of_target.push(position);

@@ -1,5 +1,6 @@
 mod flow;
 mod lines;
+mod registers;
 
 use super::Fanuc;
 use super::props::m10ia;

@@ -4,8 +4,9 @@
 //! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
 
 use super::shared::job_name;
-use super::words::{OVERLAID, begin_of, is_plain_move, stands, still, upper_words};
-use crate::script::called::{Called, Does};
+use super::words::{OVERLAID, begin_of, is_known, is_plain_move, sets_frame, stands, still, upper_words};
+use crate::no_motion::NoMotion;
+use crate::script::called::{Called, Does, stem_of};
 use crate::script::held::{self, Effects, Event};
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -70,9 +71,9 @@ pub(super) fn read(words: &[String]) -> Flow {
 /// `instruction = "CALL" job ... | "JUMP" job ... | flow | word {word}`
 fn does(text: &Text) -> Does {
     let (Some(name), Some(begin), false) = (job_name(text), begin_of(text), text.unread) else {
-        return Does { moves: true, ..Does::default() };
+        return Does { moves: true, file: stem_of(text), ..Does::default() };
     };
-    let mut does = Does { name, ..Does::default() };
+    let mut does = Does { name, file: stem_of(text), ..Does::default() };
     for k in begin..text.line_count() {
         let words = upper_words(text, k);
         match read(&words) {
@@ -83,6 +84,7 @@ fn does(text: &Text) -> Does {
                 does.calls.extend(words.get(1).and_then(|w| job_of(w)));
             }
             Flow::Other if stands(&words[0]) => does.waits = true,
+            Flow::Other if is_macro(text, k, &words) => does.macros.extend(words.into_iter().next()),
             Flow::Other => {
                 does.moves |= !still(text, k, &words);
                 does.counts |= words[0].contains("IMOV");
@@ -93,9 +95,20 @@ fn does(text: &Text) -> Does {
     does
 }
 
-/// What the jobs beside one do.
-pub(super) fn beside(texts: &[Text]) -> Called {
-    Called::of(&texts.iter().map(|t| t.known(does)).collect::<Vec<_>>())
+/// Whether an instruction is not known, and may be a macro, which the user may know: it sets no frame and no position by its own words.
+///
+/// `macro = letter {letter | digit | "_" | "-"} ...`
+pub(super) fn is_macro(text: &Text, k: usize, words: &[String]) -> bool {
+    let name = |w: &String| {
+        w.starts_with(|c: char| c.is_alphabetic()) && w.chars().all(|c| c.is_alphanumeric() || "_-".contains(c))
+    };
+    words.first().is_some_and(|w| name(w) && !is_known(w)) && sets_frame(text, k).is_empty()
+}
+
+/// What the jobs beside one do; `declared`: names that move nothing, where no file has them.
+pub(super) fn beside(own: &Text, texts: &[Text], declared: &NoMotion) -> Called {
+    let names: Vec<String> = [Some(stem_of(own)), job_name(own)].into_iter().flatten().collect();
+    Called::of(&texts.iter().map(|t| t.known(does)).collect::<Vec<_>>(), &names, declared)
 }
 
 /// The instructions of a job as what they switch on and off, and the first of them of each line from `begin` on.
@@ -229,7 +242,8 @@ pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet
                 for label in words.iter().filter(|w| w.starts_with('*')) {
                     jumps.entry(label.clone()).or_default().insert(None);
                 }
-                !(stands(&words[0]) || still(text, k, &words))
+                let declared = is_macro(text, k, &words) && jobs.is_still_macro(&words[0]);
+                !(stands(&words[0]) || still(text, k, &words) || declared)
             }
             _ => true,
         };

@@ -36,8 +36,11 @@ impl Reader<'_> {
             if self.assigned.contains(&first.number) {
                 return Ok(Goal::Opaque(format!("position variable P{:03} is set in the job", first.number)));
             }
-            m.fixed = self.shared.uncertain(first.number);
-            if m.fixed.is_none() && !self.has_noted {
+            // from a place that may be another one no direction is known
+            if let Some(why) = self.shared.uncertain(first.number) {
+                return Ok(Goal::Opaque(why));
+            }
+            if !self.has_noted {
                 self.has_noted = true;
                 let text = "position variables are taken and edited as the list of the job gives them: another job that sets or loads them \
                             undoes that";

@@ -66,7 +66,7 @@ impl Format for Inform {
         line.is_some_and(|l| l.eq_ignore_ascii_case(b"/JOB"))
     }
 
-    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+    fn context(&self, path: &Path, seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         shared::files(path, seen)
     }
 

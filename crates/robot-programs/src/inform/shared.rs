@@ -33,17 +33,27 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     here.into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
 }
 
-/// Names after `CALL JOB:`, in upper case.
+/// Longest name of a job.
+const LONGEST: usize = 32;
+
+/// Names after `CALL JOB:`, and instructions that are not known: a macro runs a job. In upper case.
 ///
-/// `call = "JOB:" name ["(" ...]`
+/// `call = "JOB:" name ["(" ...] | word ...`
 fn called(bytes: &[u8]) -> BTreeSet<String> {
     let bytes = bytes.to_ascii_uppercase();
+    let first = |l: &[u8]| {
+        let word = l.trim_ascii().split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        let name = word.first().is_some_and(u8::is_ascii_alphabetic) && word.len() <= LONGEST;
+        let name = name && word.iter().all(|b| b.is_ascii_alphanumeric() || b"_-".contains(b));
+        name.then(|| text_of(word).into_owned()).filter(|w| !is_known(w))
+    };
+    let macros: BTreeSet<String> = bytes.split(|b| matches!(b, b'\n' | b'\r')).filter_map(first).collect();
     let name = |at: usize| {
         let rest = &bytes[at + b"JOB:".len()..];
         let end = rest.iter().position(|b| b.is_ascii_whitespace() || *b == b'(').unwrap_or(rest.len());
         text_of(&rest[..end]).into_owned()
     };
-    memchr::memmem::find_iter(&bytes, b"JOB:").map(name).collect()
+    memchr::memmem::find_iter(&bytes, b"JOB:").map(name).chain(macros).collect()
 }
 
 /// Whether an instruction may move to `P001`.

@@ -50,6 +50,7 @@ mod going;
 mod led;
 mod lex;
 mod lists;
+mod machine;
 mod motion;
 mod name;
 mod outside;
@@ -75,6 +76,7 @@ use super::script::cursor::unmarked;
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
+pub use machine::Machine;
 use program::Program;
 use std::path::{Path, PathBuf};
 
@@ -118,7 +120,7 @@ impl Format for Krl {
         companion(path, &|p| there.has(p)).into_iter().collect()
     }
 
-    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+    fn context(&self, path: &Path, seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         project::files(path, |there| companion(path, there), seen)
     }
 

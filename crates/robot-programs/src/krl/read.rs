@@ -16,6 +16,7 @@ use super::frame::number;
 use super::going::Going;
 use super::led::Led;
 use super::lex::{Kind, Token, in_upper, tokens, upper};
+use super::machine::installed;
 use super::motion::{self, Motion};
 use super::outside::Outside;
 use super::program::{Program, Source};
@@ -27,8 +28,9 @@ use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
+use crate::no_motion::NoMotion;
 use crate::script::blocks::Steps;
-use crate::script::called;
+use crate::script::called::{self, Untold};
 use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
@@ -51,15 +53,17 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     changed_frame_data(text, &mut data);
     let axes: Vec<(String, JointKind)> =
         axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
-    let mut reader = Reader::new(&texts, &data, &axes);
+    let mut reader = Reader::new(&texts, &data, &axes, &robot.no_motion);
     reader.lines()?;
     let by = "the files of the project";
     reader.notes.extend(called::note(&reader.met, "routine", [by, by]));
     let strikes = std::mem::take(&mut reader.strikes);
     let own = strikes.into_iter().filter(|(name, _)| reader.defined.contains(name));
     reader.notes.extend(own.map(|(name, line)| called::strikes(At { file: 0, line }, &name)).collect::<Vec<_>>());
-    let Reader { steps, others, targets, sources, mut notes, counted_calls, jumps, .. } = reader;
-    let mut script = Script::default();
+    let Reader { steps, others, targets, sources, notes, counted_calls, jumps, untold, .. } = reader;
+    let mut script = Script { notes, ..Script::default() };
+    untold.tell(&mut script);
+    let mut notes = std::mem::take(&mut script.notes);
     let sites = steps.finish(&mut script);
     script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
     script.keep_before_reading("the program reads where it ends", &reads_place(text));
@@ -77,7 +81,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     // only where nothing in the program itself tells the arm's configuration
     let asks = targets.iter().all(|t| t.pose.is_some()) && steps.iter().any(without);
     let stance = asks.then(|| stance(&texts, &data, &named)).flatten();
-    let script = Script { steps, targets, notes, stance, ..script };
+    let installed = installed(&texts, robot);
+    let script = Script { steps, targets, notes, stance, installed, ..script };
     let mut program = Program { script, kinds, axes, motions, data, sources };
     program.script.texts = texts;
     Ok(program)
@@ -159,6 +164,7 @@ struct Reader<'a> {
     /// Routines that move nothing, and those of them that were met.
     still: Still,
     met: BTreeMap<String, u64>,
+    untold: Untold,
     targets: Targets,
     sources: Vec<Source>,
     /// Target of each name of the data.
@@ -192,7 +198,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)]) -> Self {
+    fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)], declared: &NoMotion) -> Self {
         let going = Going::of(texts);
         let outside = Outside::of(texts, &going);
         Self {
@@ -206,8 +212,9 @@ impl<'a> Reader<'a> {
             others: Vec::new(),
             blocks: Vec::new(),
             stands: None,
-            still: Still::of(texts),
+            still: Still::of(texts, declared),
             met: BTreeMap::new(),
+            untold: Untold::default(),
             targets: Targets::of_text(&texts[0]),
             sources: Vec::with_capacity(texts[0].likely_steps()),
             of_name: vec![None; data.names.len()],

@@ -11,7 +11,9 @@ use super::calls::{calls, is_quiet, quiet};
 use super::lex::{Kind, Token, first_word, in_upper, tokens};
 use super::motion;
 use super::statement::{assignment, is_routine, routine_name};
+use crate::no_motion::NoMotion;
 use crate::script::Text;
+use crate::script::called::Needs;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Variables of the controller that steer neither the arm nor what points mean.
@@ -185,23 +187,32 @@ pub(super) struct Still {
     sets: BTreeSet<String>,
     /// Routines of the program that may move, under the name of a function that does not.
     hidden: BTreeSet<String>,
+    /// What they call, and what the user says of names without a text.
+    needs: Needs,
 }
 
 impl Still {
-    pub(super) fn of(texts: &[Text]) -> Self {
+    pub(super) fn of(texts: &[Text], declared: &NoMotion) -> Self {
         let known: Vec<_> = texts.iter().map(|t| t.known(Routines::of)).collect();
         let mut by_name: BTreeMap<&str, Vec<&Does>> = BTreeMap::new();
         for does in known.iter().flat_map(|r| &r.0) {
             by_name.entry(&does.name).or_default().push(does);
+        }
+        let mut needs = Needs::new(declared);
+        for does in by_name.values().flatten() {
+            needs.add(&does.name, does.moves, does.calls.iter().cloned());
         }
         by_name.retain(|_, all| all.iter().all(|d| !d.moves));
         let mut still: BTreeMap<String, bool> = BTreeMap::new();
         loop {
             let before = still.len();
             for (name, all) in &by_name {
-                let settled = all.iter().flat_map(|d| &d.calls).all(|c| still.contains_key(c));
+                let is_still = |c: &String| still.contains_key(c) || needs.is_declared(c);
+                let settled = all.iter().flat_map(|d| &d.calls).all(is_still);
                 if settled && !still.contains_key(*name) {
-                    let waits = all.iter().any(|d| d.waits || d.calls.iter().any(|c| still[c]));
+                    // one that the user declares may wait
+                    let waits = |c: &String| still.get(c).copied().unwrap_or(true);
+                    let waits = all.iter().any(|d| d.waits || d.calls.iter().any(waits));
                     still.insert((*name).to_string(), waits);
                 }
             }
@@ -218,7 +229,7 @@ impl Still {
         }
         let sets = setting(by_name.values().flatten().copied().collect());
         still.retain(|name, _| !sets.contains(name));
-        Self { names: still, sets, hidden }
+        Self { names: still, sets, hidden, needs }
     }
 
     /// Whether a line calls a routine of the program that may move, under the name of a function that does not.
@@ -233,7 +244,12 @@ impl Still {
 
     /// Whether the routine of this name moves nothing, sets nothing, and then whether it waits.
     pub(super) fn waits(&self, name: &str) -> Option<bool> {
-        self.names.get(name).copied()
+        self.names.get(name).copied().or_else(|| self.needs.is_declared(name).then_some(true))
+    }
+
+    /// What has to be known of the routines to tell what moves nothing.
+    pub(super) fn needs(&self) -> &Needs {
+        &self.needs
     }
 }
 

@@ -9,7 +9,9 @@ use super::lex::Kind;
 use super::project::LeftOut;
 use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
 use super::words::{self, Leads};
+use crate::no_motion::NoMotion;
 use crate::script::Text;
+use crate::script::called::Needs;
 use std::collections::{HashMap, HashSet};
 
 /// What the text does with a declaration beyond moving to it.
@@ -37,6 +39,8 @@ pub struct Facts<'a> {
     index: HashMap<(Scope, &'a str), usize>,
     /// By name: whether a routine of the file may move the robot.
     moving: HashMap<&'a str, bool>,
+    /// What routines call, and what the user says of names without a text.
+    pub needs: Needs,
     pub has_main: bool,
     /// Values are set by names that are computed (`SetDataVal`).
     sets_by_name: bool,
@@ -61,6 +65,7 @@ impl<'a> Facts<'a> {
             states: vec![State::default(); p.decls.len()],
             index: HashMap::new(),
             moving: HashMap::new(),
+            needs: Needs::default(),
             has_main: p.routines.iter().any(|r| r.name == "main"),
             sets_by_name: p.words.different().any(|w| w == "setdataval" || w == "setalldataval"),
             left_out,
@@ -68,9 +73,20 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// `goals`: per item the token of the name that a move leads to, which is no reading of its value.
-    pub fn new(text: &'a Text, p: &'a Parsed, left_out: &'a LeftOut, goals: &[Option<usize>]) -> Self {
+    /// `goals`: per item the token of the name that a move leads to, which is no reading of its value; `declared`: routines that move
+    /// nothing, where no file has them.
+    pub fn new(
+        text: &'a Text,
+        p: &'a Parsed,
+        left_out: &'a LeftOut,
+        goals: &[Option<usize>],
+        declared: &NoMotion,
+    ) -> Self {
         let mut f = Self::none(text, p, left_out);
+        f.needs = Needs::new(declared);
+        if !declared.is_empty() {
+            left_out.routines().iter().for_each(|name| f.needs.is_there(name));
+        }
         for (k, d) in p.decls.iter().enumerate() {
             let scope = match d.routine {
                 Some(r) => Scope::Routine(r),
@@ -292,7 +308,31 @@ impl<'a> Facts<'a> {
         }
         match self.moving.get(name) {
             Some(moving) => *moving,
-            None => !(words::is_quiet(name) || words::is_wait(name) || words::is_function(name)),
+            None => !(self.is_known(name) || self.needs.is_declared(name)),
+        }
+    }
+
+    /// Whether a name is one of the language that moves nothing.
+    fn is_known(&self, name: &str) -> bool {
+        words::is_quiet(name) || words::is_wait(name) || words::is_function(name)
+    }
+
+    /// What routines call, for those who ask what they need to move nothing.
+    fn find_needs(&mut self) {
+        let p = self.p;
+        let moves = |name: &str| words::motion(name).is_some() || words::is_frame(name) || words::arms(name);
+        for r in &p.routines {
+            self.needs.add(&r.name, false, []);
+        }
+        for item in &p.items {
+            let Some(routine) = p.routines.get(item.routine) else { continue };
+            let late = matches!(item.kind, ItemKind::Late | ItemKind::Connect);
+            let unknown = |name: &&str| !moves(name) && (self.moving.contains_key(name) || !self.is_known(name));
+            let calls: Vec<String> = called(p, item).filter(unknown).map(str::to_string).collect();
+            let moves = late || called(p, item).any(|name| !self.moving.contains_key(name) && moves(name));
+            if moves || !calls.is_empty() {
+                self.needs.add(&routine.name, moves, calls);
+            }
         }
     }
 
@@ -302,6 +342,7 @@ impl<'a> Facts<'a> {
         let mut callers: HashMap<&str, Vec<usize>> = HashMap::new();
         let mut work: Vec<usize> = Vec::new();
         self.moving = p.routines.iter().map(|r| (r.name.as_str(), false)).collect();
+        self.find_needs();
         for item in &p.items {
             let mut moves = matches!(item.kind, ItemKind::Late | ItemKind::Connect);
             for name in called(p, item) {

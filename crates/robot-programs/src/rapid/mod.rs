@@ -101,7 +101,7 @@ impl Format for Rapid {
         false
     }
 
-    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+    fn context(&self, path: &Path, seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         project::files(path, seen)
     }
 

@@ -98,6 +98,8 @@ struct Said {
     shared: HashMap<String, Vec<u8>>,
     /// It sets data by names that are computed.
     by_name: bool,
+    /// Names of its routines; all its words, where it is no RAPID.
+    routines: HashSet<String>,
 }
 
 impl Said {
@@ -106,18 +108,19 @@ impl Said {
         let words = text.bytes.split(|b| !is_word(b)).filter(|w| !w.is_empty());
         let mut words: HashSet<String> = words.map(|w| text_of(w).to_lowercase()).collect();
         let by_name = words.contains("setdataval") || words.contains("setalldataval");
-        let (mut sets, mut shared) = (None, HashMap::new());
+        let (mut sets, mut shared, mut routines) = (None, HashMap::new(), words.clone());
         if let Ok(p) = lex::lex(text, Like::Read).and_then(|l| read::parse(text, l)) {
             let alone = p.modules.len() == 1;
             let own = |d: &&read::Decl| d.routine.is_none() && d.storage != Storage::Pers && (alone || !d.local);
             for d in p.decls.iter().filter(own) {
                 words.remove(&d.name);
             }
+            routines = p.routines.iter().map(|r| r.name.clone()).collect();
             sets = Some(Facts::touched(text, &p));
             let persistent = |d: &&read::Decl| d.routine.is_none() && d.storage == Storage::Pers && !d.local;
             shared = p.decls.iter().filter(persistent).map(|d| (d.name.clone(), value_of(text, &p, d))).collect();
         }
-        Self { words, sets, shared, by_name }
+        Self { words, sets, shared, by_name, routines }
     }
 }
 
@@ -130,6 +133,11 @@ impl LeftOut {
     /// The file that names a name.
     pub fn names(&self, name: &str) -> Option<&str> {
         self.read().find(|(_, said)| !name.is_ascii() || said.words.contains(name)).map(|(file, _)| file.name.as_str())
+    }
+
+    /// Names of the routines that these files may hold.
+    pub fn routines(&self) -> HashSet<String> {
+        self.read().flat_map(|(_, said)| said.routines.iter().cloned().collect::<Vec<_>>()).collect()
     }
 
     /// Why the value of a global name that is no constant is not certain; `value`: as the module declares it.

@@ -19,7 +19,7 @@ use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
-use crate::script::called::strikes;
+use crate::script::called::{Untold, strikes};
 use crate::script::fold;
 use crate::script::{At, Break, Note, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
@@ -36,7 +36,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let goal = |item: &Item| if own(item) { goal_of(p, item) } else { None };
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let mut b = Builder {
-        f: Facts::new(text, p, &project.left_out, &goals),
+        f: Facts::new(text, p, &project.left_out, &goals, &robot.no_motion),
         project,
         robot,
         displaced: p.words.different().any(|w| w.starts_with("pdispon") || w == "pdispset"),
@@ -56,6 +56,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         notes: BTreeMap::new(),
         synchronised: false,
         moved: false,
+        untold: Untold::default(),
         entry_routine: entry_routine(p, &|item| own(item)),
     };
     let mut passed = p.passed.iter().peekable();
@@ -73,7 +74,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         return Ok(None);
     }
     b.steps.pragmas(text, &p.comments, own_end);
-    let Builder { steps, targets, literals, notes, .. } = b;
+    let Builder { steps, targets, literals, notes, untold, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
     let reads = p
@@ -85,6 +86,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
+    untold.tell(&mut out.script);
     out.script.texts = texts;
     Ok(Some(out))
 }
@@ -128,6 +130,7 @@ pub struct Builder<'a> {
     synchronised: bool,
     /// The routine or the handler moved above.
     moved: bool,
+    untold: Untold,
     /// The routine with which the program starts.
     entry_routine: Option<usize>,
 }
@@ -188,6 +191,9 @@ impl Builder<'_> {
                 self.push(token, StepKind::Break(Break::Call));
             }
         }
+        if item.kind != ItemKind::Start {
+            self.told(item);
+        }
         match item.kind {
             ItemKind::Start => {
                 self.steps.start();
@@ -243,6 +249,20 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Calls of what no file has.
+    fn told(&mut self, item: &Item) {
+        let at = self.at(item.span.start);
+        for name in facts::called(self.f.p, item) {
+            if words::motion(name).is_some() || words::is_frame(name) {
+                continue;
+            }
+            match self.f.may_move(name) {
+                true => self.untold.moving(&self.f.needs, name, at),
+                false => self.untold.still(&self.f.needs, name, at.line),
+            }
+        }
+    }
+
     /// `leave = "GOTO" name | "RETURN" ... | "EXIT" | "RAISE" ... | "RETRY" | "TRYNEXT"`
     fn leave(&mut self, token: usize) {
         let word = self.f.word(token);
@@ -294,6 +314,8 @@ impl Builder<'_> {
             let args = arguments(self.f.p, token + 1..item.span.end);
             let literal = positional(&args, 0).and_then(|k| self.number(&args[k].span, item));
             self.push(token, StepKind::Dwell(literal.filter(|s| name == "waittime" && *s >= 0.0)));
+        } else if self.f.needs.is_declared(name) {
+            self.push(token, StepKind::Dwell(None));
         }
     }
 

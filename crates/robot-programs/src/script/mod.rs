@@ -63,6 +63,7 @@ pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use joins::Join;
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 pub use step::{At, AxisSet, Break, Goal, How, Move, Note, PathKind, Speed, Step, StepKind, Way};
 pub use targets::{CLONE, Target, TargetRef, Targets, Value, Values, is_clone};
@@ -84,8 +85,8 @@ pub trait Format: Sync {
         Vec::new()
     }
     /// Further files that declare what a program at `path` uses, of those that are there: the other modules of its project. They are
-    /// read and never written. What is found in a folder is kept in `seen`.
-    fn context(&self, _path: &Path, _seen: &Folders) -> Vec<PathBuf> {
+    /// read and never written. What is found in a folder is kept in `seen`; what is known of the `robot` tells what is asked for.
+    fn context(&self, _path: &Path, _seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         Vec::new()
     }
     /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: [`Text::unread`] stands
@@ -170,8 +171,24 @@ pub struct Script {
     pub rounds: Vec<Round>,
     /// Breaks of which it is known from where alone control comes there, ascending.
     pub joins: Vec<Join>,
+    /// Lines whose calls may move the robot, and the names that would have to move nothing for these calls to move nothing: none of them is
+    /// among the files. Lines of other calls that may move are not here.
+    pub unknown_calls: BTreeMap<At, BTreeSet<String>>,
+    /// What the controller's files of its project say of where the robot stands and how far its axes go.
+    pub installed: Vec<Installed>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
+}
+
+/// What a file of the controller says of where the robot stands and how far its axes go.
+#[derive(Debug, Clone)]
+pub struct Installed {
+    /// Where it says so.
+    pub at: At,
+    /// The place of the robot's base in the world in which frames are given; inside `None`: its numbers cannot be read.
+    pub root: Option<Option<nalgebra::Isometry3<f64>>>,
+    /// Lowest and highest value of each axis, rad or m; `None`: not given.
+    pub limits: Vec<Option<[f64; 2]>>,
 }
 
 /// Where the project of a program lets its arm work: what tells the configuration of targets that have none.

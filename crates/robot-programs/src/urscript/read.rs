@@ -7,8 +7,10 @@
 use super::lex::{Kind, Lexed, Token, Words};
 use super::words;
 use crate::error::{Error, Result};
+use crate::no_motion::NoMotion;
 use crate::script::Text;
 use crate::script::alike::Passed;
+use crate::script::called::Needs;
 use crate::script::lex::{outside, text_of};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -323,8 +325,26 @@ impl Parsed {
         .map(|i| self.words.at(i))
     }
 
+    /// What the functions of the file call; `declared`: those that move nothing, where the file has none of that name.
+    pub fn needs(&self, declared: &NoMotion) -> Needs {
+        let mut needs = Needs::exactly(declared);
+        self.defs.iter().for_each(|(name, _)| needs.add(name, false, []));
+        for item in &self.items {
+            let Some((routine, _)) = item.def.and_then(|d| self.defs.get(d)) else { continue };
+            let own = |name: &str| self.defs.iter().any(|(n, _)| n == name);
+            let moves = self.words.within(item.span.clone()).any(|w| w == "run" || w == "set_tcp")
+                || self.called(item).any(|name| !own(name) && words::moves(name));
+            let unknown = |name: &&str| own(name) || !(words::moves(name) || words::is_quiet(name));
+            let calls: Vec<String> = self.called(item).filter(unknown).map(str::to_string).collect();
+            if moves || !calls.is_empty() {
+                needs.add(routine, moves, calls);
+            }
+        }
+        needs
+    }
+
     /// Functions of the file that move, or call what may.
-    pub fn moving(&self) -> HashMap<String, bool> {
+    pub fn moving(&self, needs: &Needs) -> HashMap<String, bool> {
         let mut moving: HashMap<String, bool> = self.defs.iter().map(|(n, _)| (n.clone(), false)).collect();
         let mut callers: HashMap<&str, Vec<usize>> = HashMap::new();
         let mut work = Vec::new();
@@ -335,7 +355,8 @@ impl Parsed {
                 if moving.contains_key(name) {
                     callers.entry(name).or_default().push(d);
                 } else {
-                    moves |= words::motion(name).is_some() || !words::is_quiet(name);
+                    let still = words::is_quiet(name) || words::leads(name).is_none() && needs.is_declared(name);
+                    moves |= words::motion(name).is_some() || !still;
                 }
             }
             if moves {

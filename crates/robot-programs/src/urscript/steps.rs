@@ -9,7 +9,7 @@ use super::words;
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps, is_entered};
-use crate::script::called::strikes;
+use crate::script::called::{Needs, Untold, strikes};
 use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
@@ -69,7 +69,8 @@ pub struct Built {
 pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, super::lex::Words)>> {
     let goals: Vec<Option<usize>> = p.items.iter().map(|item| goal_name(&p, item)).collect();
     p.settle(&goals);
-    let moving = p.moving();
+    let needs = p.needs(&robot.no_motion);
+    let moving = p.moving(&needs);
     let mut b = Builder {
         text: &text,
         p: &p,
@@ -86,6 +87,8 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         led_by: led_by(&p),
         entry_def: entry_def(&p, &moving),
         moving,
+        needs,
+        untold: Untold::default(),
         def: None,
         last_start: None,
         inner: None,
@@ -108,12 +111,13 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     b.steps.pragmas(&text, &p.comments, usize::MAX);
     let reads = p.items.iter().filter(|item| takes_on(&p, item) && reads_place(&p, &item.span));
     let lines = reads.map(|item| b.line(item.span.start)).collect();
-    let Builder { steps, targets, literals, notes, .. } = b;
+    let Builder { steps, targets, literals, notes, untold, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
     out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
     out.script.notes = notes;
+    untold.tell(&mut out.script);
     out.script.texts = vec![text];
     Ok(Some((out, p.words)))
 }
@@ -149,6 +153,8 @@ pub struct Builder<'a> {
     pub p: &'a Parsed,
     pub robot: &'a Axes,
     moving: HashMap<String, bool>,
+    needs: Needs,
+    untold: Untold,
     pub tools: Option<(usize, Vec<Frame>)>,
     /// The function in which the first of them is set.
     pub tools_def: Option<usize>,
@@ -256,7 +262,8 @@ impl Builder<'_> {
     }
 
     pub fn may_move(&self, name: &str) -> bool {
-        self.moving.get(name).copied().unwrap_or_else(|| !words::is_quiet(name))
+        let declared = || !words::moves(name) && self.needs.is_declared(name);
+        self.moving.get(name).copied().unwrap_or_else(|| !(words::is_quiet(name) || declared()))
     }
 
     /// What an item of the script does.
@@ -337,7 +344,9 @@ impl Builder<'_> {
     fn calls(&mut self, item: &Item) {
         let token = item.span.start;
         let moving: Vec<&str> = self.p.called(item).filter(|name| self.may_move(name)).collect();
+        self.told(item);
         match moving.as_slice() {
+            [] if self.needs.is_declared(self.p.words.at(token)) => drop(self.push(token, StepKind::Dwell(None))),
             [] => {}
             // a statement that is nothing but the call
             [name] if item.kind == ItemKind::Other && *name == self.p.words.at(token) => {
@@ -345,6 +354,17 @@ impl Builder<'_> {
                 self.steps.calls(self.at(token), (*name).to_string());
             }
             _ => drop(self.push(token, StepKind::Break(Break::Call))),
+        }
+    }
+
+    /// Calls of what the file does not have.
+    pub fn told(&mut self, item: &Item) {
+        let at = self.at(item.span.start);
+        for name in self.p.called(item).filter(|name| !words::moves(name)) {
+            match self.may_move(name) {
+                true => self.untold.moving(&self.needs, name, at),
+                false => self.untold.still(&self.needs, name, at.line),
+            }
         }
     }
 

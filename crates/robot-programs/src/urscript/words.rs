@@ -96,6 +96,11 @@ pub fn leads(name: &str) -> Option<Option<&'static str>> {
     }
 }
 
+/// Whether a function of the language moves the robot, or begins or ends to lead it.
+pub fn moves(name: &str) -> bool {
+    motion(name).is_some() || leads(name).is_some()
+}
+
 /// Functions at which the robot stands and waits.
 pub fn is_wait(name: &str) -> bool {
     matches!(name, "sleep" | "sync" | "stopj" | "stopl" | "popup" | "wait") || name.starts_with("request_")

@@ -77,6 +77,8 @@ pub struct Poses {
     pub unknown_arm: Option<Cause>,
     /// A joint motion goes to the configuration that it orders where one solution alone has it, also where another solution is nearer.
     pub by_order: bool,
+    /// The controller's world in that of the robot file.
+    pub world: Isometry3<f64>,
 }
 
 impl Poses {
@@ -86,7 +88,8 @@ impl Poses {
             |given: &Vec<f64>| robot.axis_joints().zip(given).map(|(j, v)| v * j.kind.si_per_user_unit()).collect();
         let posture = frames.posture_deg.as_ref().map(si);
         let (robot, by_tool, missing) = (robot.clone(), BTreeMap::new(), Missing::default());
-        Self { robot, frames, by_tool, missing, posture, unknown_arm: None, by_order: true }
+        let world = Isometry3::identity();
+        Self { robot, frames, by_tool, missing, posture, unknown_arm: None, by_order: true, world }
     }
 
     /// Frame and tool of a target.
@@ -98,7 +101,8 @@ impl Poses {
             return Err(Cause::NoPlace(why.to_string()));
         }
         let (mut frames, mut tools) = (Vec::new(), Vec::new());
-        let (base, known) = (self.robot.base, &self.frames);
+        // the robot's base in the controller's world
+        let (base, known) = (self.world.inverse() * self.robot.base, &self.frames);
         let frame = resolved(&goal.frame, base, &|name| known.frame(name).copied(), &mut frames);
         let tool = resolved(&goal.tool, base, &|name| known.tool(name).copied(), &mut tools);
         for (names, missing) in [(&frames, &mut self.missing.frames), (&tools, &mut self.missing.tools)] {
@@ -114,6 +118,7 @@ impl Poses {
             return Err(Cause::NoPlace("the robot's base moves on an external axis".into()));
         }
         let (posture, by_order) = (self.posture.clone(), self.by_order);
+        let frame = if self.world == Isometry3::identity() { frame } else { self.world * frame };
         Ok(Place { tooled: self.tooled(tool), frame, posture, by_order, lettered: false })
     }
 

@@ -167,9 +167,9 @@ fn files_of_called_programs_are_looked_up_beside_a_program_and_through_their_cal
     {
         std::fs::write(folder.join(name), called("X", lines)).unwrap();
     }
-    let found = Fanuc.context(&folder.join("MAIN.LS"), &Folders::default());
+    let found = Fanuc.context(&folder.join("MAIN.LS"), &Folders::default(), &m10ia());
     assert_eq!(found, [folder.join("LAMP.LS"), folder.join("grip.ls")]);
-    assert!(Fanuc.context(&folder.join("OTHER.LS"), &Folders::default()).is_empty());
+    assert!(Fanuc.context(&folder.join("OTHER.LS"), &Folders::default(), &m10ia()).is_empty());
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

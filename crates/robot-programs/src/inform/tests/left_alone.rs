@@ -74,7 +74,8 @@ fn a_position_variable_that_the_job_sets_in_any_spelling_is_not_known() {
     {
         assert!(matches!(goal(line).goal, Goal::Opaque(_)), "{line}");
     }
-    assert!(goal("JUMP JOB:GONE IF IN#(1)=ON").fixed.is_some());
+    // a job that is not there may set it: from which place the next move comes is not known
+    assert!(matches!(goal("JUMP JOB:GONE IF IN#(1)=ON").goal, Goal::Opaque(_)));
 }
 
 #[test]
