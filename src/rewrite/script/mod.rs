@@ -12,6 +12,7 @@
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
+//! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `asked`: calls that nobody knows and moves wait for.
@@ -35,6 +36,7 @@ pub(crate) mod configuration;
 pub(crate) mod context;
 pub(crate) mod coverage;
 mod demands;
+mod edited;
 pub(crate) mod edits;
 pub(crate) mod fading;
 mod installation;
@@ -44,6 +46,7 @@ pub(crate) mod notes;
 pub mod path;
 pub(crate) mod poses;
 pub(crate) mod rates;
+mod reasons;
 mod recognised;
 mod retraced;
 pub(crate) mod run;
@@ -55,16 +58,13 @@ pub(crate) mod writing;
 
 use super::stats::RewriteStats;
 use crate::error::Result;
-use crate::program::script::{At, Document, Edits, Format, Goal, Note, Script, StepKind, Text};
+use crate::program::script::{At, Format, Note, Script, Text};
 use crate::robot::frames::Missing;
-use cause::Cause;
 use change::Change;
-use collected::Collected;
 use coverage::Coverage;
+use edited::Edited;
 use edits::Unplaced;
-use fading::ByClock;
-use poses::{Held, Poses};
-use run::{Choice, Cut, Gap, Run};
+use run::{Choice, Gap};
 use std::collections::BTreeMap;
 pub use task::{Choices, Task};
 
@@ -78,19 +78,25 @@ pub struct Done {
     pub notes: Vec<Note>,
     /// Points, new points, limits and durations.
     pub stats: RewriteStats,
-    /// Lines of the points of violations, by the number of the point.
-    pub lines: BTreeMap<u64, At>,
     /// How much of the program was edited, and why the rest was not.
     pub coverage: Coverage,
+    /// What the rewritten program reads as when it is read again.
+    pub written: verify::Written,
+    /// What the report tells of it.
+    pub account: Account,
+}
+
+/// What a report tells of the edits of a program.
+pub struct Account {
+    /// Lines of the points of violations, by the number of the point.
+    pub lines: BTreeMap<u64, At>,
     /// Frames, tools and calls that moves wait for.
     pub missing: Missing,
     /// Where directions are lost.
     pub gaps: Vec<Gap>,
     /// New points that could not be placed.
     pub unplaced: Unplaced,
-    /// What the rewritten program reads as when it is read again.
-    pub written: verify::Written,
-    /// The first changes, as many as were asked for, and how many there are.
+    /// The first changes, as many as were asked for.
     pub changes: Vec<Change>,
     /// Number of all changes, listed or not.
     pub changes_total: usize,
@@ -135,7 +141,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(installation::note(task.robot, root.as_ref()));
     notes.extend(limited.as_ref().map(|l| l.1.clone()));
     notes.extend(notes::unread(script));
-    let left_out = left_out(script, task.choices);
+    let left_out = reasons::left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).is_some_and(Option::is_some);
     let deadband = bands::deadbands(script, task);
     let commanded = commanded(script, task.robot.dof());
@@ -161,20 +167,15 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         joins: true,
     };
     let unknown_arm = notes::unknown_arm(format, task.robot);
-    let edited = edited_by_approach(document.as_ref(), task, &mut choice, unknown_arm.as_ref())?;
-    let Edited { mut edits, mut stats, unplaced, left, partial, unwritable, patches, stops, runs, .. } = edited;
+    let edited = edited::by_approach(document.as_ref(), task, &mut choice, unknown_arm.as_ref())?;
+    let Edited { mut edits, mut stats, patches, stops, runs, account, .. } = edited;
     notes.extend(edited.of_runs);
-    let missing = Missing { calls: asked::calls(script, &left), ..edited.missing };
-    let reasons = Reasons { left_out: &left_out, left, partial, unwritable };
-    let coverage = reasons.coverage(script, task.choices, &edits);
+    let coverage = edited.reasons.coverage(script, task.choices, &left_out, &edits);
     demands::require_coverage(&coverage, task.choices, script)?;
     stats.points = coverage.moves;
     stats.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
     notes.extend(demands::enough_digits(script, &edits, task)?);
-    notes.extend(edited.clockless);
-    notes.extend(edited.rates.notes(task.robot));
-    notes.extend(edited.held.notes(task.robot));
-    notes.extend(edited.of_arm);
+    notes.extend(edited.of_moves);
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
@@ -186,210 +187,5 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let stops_s = stops.and_then(|s| s.duration_s(&written.halts));
         stats.duration_s = stats.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
-    Ok(Done {
-        texts,
-        stats,
-        lines: edited.lines,
-        coverage,
-        missing,
-        gaps: edited.gaps,
-        unplaced,
-        written,
-        changes: edited.changes,
-        changes_total: edited.changes_total,
-        anew: edited.anew,
-        runs: edited.count,
-        looks_rewritten: edited.looks_rewritten,
-        notes,
-        originals,
-    })
-}
-
-/// What is to be written into a program, and what the report tells of it.
-struct Edited {
-    edits: Edits,
-    stats: RewriteStats,
-    unplaced: Unplaced,
-    rates: rates::Rates,
-    /// Lines of the points of violations, by the number of the point.
-    lines: BTreeMap<u64, At>,
-    held: Held,
-    changes: Vec<Change>,
-    changes_total: usize,
-    gaps: Vec<Gap>,
-    /// Steps with an axis whose position is not known yet, ascending.
-    partial: Vec<usize>,
-    /// Where the engine or a pose cannot be written, by step.
-    left: BTreeMap<usize, Cause>,
-    /// By the format, by step.
-    unwritable: BTreeMap<usize, Cause>,
-    patches: Option<crate::program::script::Patches>,
-    missing: Missing,
-    looks_rewritten: bool,
-    stops: Option<stops::Stops>,
-    clockless: Option<Note>,
-    of_runs: Vec<Note>,
-    of_arm: Vec<Note>,
-    /// Runs that start elsewhere than the program, and all of them.
-    anew: usize,
-    count: usize,
-    /// Where targets are reached from one side; else what is written needs the edits alone.
-    runs: Vec<Run>,
-}
-
-/// The edits of a program. A target whose point of approach cannot be written is reached as the program says, and the program is gone
-/// through once more.
-fn edited_by_approach(
-    document: &dyn Document,
-    task: &Task,
-    choice: &mut Choice,
-    unknown_arm: Option<&Cause>,
-) -> Result<Edited> {
-    /// Each round leaves targets for good; hardly a program needs a third.
-    const ROUNDS: usize = 6;
-    for _ in 0..ROUNDS {
-        let edited = edited(document, task, choice, unknown_arm)?;
-        let unwritten = approach::unwritten(&edited.runs, &edited.edits);
-        if unwritten.is_empty() {
-            return Ok(edited);
-        }
-        choice.approach.leave(unwritten);
-    }
-    choice.approach.leave(0..document.script().steps.len());
-    edited(document, task, choice, unknown_arm)
-}
-
-/// The edits of a program, one way through it.
-fn edited(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: Option<&Cause>) -> Result<Edited> {
-    let script = document.script();
-    let mut known = Poses::new(task.robot, &task.choices.frames);
-    let root = installation::root(script, &task.choices.frames)?;
-    known.world = installation::world(task.robot, root.as_ref());
-    known.unknown_arm = unknown_arm.cloned();
-    let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
-    let by_clock = ByClock::of(task);
-    let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);
-    let solve = choice.solve_within_m.is_some();
-    let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
-        Collected::of(document, task, &by_clock, &runs, choice.deadband, solve)?;
-    left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
-    unplaced.points += collected::spare(script, task.choices, &mut edits);
-    let mut held = Held::default();
-    let (changes, changes_total) = as_poses(document, task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
-    // an estimate of a part would read as one of the whole
-    let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
-    let whole = gaps.is_empty() && partial.is_empty() && !loops;
-    stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
-    let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
-    let clockless = by_clock.note(&runs);
-    let of_runs = notes::unplaced(script, task.robot, &runs).into_iter().collect();
-    let anew = runs.iter().filter(|r| !r.entry && !r.goes_on()).count();
-    let count = runs.iter().filter(|r| !r.is_again()).count();
-    if !choice.approach.any() {
-        runs = Vec::new();
-    }
-    let (unwritable, patches) = writing::leave_unwritable(document, &mut edits, &mut stats);
-    Ok(Edited {
-        edits,
-        stats,
-        unplaced,
-        rates,
-        lines,
-        held,
-        changes,
-        changes_total,
-        gaps,
-        partial,
-        left,
-        unwritable,
-        patches,
-        missing: known.missing,
-        looks_rewritten,
-        stops,
-        clockless,
-        of_runs,
-        of_arm,
-        anew,
-        count,
-        runs,
-    })
-}
-
-/// Why steps stay as they are.
-struct Reasons<'a> {
-    /// On request, up to the last step that is.
-    left_out: &'a [Option<Cause>],
-    /// Where the engine or a pose cannot be written, by step.
-    left: BTreeMap<usize, Cause>,
-    /// Steps with an axis whose position is not known yet, ascending.
-    partial: Vec<usize>,
-    /// By the format, by step.
-    unwritable: BTreeMap<usize, Cause>,
-}
-
-impl Reasons<'_> {
-    fn coverage(&self, script: &Script, choices: &Choices, edits: &Edits) -> Coverage {
-        let posed = |k: usize| match self.left.get(&k) {
-            Some(why) => Err(why.clone()),
-            None if choices.leave_poses => Err(Cause::Cartesian),
-            None => Ok(()),
-        };
-        let solved = |k: usize| edits.steps.get(k).is_some_and(|e| e.as_joint_moves);
-        let unknown = |k: usize| self.partial.binary_search(&k).is_ok().then_some(Cause::NotYetKnown);
-        let kept = |k: usize| {
-            let asked = self.left_out.get(k).cloned().flatten().or_else(|| unknown(k));
-            let joints = || matches!(&script.steps[k].kind, StepKind::Move(m) if matches!(m.goal, Goal::Joints(_)));
-            asked
-                .or_else(|| self.unwritable.get(&k).cloned())
-                .or_else(|| self.left.get(&k).filter(|_| joints()).cloned())
-        };
-        Coverage::of(script, &kept, &solved, &posed)
-    }
-}
-
-/// How long the runs take together, s, where each of them is known.
-fn duration_s(runs: &[Run]) -> Option<f64> {
-    let known = runs.iter().all(Run::timed) && !runs.is_empty();
-    known.then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
-}
-
-/// Writes the edits of Cartesian targets as poses; the largest changes, and how many there are.
-fn as_poses(
-    document: &dyn Document,
-    task: &Task,
-    runs: &[Run],
-    edits: &mut Edits,
-    left: &mut BTreeMap<usize, Cause>,
-    unplaced: &mut Unplaced,
-    held: &mut Held,
-) -> (Vec<Change>, usize) {
-    let script = document.script();
-    circles::settle(script, runs, edits, left);
-    if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
-        return change::of_edits(script, runs, edits, task.robot, task.listed);
-    }
-    let mut in_joints = poses::write(script, runs, edits, left, unplaced, held);
-    arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
-    change::of_edits(script, runs, &in_joints, task.robot, task.listed)
-}
-
-/// Why each step is left out on request, up to the last one that is.
-fn left_out(script: &Script, choices: &Choices) -> Vec<Option<Cause>> {
-    let (mut process, mut off) = (false, false);
-    let mut all = Vec::new();
-    for (k, step) in script.steps.iter().enumerate() {
-        match step.kind {
-            StepKind::Process(on) => process = on,
-            StepKind::Pragma(on) => off = !on,
-            _ => {}
-        }
-        let why = match (off, process && choices.exclude_process) {
-            (true, _) => Cause::SwitchedOff,
-            (_, true) => Cause::ProcessOn,
-            _ => continue,
-        };
-        all.resize(k, None);
-        all.push(Some(why));
-    }
-    all
+    Ok(Done { texts, originals, notes, stats, coverage, written, account })
 }

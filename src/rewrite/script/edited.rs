@@ -1,0 +1,122 @@
+//! The edits of a program: its runs through the engine, their points as values and poses of the program, and what the report tells.
+
+use super::cause::Cause;
+use super::change::{self, Change};
+use super::collected::{self, Collected};
+use super::edits::Unplaced;
+use super::fading::ByClock;
+use super::poses::{self, Held, Poses};
+use super::reasons::Reasons;
+use super::run::{self, Choice, Cut, Run};
+use super::stops::Stops;
+use super::{Account, Task, approach, arcs, asked, circles, installation, notes, recognised, writing};
+use crate::error::Result;
+use crate::program::script::{Document, Edits, Goal, Note, Patches};
+use crate::rewrite::stats::RewriteStats;
+use crate::robot::frames::Missing;
+use std::collections::BTreeMap;
+
+/// What is to be written into a program, and what the report tells of it.
+pub(super) struct Edited {
+    pub(super) edits: Edits,
+    /// The same as patches, where the format made them to see what it can write.
+    pub(super) patches: Option<Patches>,
+    pub(super) stats: RewriteStats,
+    /// How long new exact stops take, where the duration is known.
+    pub(super) stops: Option<Stops>,
+    pub(super) reasons: Reasons,
+    pub(super) account: Account,
+    /// Notes on runs whose way is not known, and those on moves, the robot and its limits.
+    pub(super) of_runs: Vec<Note>,
+    pub(super) of_moves: Vec<Note>,
+    /// Where targets are reached from one side; else what is written needs the edits alone.
+    pub(super) runs: Vec<Run>,
+}
+
+/// The edits of a program. A target whose point of approach cannot be written is reached as the program says, and the program is gone
+/// through once more.
+pub(super) fn by_approach(
+    document: &dyn Document,
+    task: &Task,
+    choice: &mut Choice,
+    unknown_arm: Option<&Cause>,
+) -> Result<Edited> {
+    /// Each round leaves targets for good; hardly a program needs a third.
+    const ROUNDS: usize = 6;
+    for _ in 0..ROUNDS {
+        let edited = one_way(document, task, choice, unknown_arm)?;
+        let unwritten = approach::unwritten(&edited.runs, &edited.edits);
+        if unwritten.is_empty() {
+            return Ok(edited);
+        }
+        choice.approach.leave(unwritten);
+    }
+    choice.approach.leave(0..document.script().steps.len());
+    one_way(document, task, choice, unknown_arm)
+}
+
+/// The edits of a program, one way through it.
+fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: Option<&Cause>) -> Result<Edited> {
+    let script = document.script();
+    let mut known = Poses::new(task.robot, &task.choices.frames);
+    let root = installation::root(script, &task.choices.frames)?;
+    known.world = installation::world(task.robot, root.as_ref());
+    known.unknown_arm = unknown_arm.cloned();
+    let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
+    let by_clock = ByClock::of(task);
+    let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);
+    let solve = choice.solve_within_m.is_some();
+    let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
+        Collected::of(document, task, &by_clock, &runs, choice.deadband, solve)?;
+    left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
+    unplaced.points += collected::spare(script, task.choices, &mut edits);
+    let mut held = Held::default();
+    let (changes, changes_total) = as_poses(document, task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
+    // an estimate of a part would read as one of the whole
+    let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
+    let whole = gaps.is_empty() && partial.is_empty() && !loops;
+    stats.duration_s = duration_s(&runs).filter(|_| whole).map(|s| [s, s]);
+    let stops = stats.duration_s.map(|_| Stops::of(task.robot, &runs));
+    let mut of_moves: Vec<Note> = by_clock.note(&runs).into_iter().collect();
+    of_moves.extend(rates.notes(task.robot));
+    of_moves.extend(held.notes(task.robot));
+    of_moves.extend(of_arm);
+    let of_runs = notes::unplaced(script, task.robot, &runs).into_iter().collect();
+    let anew = runs.iter().filter(|r| !r.entry && !r.goes_on()).count();
+    let number = runs.iter().filter(|r| !r.is_again()).count();
+    if !choice.approach.any() {
+        runs = Vec::new();
+    }
+    let (unwritable, patches) = writing::leave_unwritable(document, &mut edits, &mut stats);
+    let missing = Missing { calls: asked::calls(script, &left), ..known.missing };
+    let account =
+        Account { lines, missing, gaps, unplaced, changes, changes_total, anew, runs: number, looks_rewritten };
+    let reasons = Reasons { left, partial, unwritable };
+    Ok(Edited { edits, patches, stats, stops, reasons, account, of_runs, of_moves, runs })
+}
+
+/// How long the runs take together, s, where each of them is known.
+fn duration_s(runs: &[Run]) -> Option<f64> {
+    let known = runs.iter().all(Run::timed) && !runs.is_empty();
+    known.then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
+}
+
+/// Writes the edits of Cartesian targets as poses; the largest changes, and how many there are.
+fn as_poses(
+    document: &dyn Document,
+    task: &Task,
+    runs: &[Run],
+    edits: &mut Edits,
+    left: &mut BTreeMap<usize, Cause>,
+    unplaced: &mut Unplaced,
+    held: &mut Held,
+) -> (Vec<Change>, usize) {
+    let script = document.script();
+    circles::settle(script, runs, edits, left);
+    if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
+        return change::of_edits(script, runs, edits, task.robot, task.listed);
+    }
+    let mut in_joints = poses::write(script, runs, edits, left, unplaced, held);
+    arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
+    change::of_edits(script, runs, &in_joints, task.robot, task.listed)
+}
