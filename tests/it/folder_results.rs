@@ -2,10 +2,10 @@
 
 use crate::support::{WorkFolder, bundled};
 
-const RUN: &str = "rewrite --model model.yaml cell --output-dir done --summary s.jsonl";
+pub const RUN: &str = "rewrite --model model.yaml cell --output-dir done --summary s.jsonl";
 
 /// A folder with a program that is rewritten (`turns.csv`), one that needs no change (`plain.csv`), and a pair of KRL files.
-fn desk() -> WorkFolder {
+pub fn desk() -> WorkFolder {
     let desk = WorkFolder::new();
     std::fs::copy(bundled("configs/kuka-kr120-r2500-pro.yaml"), desk.join("robot.yaml")).unwrap();
     std::fs::create_dir_all(desk.join("cell")).unwrap();
@@ -22,7 +22,7 @@ fn desk() -> WorkFolder {
     desk
 }
 
-fn model(desk: &WorkFolder, half_gap_deg: f64) {
+pub fn model(desk: &WorkFolder, half_gap_deg: f64) {
     let effect = format!("{{effect: backlash, joint: A1, half_gap_deg: {half_gap_deg}}}");
     let text = format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n");
     std::fs::write(desk.join("model.yaml"), text).unwrap();
@@ -85,4 +85,36 @@ fn a_result_that_a_loss_of_power_emptied_is_written_again() {
         desk.run(RUN).success();
         assert_eq!((std::fs::read(&path).unwrap(), std::fs::read(&note).unwrap()), (whole.clone(), whole_note.clone()));
     }
+}
+
+#[test]
+fn only_what_its_own_note_shows_to_be_a_result_is_left_out_of_a_folder() {
+    let desk = desk();
+    let read = |name: &str| std::fs::read_to_string(desk.join(name)).unwrap();
+    std::fs::create_dir_all(desk.join("cell/station3")).unwrap();
+    std::fs::write(desk.join("cell/station3/other.csv"), read("cell/turns.csv").replace("20.0000", "30.0000")).unwrap();
+    desk.run("rewrite --model model.yaml cell/turns.csv --output cell/station3/turns.csv").success();
+    let out = desk.run(RUN).success();
+    let told = "1 program in cell/station3 is a result of an earlier rewrite and is left out";
+    assert!(out.stderr.contains(told), "{}", out.stderr);
+    assert!(desk.join("done/station3/other.csv").exists() && !desk.join("done/station3/turns.csv").exists());
+    desk.run("manifest cell --output m.jsonl").success();
+    assert!(read("m.jsonl").contains("station3/other.csv") && !read("m.jsonl").contains("station3/turns.csv"));
+    // a copy of an original beside a result, and a result that was edited, are programs
+    std::fs::write(desk.join("cell/station3/plain.csv"), read("cell/plain.csv")).unwrap();
+    std::fs::write(desk.join("cell/station3/turns.csv"), read("cell/turns.csv").replace("20.0000", "25.0000")).unwrap();
+    let out = desk.run(RUN).success();
+    assert!(!out.stderr.contains("left out"), "{}", out.stderr);
+    assert!(desk.join("done/station3/plain.csv").exists() && desk.join("done/station3/turns.csv").exists());
+}
+
+#[test]
+fn a_folder_of_results_is_left_out_also_where_an_original_has_changed_since() {
+    let desk = desk();
+    desk.run("rewrite --model model.yaml cell --output-dir cell/out").success();
+    let changed = std::fs::read_to_string(desk.join("cell/turns.csv")).unwrap().replace("20.0000", "25.0000");
+    std::fs::write(desk.join("cell/turns.csv"), changed).unwrap();
+    let out = desk.run(RUN).success();
+    assert!(out.stderr.contains("3 programs in cell/out are results of an earlier rewrite"), "{}", out.stderr);
+    assert!(!desk.join("done/out").exists());
 }
