@@ -82,14 +82,16 @@ impl Output {
         let shown = shown(path);
         // a new file needs no second look: there may be thousands
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
+        // first what the name stands for: one of a descriptor (`/dev/fd/63`) leads to no other name
+        let there = if nothing { None } else { std::fs::metadata(path).ok() };
         // a link stays a link: what it points to is replaced, or made
         let target = if nothing { path.to_path_buf() } else { links::target_of(path) };
-        let there = if nothing { None } else { std::fs::metadata(&target).ok() };
         if let Some(meta) = &there {
             if meta.is_dir() {
                 return Err(Error::bad(crate::error::Place::file(&shown), "a folder", "a file to write"));
             }
-            if !meta.is_file() {
+            if !meta.is_file() || std::fs::metadata(&target).is_err() {
+                let target = path.to_path_buf();
                 return Ok(made(Sink::Special { held: SpooledTempFile::new(IN_MEMORY), target }, shown));
             }
             if meta.permissions().readonly() {
@@ -192,6 +194,11 @@ impl Output {
         {
             file.replaces |= std::fs::symlink_metadata(&file.target).is_ok();
         }
+    }
+
+    /// Whether it goes to a regular file.
+    pub fn is_regular(&self) -> bool {
+        matches!(self.sink, Sink::File(_))
     }
 
     /// Refuses to replace a file of another kind: a mistaken name.

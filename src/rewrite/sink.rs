@@ -87,6 +87,11 @@ impl File {
         self.output.begins_as(file).unwrap_or(false) // one that cannot be read is nobody's beginning
     }
 
+    /// Whether it goes to a regular file, which can be read again.
+    pub fn is_regular(&self) -> bool {
+        self.output.is_regular()
+    }
+
     /// As an output, to be put in place.
     pub fn into_output(self) -> Output {
         self.output

@@ -118,3 +118,14 @@ fn a_folder_of_results_is_left_out_also_where_an_original_has_changed_since() {
     assert!(out.stderr.contains("3 programs in cell/out are results of an earlier rewrite"), "{}", out.stderr);
     assert!(!desk.join("done/out").exists());
 }
+
+#[test]
+fn the_folder_of_the_results_may_be_made_for_the_summary() {
+    let desk = desk();
+    let run = "rewrite --model model.yaml cell --output-dir new --summary new/s.jsonl --report new/r.html";
+    desk.run(&format!("{run} --dry-run")).ends_with(2);
+    desk.run(run).success();
+    assert!(desk.join("new/s.jsonl").exists() && desk.join("new/r.html").exists());
+    desk.run("schema --output-dir schemas/all").success();
+    assert!(desk.join("schemas/all/robot.schema.json").exists());
+}
