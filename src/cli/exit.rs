@@ -84,6 +84,9 @@ pub fn words(error: &anyhow::Error) -> String {
     parts.join(": ") + &option
 }
 
+/// The option for a file that stands in the way of a result.
+pub const REPLACE: &str = "--replace replaces it";
+
 /// The option of a setting of the library: they share their names.
 fn flag(setting: &str) -> String {
     format!("--{}", setting.replace('_', "-"))
@@ -107,6 +110,7 @@ pub fn option(error: &Error) -> Option<String> {
             let joints: Vec<&str> = coarse.iter().map(|c| c.joint.as_str()).collect();
             format!(" (--leave-out {} writes the others)", joints.join(","))
         }
+        (Some(Refusal::Foreign { .. }), _) => format!(" ({REPLACE})"),
         (_, Some(NoGap::NoPlay { .. })) => {
             "; if the errors are commanded minus measured, or forward is towards lower positions, use --reversed".into()
         }

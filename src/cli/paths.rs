@@ -91,6 +91,9 @@ fn real(path: &Path) -> Option<PathBuf> {
     if is_stdio(path) {
         return Some(path.to_path_buf());
     }
+    if std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+        return None; // the name of a descriptor leads to no other name
+    }
     match std::fs::canonicalize(path) {
         Ok(real) => Some(real).filter(|r| r.is_file()),
         Err(_) => links::real(path),

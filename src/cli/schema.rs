@@ -1,7 +1,7 @@
 //! `lostmotion schema`: JSON Schemas of the documents, for editors and checks.
 
 use crate::cli::exit::bad;
-use crate::error::Place;
+use crate::error::{Error, Place};
 use crate::io::output::Output;
 use crate::io::transaction::Transaction;
 use crate::schemas;
@@ -28,7 +28,7 @@ pub struct Args {
     /// Write the schema to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.json", default_value = "-")]
     pub output: PathBuf,
-    /// Write every schema to this folder, as DOCUMENT.schema.json
+    /// Write every schema to this folder, as DOCUMENT.schema.json. The folder is made if it does not exist
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["document", "output"])]
     pub output_dir: Option<PathBuf>,
 }
@@ -43,6 +43,7 @@ fn document_help() -> String {
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     if let Some(folder) = &args.output_dir {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
         let mut all = Transaction::default();
         for (name, _) in schemas::NAMES {
             let mut out = Output::create(&folder.join(format!("{name}.schema.json")))?;

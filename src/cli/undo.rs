@@ -51,10 +51,10 @@ pub struct Args {
 /// A further file of the program as it was, and where it goes.
 fn companion(args: &Args, c: &Companion, name: &str, target: &Path) -> Result<(PathBuf, Vec<u8>)> {
     let rewritten = beside(&args.input, &c.output);
-    unchanged(&rewritten, &c.sha256_out, Some(&c.sha256_in))?;
-    let bytes = match &c.original {
-        Some(text) => checked(name, unpack(name, text)?, &c.sha256_in)?,
-        None => return Err(too_large(name, &c.input)),
+    let bytes = match (unchanged(&rewritten, &c.sha256_out, Some(&c.sha256_in))?, &c.original) {
+        (Some(bytes), _) => bytes,
+        (None, Some(text)) => checked(name, unpack(name, text)?, &c.sha256_in)?,
+        (None, None) => return Err(too_large(name, &c.input)),
     };
     if is_stdio(target) {
         return Err(bad(Place::file("--output"), "standard output for several files", "a file"));
@@ -180,16 +180,16 @@ fn checked(name: &str, bytes: Vec<u8>, sha256: &str) -> Result<Vec<u8>> {
     Err(bad(Place::file(name), format!("bytes with SHA-256 {found}"), format!("the original's: {sha256}")))
 }
 
-/// The rewritten file is still what was written; or it is the original already, whose bytes are given: a rewrite that ended before
-/// its program came into place.
+/// The rewritten file is still what was written; or it is the original, whose bytes are given: a rewrite that ended before its program
+/// came into place, or one that changed nothing.
 fn unchanged(file: &Path, rewritten: &str, original: Option<&str>) -> Result<Option<Vec<u8>>> {
     let bytes = std::fs::read(file).map_err(|e| Error::io(file, "read", e))?;
     let found = input::sha256(&bytes);
-    if found == rewritten {
-        return Ok(None);
-    }
     if original == Some(found.as_str()) {
         return Ok(Some(bytes));
+    }
+    if found == rewritten {
+        return Ok(None);
     }
     Err(no(format!(
         "{}: changed since `rewrite` wrote it: the changes would be lost; nothing was written",

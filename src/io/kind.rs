@@ -88,6 +88,11 @@ impl Kind {
         }
     }
 
+    /// Whether a program, or a table that a program with other columns may have become, has this kind.
+    pub fn is_program_or_table(&self) -> bool {
+        matches!(self, Self::Empty | Self::Program(_) | Self::Joints | Self::Table(_) | Self::Text)
+    }
+
     /// Whether a file of this kind may be a program of the format that the ending of its name states: one whose first bytes do not
     /// tell its format is known by its name.
     fn is_program_named(&self, name: &Path) -> bool {

@@ -155,6 +155,7 @@ pub fn holder(path: &Path) -> Option<String> {
 fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
     let mut file = match regular::open_or_make_unlinked(path) {
         Err(e) if regular::is_other(&e) || is_link(path) => return Ok(Tried::Foreign),
+        Err(e) if e.kind() == io::ErrorKind::PermissionDenied => return take_over(path).ok_or(e),
         file => file?,
     };
     let locked = match sharing {
@@ -163,7 +164,13 @@ fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
     };
     match locked {
         Err(TryLockError::WouldBlock) => return Ok(Tried::Busy(says(&mut file))),
-        Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => return Ok(Tried::Unsupported),
+        Err(TryLockError::Error(e)) if knows_no_locks(&e) => {
+            // empty: made here
+            if head(&mut file).is_ok_and(|h| h.is_empty()) && is_at(&file, path) {
+                let _ = std::fs::remove_file(path);
+            }
+            return Ok(Tried::Unsupported);
+        }
         Err(TryLockError::Error(e)) => return Err(e),
         Ok(()) => {}
     }
@@ -182,6 +189,35 @@ fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
     let file = Arc::new(file);
     held().insert(path.to_path_buf(), (Arc::clone(&file), sharing));
     Ok(Tried::Got(FolderLock { path: path.to_path_buf(), file, sharing, stale }))
+}
+
+/// Looks at a lock file that may be read but not written, as a run of another user left it. It is removed if no run holds it and the
+/// folder allows that. `None`: it cannot be read or removed.
+fn take_over(path: &Path) -> Option<Tried> {
+    let mut file = regular::open_unlinked(path).ok()?;
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => return Some(Tried::Busy(says(&mut file))),
+        Err(TryLockError::Error(e)) => return knows_no_locks(&e).then_some(Tried::Unsupported),
+        Ok(()) => {}
+    }
+    if has_other_names(&file) || !is_lock_text(&head(&mut file).ok()?) {
+        return Some(Tried::Foreign);
+    }
+    if is_at(&file, path) {
+        std::fs::remove_file(path).ok()?;
+    }
+    Some(Tried::Again)
+}
+
+/// Whether the file system knows no locks, or has no service for them (NFS).
+#[cfg(unix)]
+fn knows_no_locks(e: &io::Error) -> bool {
+    e.kind() == io::ErrorKind::Unsupported || e.raw_os_error() == Some(rustix::io::Errno::NOLCK.raw_os_error())
+}
+
+#[cfg(not(unix))]
+fn knows_no_locks(e: &io::Error) -> bool {
+    e.kind() == io::ErrorKind::Unsupported
 }
 
 const UNKNOWN: &str = "an unknown process";

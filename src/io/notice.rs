@@ -30,6 +30,8 @@ pub enum Notice<'a> {
     Replaced(&'a [String]),
     /// So many programs of a folder are left out: these folders, as messages show them, hold results of an earlier rewrite.
     EarlierResults(usize, &'a [String]),
+    /// This program, as messages show it, is a result of an earlier rewrite and is rewritten once more, as forced.
+    RewrittenAgain(&'a str),
     /// A note of a rewritten program is damaged: its program is not recognised by it.
     DamagedNote(&'a Path),
 }
@@ -59,9 +61,15 @@ impl fmt::Display for Notice<'_> {
             }
             Self::Replaced(files) => write!(f, "replaced: {}", files.join(", ")),
             Self::EarlierResults(programs, folders) => {
-                let are = if *programs == 1 { "is a result" } else { "are results" };
+                let (result, are) = if *programs == 1 { ("is a result", "is") } else { ("are results", "are") };
                 let (programs, folders) = (counted(*programs, "program"), folders.join(", "));
-                write!(f, "{programs} in {folders} {are} from an earlier rewrite and left out")
+                write!(f, "{programs} in {folders} {result} of an earlier rewrite and {are} left out")
+            }
+            Self::RewrittenAgain(name) => {
+                write!(
+                    f,
+                    "{name}: rewritten already, as a note in its folder shows; its offsets are now added a second time"
+                )
             }
             Self::DamagedNote(path) => {
                 write!(f, "{}: damaged, so the program that it describes cannot be recognised", shown(path))

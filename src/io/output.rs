@@ -45,6 +45,8 @@ pub(super) struct InFile {
     /// A file stands there.
     pub(super) replaces: bool,
     pub(super) bytes: u64,
+    /// It replaces a file of whatever kind.
+    any_kind: bool,
     ahead: Ahead,
 }
 
@@ -82,14 +84,16 @@ impl Output {
         let shown = shown(path);
         // a new file needs no second look: there may be thousands
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
+        // first what the name stands for: one of a descriptor (`/dev/fd/63`) leads to no other name
+        let there = if nothing { None } else { std::fs::metadata(path).ok() };
         // a link stays a link: what it points to is replaced, or made
         let target = if nothing { path.to_path_buf() } else { links::target_of(path) };
-        let there = if nothing { None } else { std::fs::metadata(&target).ok() };
         if let Some(meta) = &there {
             if meta.is_dir() {
                 return Err(Error::bad(crate::error::Place::file(&shown), "a folder", "a file to write"));
             }
-            if !meta.is_file() {
+            if !meta.is_file() || std::fs::metadata(&target).is_err() {
+                let target = path.to_path_buf();
                 return Ok(made(Sink::Special { held: SpooledTempFile::new(IN_MEMORY), target }, shown));
             }
             if meta.permissions().readonly() {
@@ -118,6 +122,7 @@ impl Output {
                 target,
                 replaces,
                 bytes: 0,
+                any_kind: false,
                 ahead: Ahead::default(),
             })),
             shown,
@@ -139,21 +144,25 @@ impl Output {
         }
     }
 
-    /// Whether a file holds the beginning of what was written so far to an output that goes to a regular file.
-    pub fn begins_as(&mut self, file: &Path) -> io::Result<bool> {
+    /// Whether a file holds the beginning of what was written so far to an output that goes to a regular file, and ends within a line
+    /// of it: a loss of power hardly ever cuts a file at the end of a line, and a person who takes lines away does.
+    pub fn is_cut_short(&mut self, file: &Path) -> io::Result<bool> {
         self.flush()?;
         let Sink::File(ours) = &self.sink else { return Ok(false) };
         let mut there = BufReader::with_capacity(BUFFER, File::open(file)?);
         let mut ours = BufReader::with_capacity(BUFFER, File::open(ours.temporary.path())?);
+        let within_line = |byte: Option<&u8>| byte.is_some_and(|b| !matches!(b, b'\n' | b'\r'));
+        let mut last = None;
         loop {
             let (a, b) = (there.fill_buf()?, ours.fill_buf()?);
             if a.is_empty() {
-                return Ok(true);
+                return Ok(within_line(last.as_ref()) && within_line(b.first()));
             }
             let shared = a.len().min(b.len());
             if shared == 0 || a[..shared] != b[..shared] {
                 return Ok(false);
             }
+            last = a[..shared].last().copied();
             there.consume(shared);
             ours.consume(shared);
         }
@@ -194,10 +203,22 @@ impl Output {
         }
     }
 
+    /// Lets it replace a file of another kind: its caller knows what stands there.
+    pub fn replace_any_kind(&mut self) {
+        if let Sink::File(file) = &mut self.sink {
+            file.any_kind = true;
+        }
+    }
+
+    /// Whether it goes to a regular file.
+    pub fn is_regular(&self) -> bool {
+        matches!(self.sink, Sink::File(_))
+    }
+
     /// Refuses to replace a file of another kind: a mistaken name.
     pub(super) fn refuse_other_kind(&self) -> Result<()> {
         match &self.sink {
-            Sink::File(file) if file.replaces => {
+            Sink::File(file) if file.replaces && !file.any_kind => {
                 Kind::of_file(file.temporary.path()).map_or(Ok(()), |k| self.expect(&k))
             }
             _ => Ok(()),
@@ -210,7 +231,10 @@ impl Output {
         let there = Kind::of_file(&file.target).filter(|_| file.replaces);
         let other = |t: &Kind| !ours.replaces(t, &file.target) && !self.replaces_remains(file, ours);
         let Some(there) = there.filter(other) else { return Ok(()) };
-        let found = format!("{}, which {} would replace", there.name(), ours.name());
+        let found = match (&there, ours) {
+            (Kind::Table(_), Kind::Table(_)) => "a table with other columns than the one that would replace it".into(),
+            _ => format!("{}, which {} would replace", there.name(), ours.name()),
+        };
         Err(Error::bad(crate::error::Place::file(&self.shown), found, "another name, or remove the file first"))
     }
 

@@ -7,7 +7,6 @@
 //! on where it was, and ends with the same bytes as one that was not.
 
 use super::apart::Apart;
-use super::foreign;
 use super::guard::{self, is_note};
 use super::job::Job;
 use super::outcome::Target;
@@ -294,11 +293,11 @@ fn one(job: &Job, from: &Path, relative: &Path, results: Results, judge: Option<
     };
     if let Some((line, files)) = finished(job, from, &to) {
         let mut texts = || files.iter().map(|f| Ok((shown(f), input::read(f)?.bytes.to_vec()))).collect();
+        let judge = judge.filter(|_| line.status == Status::Written);
         let judged = judge.and_then(|j| j(from, line.moves, &mut texts));
         return Ok(Line { path_error: judged.map(|j| j.path_error), ..line });
     }
     let mut ready = job.prepare(from, Target::File(&to), &|_| {})?;
-    foreign::refuse(job, &mut ready, &to);
     let judge = judge.filter(|_| !ready.outcome.unchanged && ready.outcome.refusal.is_none());
     let judged = judge.and_then(|j| j(from, ready.outcome.points, &mut || ready.texts()));
     let (path_error, astray) = judged.map_or((None, None), |j| (Some(j.path_error), j.astray));
@@ -333,7 +332,7 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<(Line, Vec<PathBuf>)> {
         key: None,
         input: shown(from),
         output: Some(shown(to)),
-        status: Status::Written,
+        status: if note.is_of_copy() { Status::Unchanged } else { Status::Written },
         reason: None,
         moves: note.moves,
         editable: note.editable,

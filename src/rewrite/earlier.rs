@@ -1,8 +1,14 @@
 //! Results of an earlier rewrite among the programs of a folder: they are no programs to rewrite or to list.
+//!
+//! Method: a program is left out only if its own note says that it is a result, by the hashes of its files, and if its path goes on,
+//! after a folder of results, as that of another program. A folder is one of results if a note there names the content of that other
+//! program, or, of an original that has changed since, if every program in the folder has such a counterpart. What stands beside a
+//! result is a program like any other.
 
-use super::guard::{note_name, note_path, read_note};
+use super::batch::hash;
+use super::guard::{Note, note_name, note_path, read_note};
 use crate::error::shown;
-use crate::io::input::sha256;
+use crate::io::name::path_of;
 use crate::io::notice::{self, Notice};
 use crate::program::files::Files;
 use std::collections::{BTreeSet, HashSet};
@@ -10,37 +16,69 @@ use std::path::{Path, PathBuf};
 
 /// Leaves out of `programs`, paths below `input`, what an earlier rewrite of it wrote into a folder below it, and reports that.
 pub fn leave_out(input: &Path, programs: &mut Vec<PathBuf>, files: &Files) {
-    let folders = folders(input, programs, files);
-    if folders.is_empty() {
+    let results = results(input, programs, files);
+    if results.is_empty() {
         return;
     }
-    let before = programs.len();
-    programs.retain(|p| !folders.iter().any(|folder| p.starts_with(folder)));
+    let left_out: HashSet<&PathBuf> = results.iter().map(|(program, _)| program).collect();
+    programs.retain(|p| !left_out.contains(p));
+    let folders: BTreeSet<&PathBuf> = results.iter().map(|(_, folder)| folder).collect();
     let folders: Vec<String> = folders.iter().map(|f| shown(&input.join(f))).collect();
-    notice::report(Notice::EarlierResults(before - programs.len(), &folders));
+    notice::report(Notice::EarlierResults(results.len(), &folders));
 }
 
-/// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, after that folder, as that of
-/// another program of `input`, which is the one that its note names.
-fn folders(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBuf> {
+/// The results among `programs`, each with the folder of results that it is in.
+fn results(input: &Path, programs: &[PathBuf], files: &Files) -> Vec<(PathBuf, PathBuf)> {
     let all: HashSet<&Path> = programs.iter().map(PathBuf::as_path).collect();
-    let mut found = BTreeSet::new();
-    let of = |original: &Path| std::fs::read(input.join(original)).ok().map(|bytes| sha256(&bytes));
+    let counterparts = |program: &PathBuf| -> Vec<(PathBuf, PathBuf)> {
+        splits(program).filter(|(_, rest)| all.contains(rest.as_path())).collect()
+    };
     // a note beside the file that a link leads to is on no list
-    let noted = |p: &&PathBuf| {
+    let noted = |p: &Path| {
         let (own, listed) = (note_path(&input.join(p)), note_name(&input.join(p)));
         files.has(&listed) || own != listed && own.is_file()
     };
-    for (program, note) in programs.iter().filter(noted).filter_map(|p| Some((p, read_note(&input.join(p)).ok()??))) {
-        let mut rest = program.components();
-        let mut folder = PathBuf::new();
-        while let Some(first) = rest.next() {
-            folder.push(first);
-            if all.contains(rest.as_path()) && note.sha256_in.is_some() && note.sha256_in == of(rest.as_path()) {
-                found.insert(folder);
-                break;
-            }
+    let mut found: Vec<(&PathBuf, Note, Vec<(PathBuf, PathBuf)>)> = Vec::new();
+    for program in programs.iter().filter(|p| noted(p)) {
+        let counterparts = counterparts(program);
+        if let (false, Ok(Some(note))) = (counterparts.is_empty(), read_note(&input.join(program)))
+            && is_result(&input.join(program), &note)
+        {
+            found.push((program, note, counterparts));
         }
     }
-    found
+    let is_input = |note: &Note, rest: &Path| note.sha256_in.is_some() && note.sha256_in == hash(&input.join(rest));
+    let of_inputs = found.iter().filter_map(|(program, note, counterparts)| {
+        Some((*program, counterparts.iter().find(|(_, rest)| is_input(note, rest))?.0.clone()))
+    });
+    let mut results: Vec<(PathBuf, PathBuf)> = of_inputs.map(|(p, folder)| (p.clone(), folder)).collect();
+    let mirrors = |folder: &Path| {
+        let mut below = programs.iter().filter_map(|p| p.strip_prefix(folder).ok());
+        below.all(|rest| all.contains(rest))
+    };
+    let folders: BTreeSet<PathBuf> = results.iter().map(|(_, folder)| folder.clone()).filter(|f| mirrors(f)).collect();
+    let known: HashSet<PathBuf> = results.iter().map(|(program, _)| program.clone()).collect();
+    for (program, _, counterparts) in found.iter().filter(|(program, ..)| !known.contains(*program)) {
+        if let Some((folder, _)) = counterparts.iter().find(|(folder, _)| folders.contains(folder)) {
+            results.push(((*program).clone(), folder.clone()));
+        }
+    }
+    results
+}
+
+/// The ways to part a path into a folder and the rest.
+fn splits(program: &Path) -> impl Iterator<Item = (PathBuf, PathBuf)> + '_ {
+    let mut rest = program.components();
+    let mut folder = PathBuf::new();
+    std::iter::from_fn(move || {
+        folder.push(rest.next()?);
+        Some((folder.clone(), rest.as_path().to_path_buf()))
+    })
+}
+
+/// Whether the files of a program are those that its note says were written.
+fn is_result(program: &Path, note: &Note) -> bool {
+    let beside = |name: &str| Some(program.with_file_name(path_of(name)?.file_name()?));
+    hash(program).as_ref() == Some(&note.sha256_out)
+        && note.companions.iter().all(|c| beside(&c.output).and_then(|p| hash(&p)).as_ref() == Some(&c.sha256_out))
 }

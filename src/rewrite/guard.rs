@@ -59,7 +59,7 @@ pub struct Note {
     #[serde(default)]
     /// Number of new points.
     pub inserted: u64,
-    /// The input's bytes, for `undo` ([`super::original`]); a large program is not kept.
+    /// The input's bytes, for `undo` ([`super::original`]); a large program is not kept, nor one that needed no change.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub original: Option<String>,
     /// SHA-256 of the files that declare what the program uses.
@@ -71,6 +71,11 @@ pub struct Note {
 }
 
 impl Note {
+    /// Whether it is about a program that needed no change: the files of the result are those of the input, byte for byte.
+    pub fn is_of_copy(&self) -> bool {
+        self.sha256_in.as_ref() == Some(&self.sha256_out) && self.companions.iter().all(|c| c.sha256_in == c.sha256_out)
+    }
+
     /// One word for the SHA-256 of all files of the result.
     pub fn result(&self) -> String {
         together(std::iter::once(&self.sha256_out).chain(self.companions.iter().map(|c| &c.sha256_out)))
@@ -89,7 +94,7 @@ pub struct Companion {
     /// SHA-256 of the rewritten program, hexadecimal.
     pub sha256_out: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    /// The bytes of the file before, for `undo`; a large file is not kept.
+    /// The bytes of the file before, for `undo`; a large file is not kept, nor one that was not changed with its program.
     pub original: Option<String>,
 }
 
@@ -156,13 +161,12 @@ fn damaged(path: &Path) -> Error {
         "a note that is damaged",
         "the note as `rewrite` wrote it, which describes the original program",
     )
-    .mended_by(&["force"])
 }
 
-/// A note that is whole; notes of earlier versions have no check.
+/// A note that is whole; notes of earlier versions have no check. Line ends that version control converted do not count.
 pub fn parse_note(bytes: &[u8]) -> Option<Note> {
-    let text = std::str::from_utf8(bytes).ok()?;
-    let note = serde_json::from_str::<Note>(text).ok()?;
+    let text = std::str::from_utf8(bytes).ok()?.replace("\r\n", "\n");
+    let note = serde_json::from_str::<Note>(&text).ok()?;
     let sound = match text.rfind(CHECK) {
         Some(at) => text[at + CHECK.len()..].starts_with(&sha256(&text.as_bytes()[..at])),
         None => !text.contains("\"check\""),
@@ -217,7 +221,8 @@ impl Notes {
     }
 }
 
-/// SHA-256 of the result that a note is about; `None`: it is damaged, or a name like a note's that stands for no file.
+/// SHA-256 of the rewritten program that a note is about; `None`: a program that needed no change, a damaged note, or a name like a
+/// note's that stands for no file.
 fn result_of(note: &Path, kind: folder::Kind) -> Result<Option<String>> {
     if kind != folder::Kind::File && !note.is_file() {
         return Ok(None);
@@ -228,7 +233,7 @@ fn result_of(note: &Path, kind: folder::Kind) -> Result<Option<String>> {
             if note_of.is_none() {
                 notice::report(Notice::DamagedNote(note));
             }
-            Ok(note_of.map(|n| n.result()))
+            Ok(note_of.filter(|n| !n.is_of_copy()).map(|n| n.result()))
         }
         Err(e) if e.kind() == ErrorKind::NotFound || regular::is_other(&e) => Ok(None),
         Err(e) => Err(Error::io(note, "read", e)),

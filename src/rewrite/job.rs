@@ -9,6 +9,7 @@ use super::{LimitKind, Options, Origin, RewriteStats, sizes};
 use crate::compensator::{Compensator, JointCompensator};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
+use crate::io::notice::{self, Notice};
 use crate::io::output::{Durability, Output};
 use crate::io::{input, links, memory};
 use crate::program::csv::Reader;
@@ -49,6 +50,8 @@ pub struct Job<'a> {
     /// The options as they stand in the note.
     pub said: Vec<String>,
     pub force: bool,
+    /// Files that stand where results go are replaced also where they are no results of an earlier run, or were changed.
+    pub replace: bool,
     /// The SHA-256 of the input is wanted in any case.
     pub hash: bool,
     pub threads: bool,
@@ -67,6 +70,15 @@ pub struct Job<'a> {
     pub contexts: Contexts,
     /// What notes say, folder by folder.
     pub notes: Notes,
+}
+
+/// The note of a result on its way.
+#[derive(Default)]
+pub(super) struct NoteBeside {
+    /// What is put in place.
+    pub(super) new: Option<Output>,
+    /// The note of an earlier result that goes.
+    pub(super) stale: Option<PathBuf>,
 }
 
 impl Job<'_> {
@@ -134,21 +146,46 @@ impl Job<'_> {
         }
     }
 
-    /// The note that stands beside `output` although the program, whose files have the SHA-256 `written`, stays as it was: that of an
-    /// earlier result. A note of these very files stays: it alone may have their original.
-    pub(super) fn stale_note(&self, output: &Path, unchanged: bool, written: &[String]) -> Result<Option<PathBuf>> {
-        if !unchanged || is_stdio(output) {
-            return Ok(None);
+    /// What becomes of the note beside the result `output` of `input`, whose files have the SHA-256 `written`.
+    ///
+    /// A rewritten program has a note. One that needed no change has one in a folder of results, so that the copy is known there as
+    /// untouched. Elsewhere it has none, and that of an earlier result goes. A note by which these very files are a rewritten program
+    /// stays: it alone may have their original.
+    pub(super) fn note_beside(
+        &self,
+        input: &Path,
+        output: &Path,
+        outcome: &Outcome,
+        written: &[String],
+        note: impl FnOnce() -> Result<Note>,
+    ) -> Result<NoteBeside> {
+        if !outcome.unchanged {
+            return Ok(NoteBeside { new: self.prepare_note(output, &note()?)?, stale: None });
         }
-        let stale = match guard::read_note(output) {
-            Ok(note) => note.is_some_and(|n| n.result() != guard::together(written.iter())),
+        if is_stdio(output) {
+            return Ok(NoteBeside::default());
+        }
+        // of a packed input the bytes differ
+        let same_bytes = outcome.sha256_in.as_ref() == written.first();
+        let in_folder = self.durability == Durability::RenameOnly && same_bytes && !links::same(input, output);
+        let (keeps, stale) = match guard::read_note(output) {
+            Ok(None) => (false, false),
+            Ok(Some(n)) if n.result() != guard::together(written.iter()) => (false, true),
+            Ok(Some(n)) => (!in_folder || !n.is_of_copy(), false),
             // a damaged one may still have the original of a program in place
-            Err(e) if e.is_bad_input() && self.force => false,
+            Err(e) if e.is_bad_input() && self.force => (true, false),
             // in a folder of results a loss of power damages notes
-            Err(e) if e.is_bad_input() && self.durability == Durability::RenameOnly => true,
+            Err(e) if e.is_bad_input() && self.durability == Durability::RenameOnly => (false, true),
+            Err(e) if e.is_bad_input() => return Err(e.mended_by(&["force"])),
             Err(e) => return Err(e),
         };
-        Ok(stale.then(|| guard::find_note(output)))
+        if in_folder && !keeps {
+            let new = self.prepare_note(output, &note()?)?;
+            // one of an earlier version may stand beside a link
+            let linked = stale.then(|| guard::find_note(output)).filter(|n| *n != guard::note_path(output));
+            return Ok(NoteBeside { new, stale: linked });
+        }
+        Ok(NoteBeside { new: None, stale: stale.then(|| guard::find_note(output)) })
     }
 
     /// SHA-256 of programs that are known to be rewritten, beside `input`; where that is forced, of none but the result that `input`
@@ -158,12 +195,14 @@ impl Job<'_> {
             return Ok(Arc::new(own_result(input, target).into_iter().collect()));
         }
         if !is_stdio(input) {
-            guard::read_note(input)?; // a damaged one might have shown that it is a result
+            // a damaged one might have shown that it is a result
+            guard::read_note(input).map_err(|e| if e.is_bad_input() { e.mended_by(&["force"]) } else { e })?;
         }
         self.notes.beside(input)
     }
 
-    pub(super) fn refuse_known(&self, name: &str, notes: &[String], sha256: &Option<String>) -> Result<()> {
+    pub(super) fn refuse_known(&self, input: &Path, notes: &[String], sha256: &Option<String>) -> Result<()> {
+        let name = &shown(input);
         match sha256 {
             Some(s) if notes.contains(s) && self.force => Err(Error::bad(
                 Place::file(name),
@@ -171,6 +210,10 @@ impl Job<'_> {
                 "the original program (`undo` restores it)",
             )),
             Some(s) if notes.contains(s) => Err(guard::already(name, "its note is in the same folder")),
+            Some(s) if self.force && self.notes.beside(input).is_ok_and(|known| known.contains(s)) => {
+                notice::report(Notice::RewrittenAgain(name));
+                Ok(())
+            }
             _ => Ok(()),
         }
     }
@@ -275,7 +318,7 @@ fn own_result(input: &Path, target: &Target) -> Option<String> {
     let Target::File(output) = target else { return None };
     // a damaged one is ignored where that is forced
     let note = in_place(output).then(|| guard::read_note(output).ok().flatten()).flatten()?;
-    Some(note.result())
+    Some(note.result()).filter(|_| !note.is_of_copy())
 }
 
 /// A number to six decimals, in powers of ten where it has many digits.

@@ -68,6 +68,11 @@ impl Ready {
         });
     }
 
+    /// Whether all files of the program go to regular files.
+    pub fn is_regular(&self) -> bool {
+        self.files.iter().all(File::is_regular)
+    }
+
     /// Names and bytes of the program and the files that belong to it, as they are about to be put in place.
     pub fn texts(&mut self) -> Result<Vec<(String, Vec<u8>)>> {
         self.files.iter_mut().map(|f| Ok((f.shown().to_string(), f.contents()?))).collect()

@@ -67,6 +67,14 @@ pub enum Refusal {
         /// The file that two programs use.
         with: String,
     },
+    /// A file stands where one of the result goes, and replacing it might lose something.
+    #[error("{file}: {why}{REMEDY}")]
+    Foreign {
+        /// The file.
+        file: String,
+        /// How it is known.
+        why: Foreign,
+    },
     /// A merge lacks results of programs.
     #[error("{missing} of {} in no summary ({first}); nothing was written", counted(*programs, "program"))]
     Missing {
@@ -77,6 +85,26 @@ pub enum Refusal {
         /// The first of those that are missing.
         first: String,
     },
+}
+
+/// How the refusal of a file that stands in the way ends.
+pub const REMEDY: &str = "; nothing was written (remove the file, or allow its replacement)";
+
+/// What a file is that stands where one of a result goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Foreign {
+    /// Its note has the hash of another content.
+    #[error("changed since `rewrite` wrote it")]
+    Changed,
+    /// It has no note.
+    #[error("no note shows that it is a result of `rewrite`")]
+    NoNote,
+    /// It has a note that cannot be read.
+    #[error("its note is damaged, so that it is not known as a result of `rewrite`")]
+    DamagedNote,
+    /// It would belong to the program by its name.
+    #[error("no note shows that it belongs to this program")]
+    NoCompanion,
 }
 
 /// A joint whose gap is below what the format can hold; user's units.

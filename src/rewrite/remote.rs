@@ -315,7 +315,8 @@ impl Results {
     }
 
     /// Puts what is new or changed into the store: notes first, so that no rewritten program stands there without its note; and takes away
-    /// what is gone, last.
+    /// what is gone, last. Before the notes it takes away what changes: where the run is killed in between, the next one finds a note whose
+    /// program is missing, and puts it, and no program that differs from its note as if somebody had edited it.
     ///
     /// # Errors
     /// The store or the disk fails.
@@ -330,6 +331,8 @@ impl Results {
                 if is_note(&path) { &mut notes } else { &mut others }.push((path, location));
             }
         }
+        let replaced = others.iter().map(|(_, location)| location).filter(|l| self.before.contains_key(*l));
+        store.delete(&replaced.cloned().collect::<Vec<_>>())?;
         store.put(&notes)?;
         store.put(&others)?;
         store.delete(&gone.into_iter().cloned().collect::<Vec<_>>())

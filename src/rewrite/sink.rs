@@ -82,9 +82,19 @@ impl File {
         self.output.contents()
     }
 
-    /// Whether a file holds the beginning of what was written so far.
-    pub fn begins_as(&mut self, file: &Path) -> bool {
-        self.output.begins_as(file).unwrap_or(false) // one that cannot be read is nobody's beginning
+    /// Whether a file holds the beginning of what was written so far and ends within a line of it.
+    pub fn is_cut_short(&mut self, file: &Path) -> bool {
+        self.output.is_cut_short(file).unwrap_or(false) // one that cannot be read is nobody's beginning
+    }
+
+    /// Lets it replace a file of another kind.
+    pub fn replace_any_kind(&mut self) {
+        self.output.replace_any_kind();
+    }
+
+    /// Whether it goes to a regular file, which can be read again.
+    pub fn is_regular(&self) -> bool {
+        self.output.is_regular()
     }
 
     /// As an output, to be put in place.

@@ -218,6 +218,36 @@ fn a_damaged_note_is_an_error() {
     }
 }
 
+/// NFS without its service for locks.
+#[cfg(target_os = "linux")]
+#[test]
+#[cfg_attr(not(strace), ignore = "strace is absent: it makes system calls fail")]
+fn fault_injection_a_file_system_without_a_service_for_locks_keeps_no_run_from_its_work() {
+    let bench = Bench::new();
+    bench.write("in/a.csv", &String::from_utf8(bench.read("p.csv")).unwrap());
+    for (line, folder) in
+        [("p.csv --output o.csv", "."), ("in --output-dir out", "out"), ("in --output-dir part --shard 1/1", "part")]
+    {
+        let run = bench.injected("flock:error=ENOLCK", &format!("{REWRITE} {line}"));
+        assert!(run.status.success(), "{line}: {}", String::from_utf8_lossy(&run.stderr));
+        assert_eq!(bench.leftovers(folder), Vec::<String>::new(), "{line}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+#[cfg_attr(superuser, ignore = "the superuser writes to every file")]
+fn a_lock_file_that_a_killed_run_of_another_user_left_is_taken_away() {
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new();
+    bench.write("in/a.csv", &String::from_utf8(bench.read("p.csv")).unwrap());
+    bench.write("out/.lostmotion.lock", "process 4711\n");
+    let read_only = std::fs::Permissions::from_mode(0o444);
+    std::fs::set_permissions(bench.path("out/.lostmotion.lock"), read_only).unwrap();
+    bench.run("rewrite --model comp.yaml in --output-dir out").assert().success();
+    assert_eq!(bench.leftovers("out"), Vec::<String>::new());
+}
+
 #[test]
 fn what_a_killed_run_left_is_taken_away_by_the_next() {
     let bench = Bench::new();

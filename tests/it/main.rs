@@ -94,6 +94,7 @@ mod robot_cli;
 mod robots;
 mod schemas;
 mod simulate;
+mod single_results;
 mod stretched;
 mod support;
 mod told_once;

@@ -235,7 +235,7 @@ fn results_inside_the_folder_of_the_programs_are_not_listed() {
     let desk = Desk::three();
     desk.run("rewrite --model model.yaml cell --output-dir cell/done").success();
     let said = words(&desk.run("manifest cell --output m.jsonl").success());
-    assert!(said.contains("3 programs in cell/done are results from an earlier rewrite"), "{said}");
+    assert!(said.contains("3 programs in cell/done are results of an earlier rewrite and are left out"), "{said}");
     let keys = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
     assert!(keys.lines().count() == 3 && !keys.contains("done/"), "{keys}");
     desk.run("rewrite --model model.yaml cell --manifest m.jsonl --output-dir cell/done").success();

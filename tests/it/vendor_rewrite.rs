@@ -372,7 +372,9 @@ fn files_of_a_program_go_over_no_other_file() {
     desk.run("rewrite --model model.yaml part.src --output part.txt").code(2).stderr(contains("file of the program"));
     desk.run("rewrite --model model.yaml part.src --output part.dat").code(2);
     desk.write("other.dat", "DEFDAT other\r\nENDDAT\r\n");
-    desk.run("rewrite --model model.yaml part.src --output other.src").code(2).stderr(contains("an existing file"));
+    desk.run("rewrite --model model.yaml part.src --output other.src")
+        .code(1)
+        .stderr(contains("no note shows that it belongs"));
     desk.run("rewrite --model model.yaml part.src --output out.src --summary part.dat").code(2);
     assert_eq!(desk.read("part.dat"), data.as_bytes());
     desk.run("rewrite --model model.yaml part.src --output out.src").success();

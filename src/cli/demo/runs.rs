@@ -44,6 +44,7 @@ pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from:
         options,
         // the folder may hold an earlier demo
         force: true,
+        replace: false,
         hash: false,
         threads: true,
         all_changes: false,

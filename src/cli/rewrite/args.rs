@@ -219,6 +219,11 @@ pub struct Args {
     #[arg(long)]
     pub force: bool,
 
+    /// Replace files that stand where results go also if no note shows that `rewrite` wrote them, or if they were changed since
+    /// then
+    #[arg(long)]
+    pub replace: bool,
+
     /// Print what was done as one JSON document on standard output
     #[arg(long)]
     pub json: bool,

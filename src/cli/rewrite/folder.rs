@@ -6,7 +6,7 @@ use super::proof::{self, Proof};
 use super::{Args, FailOn, printed, style, summarise};
 use crate::cli::console::{say, shows_progress};
 use crate::cli::exit::Finished;
-use crate::cli::exit::{bad, no};
+use crate::cli::exit::{REPLACE, bad, no};
 use crate::cli::{page, paths};
 use crate::error::{Error, Place, counted, shown};
 use crate::io::journal::{self, Towards};
@@ -19,6 +19,7 @@ use crate::rewrite::earlier::leave_out;
 use crate::rewrite::guard::{note_name, note_path};
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
+use crate::rewrite::refusal::REMEDY;
 use crate::rewrite::summary::{BeforeAfter, Line, PathErrors, Status};
 use crate::robot::frames::Missing;
 use anyhow::Result;
@@ -159,10 +160,11 @@ pub(super) fn results_of(args: &Args) -> Result<Results<'_>> {
 fn print_reasons(lines: &[Line]) {
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
         let reason = l.reason.as_deref().unwrap_or("");
+        let option = if reason.ends_with(REMEDY) { format!(" ({REPLACE})") } else { String::new() };
         // most reasons begin with the place, which is in this program
         match reason.strip_prefix(l.input.as_str()).is_some_and(|rest| rest.starts_with(':')) {
-            true => say(format_args!("{reason}"), true),
-            false => say(format_args!("{}: {reason}", l.input), true),
+            true => say(format_args!("{reason}{option}"), true),
+            false => say(format_args!("{}: {reason}{option}", l.input), true),
         }
     }
 }

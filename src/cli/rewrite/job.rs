@@ -202,6 +202,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         decimals: args.decimals,
         said,
         force: args.force,
+        replace: args.replace,
         hash: args.json || args.summary.is_some() || args.output_dir.is_some(),
         all_changes: args.json,
         threads: !(args.input != Path::new("-") && args.input.is_dir()),

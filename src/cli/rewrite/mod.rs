@@ -50,8 +50,8 @@ pub fn run(args: Args) -> Result<Finished> {
     refuse_shared(&args)?;
     paths::refuse_missing_folders(&[
         ("--output", args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none())),
-        ("--summary", args.summary.as_deref()),
-        ("--report", args.report.as_deref()),
+        ("--summary", args.summary.as_deref().filter(|s| !is_in_new_folder(&args, s))),
+        ("--report", args.report.as_deref().filter(|r| !is_in_new_folder(&args, r))),
     ])?;
     refuse_missing_golden(&args)?;
     let source = Source::load(&args)?;
@@ -79,6 +79,13 @@ pub fn run(args: Args) -> Result<Finished> {
         return Err(usage("--output-dir with a single program", "a folder as IN, or --output"));
     }
     single(&args, &source, &job)
+}
+
+/// Whether a file goes into the output folder, which the run makes.
+fn is_in_new_folder(args: &Args, file: &Path) -> bool {
+    let made = args.output_dir.as_deref().filter(|_| args.input.is_dir() && !args.dry_run && !args.list_frames);
+    let named = !file.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    made.is_some_and(|folder| named && file.parent() == Some(folder))
 }
 
 /// Whether programs or results are in an object store; refuses an address where a path on disk is needed.

@@ -74,9 +74,12 @@ fn can_be_read_again(input: &Path) -> bool {
 /// Works out the verdict on a program that is about to be put in place in a file.
 pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> Option<Proof> {
     let outcome = &ready.outcome;
-    outcome.output.as_deref().filter(|o| *o != "-")?;
+    outcome.output.as_ref()?;
     if outcome.unchanged || outcome.refusal.is_some() || !can_be_read_again(&args.input) {
         return None;
+    }
+    if source.machine.is_some() && !ready.is_regular() {
+        return Some(Proof::None("the program goes to standard output or a pipe".into()));
     }
     of_texts(args, source, job, (&args.input, outcome.points), &mut || ready.texts())
 }

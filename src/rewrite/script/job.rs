@@ -5,10 +5,11 @@ use super::context::{Contexts, LARGEST_SCRIPT, sum_of};
 use super::{Done, Task, rewrite};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
-use crate::io::{input, memory, remains};
+use crate::io::{input, memory};
 use crate::program::files::Files;
 use crate::program::script::{Format, Text};
 use crate::rewrite::Refine;
+use crate::rewrite::foreign::{self, Placed};
 use crate::rewrite::guard::{self, Companion, Note};
 use crate::rewrite::job::Job;
 use crate::rewrite::original;
@@ -42,14 +43,15 @@ impl Job<'_> {
         let named = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
         let mut note = self.note(source.input, path, outcome);
         note.context = sum_of(originals.iter().filter(|t| t.context));
-        note.original = originals.first().and_then(|t| original::pack(&t.bytes));
+        let original = |t: &Text| if outcome.unchanged { None } else { original::pack(&t.bytes) };
+        note.original = originals.first().and_then(original);
         note.companions = (1..paths.len())
             .map(|k| Companion {
                 input: named(&source.companions[k - 1]),
                 output: named(&paths[k]),
                 sha256_in: source.hashes[k].clone(),
                 sha256_out: sums[k].clone(),
-                original: original::pack(&originals[k].bytes),
+                original: original(&originals[k]),
             })
             .collect();
         note
@@ -59,9 +61,7 @@ impl Job<'_> {
     fn prepare_files(&self, source: Source, path: &Path, done: &Done, mut outcome: Outcome) -> Result<Ready> {
         let Source { input, companions, .. } = source;
         let paths = outputs(path, companions)?;
-        if !self.force {
-            free_to_write(input, companions, &paths, &done.texts)?;
-        }
+        refuse_shared(input, companions, &paths, self.force)?;
         outcome.output = Some(shown(path));
         let mut files = Vec::with_capacity(paths.len());
         let mut sums = Vec::with_capacity(paths.len());
@@ -72,15 +72,15 @@ impl Job<'_> {
             sums.push(file.sha256());
             files.push(file);
         }
+        let placed =
+            |k: usize, path| Placed { path, sha256_in: source.hashes.get(k).map(String::as_str), sha256_out: &sums[k] };
+        let placed: Vec<Placed> = paths.iter().enumerate().take(sums.len()).map(|(k, path)| placed(k, path)).collect();
+        foreign::refuse(self, &mut files, &placed)?;
         outcome.sha256_out = sums.first().cloned();
-        let note = if outcome.unchanged {
-            None
-        } else {
-            let note = self.note_of(source, path, &paths, &done.originals, &sums, &outcome);
-            self.prepare_note(path, &note)?
-        };
-        let stale_note = self.stale_note(path, outcome.unchanged, &sums)?;
-        Ok(Ready { outcome, files, note, stale_note })
+        let note = self.note_beside(input, path, &outcome, &sums, || {
+            Ok(self.note_of(source, path, &paths, &done.originals, &sums, &outcome))
+        })?;
+        Ok(Ready { outcome, files, note: note.new, stale_note: note.stale })
     }
 
     /// Takes a vendor program through; `bytes` are those of `input`.
@@ -101,7 +101,7 @@ impl Job<'_> {
         }
         let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts, self.robot.axes())?;
         let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
-        self.refuse_known(&name, &self.known(input, &target)?, &Some(guard::together(hashes.iter())))?;
+        self.refuse_known(input, &self.known(input, &target)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.last_digits()?;
         let task = Task {
             robot: self.robot,
@@ -225,41 +225,30 @@ fn outputs(path: &Path, companions: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// Whether bytes are `ours`, or what a loss of power left of them.
-fn is_or_was(there: &[u8], ours: &[u8]) -> bool {
-    there == ours || remains::before_zeros(there).is_some_and(|before| ours.starts_with(before))
-}
-
-/// Refuses to put a file of the program over another one that is not its own earlier result.
-fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts: &[Text]) -> Result<()> {
+/// Refuses two files of a result for one name, and a file of the program that is read, unless each file of the program is replaced by
+/// its own result and that is forced.
+fn refuse_shared(input: &Path, companions: &[PathBuf], paths: &[PathBuf], force: bool) -> Result<()> {
     if paths.first().is_some_and(|p| is_stdio(p)) {
         return Ok(());
     }
     let same = |a: &Path, b: &Path| {
         a == b || std::fs::canonicalize(a).ok().is_some_and(|a| std::fs::canonicalize(b).ok() == Some(a))
     };
+    let in_place = force && paths.first().is_some_and(|p| same(input, p));
     for (k, path) in paths.iter().enumerate() {
-        if k == 0 && std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == std::io::ErrorKind::NotFound) {
-            continue; // nothing stands there
-        }
-        let refuse = |found: String| {
+        let refuse = |found: &str| {
             let e = Error::bad(Place::file(shown(path)), found, "another name for the output");
             Err(e.mended_by(&["output"]))
         };
         if paths[..k].iter().any(|other| same(path, other)) {
-            return refuse("two files of the program for one name".into());
+            return refuse("two files of the program for one name");
         }
-        if std::iter::once(input).chain(companions.iter().map(PathBuf::as_path)).any(|own| same(path, own)) {
-            return refuse("a file of the program that is read".into());
+        if std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == std::io::ErrorKind::NotFound) {
+            continue; // nothing stands there
         }
-        // beside the file that was named, a file appears that was not: it must be ours, or the same
-        let ours = texts.get(k).map(|t| t.bytes.as_slice()).unwrap_or_default();
-        if k > 0 && path.exists() && !std::fs::read(path).is_ok_and(|there| is_or_was(&there, ours)) {
-            let name = path.file_name().map(text_of_name);
-            let note = paths.first().and_then(|p| guard::read_note(p).ok().flatten());
-            if !note.is_some_and(|n| n.companions.iter().any(|c| Some(&c.output) == name.as_ref())) {
-                return refuse("an existing file that is not known to belong to this program".into());
-            }
+        let mut read = std::iter::once(input).chain(companions.iter().map(PathBuf::as_path)).enumerate();
+        if read.any(|(j, own)| same(path, own) && !(in_place && j == k)) {
+            return refuse("a file of the program that is read");
         }
     }
     Ok(())

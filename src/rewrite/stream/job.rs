@@ -7,6 +7,7 @@ use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};
 use crate::rewrite::deadband::deadbands;
+use crate::rewrite::foreign::{self, Placed};
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Ready, Target};
 use crate::rewrite::rewritten::{Digits, Evidence, Rows};
@@ -51,7 +52,7 @@ impl Job<'_> {
         match target {
             Target::DryRun => {
                 let (done, _) = split(pass(self.robot, reader, &passage, make, Nowhere, progress).map_err(placed)?);
-                self.refuse_known(&name, &notes, &done.sha256_in)?;
+                self.refuse_known(input, &notes, &done.sha256_in)?;
                 Ok(Ready::without_output(outcome(done, None)))
             }
             Target::Check(golden) => {
@@ -59,7 +60,7 @@ impl Job<'_> {
                 let golden_file = Golden::open(golden, self.tolerance)?;
                 let (done, sink) =
                     split(pass(self.robot, reader, &passage, make, golden_file, progress).map_err(placed)?);
-                self.refuse_known(&name, &notes, &done.sha256_in)?;
+                self.refuse_known(input, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, None);
                 let difference: Option<Difference> = sink.finish()?;
                 if let Some(d) = difference {
@@ -72,7 +73,7 @@ impl Job<'_> {
                 let sink = File::create(path, self.durability)?;
                 let done = pass(self.robot, reader, &passage, make, sink, progress).map_err(placed)?;
                 let (done, mut sink) = split(done);
-                self.refuse_known(&name, &notes, &done.sha256_in)?;
+                self.refuse_known(input, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, Some(path));
                 if result.refusal.is_some() {
                     result.output = None;
@@ -81,16 +82,19 @@ impl Job<'_> {
                 let sha256_out = sink.sha256();
                 // a full disk shows here, while neither the program nor its note is in place
                 sink.prepare()?;
-                let stale_note = self.stale_note(path, result.unchanged, std::slice::from_ref(&sha256_out))?;
-                result.sha256_out = Some(sha256_out);
-                let note = if result.unchanged {
-                    None
-                } else {
+                let sha256_in = result.sha256_in.as_deref();
+                let placed = Placed { path, sha256_in, sha256_out: &sha256_out };
+                foreign::refuse(self, std::slice::from_mut(&mut sink), &[placed])?;
+                let written = [sha256_out];
+                result.sha256_out = written.first().cloned();
+                let note = self.note_beside(input, path, &result, &written, || {
                     let mut note = self.note(input, path, &result);
-                    note.original = kept(input, note.sha256_in.as_deref())?;
-                    self.prepare_note(path, &note)?
-                };
-                Ok(Ready { outcome: result, files: vec![sink], note, stale_note })
+                    if !result.unchanged {
+                        note.original = kept(input, note.sha256_in.as_deref())?;
+                    }
+                    Ok(note)
+                })?;
+                Ok(Ready { outcome: result, files: vec![sink], note: note.new, stale_note: note.stale })
             }
         }
     }
