@@ -38,7 +38,9 @@ fn results(input: &Path, programs: &[PathBuf], files: &Files) -> Vec<(PathBuf, P
         let (own, listed) = (note_path(&input.join(p)), note_name(&input.join(p)));
         files.has(&listed) || own != listed && own.is_file()
     };
-    let mut found: Vec<(&PathBuf, Note, Vec<(PathBuf, PathBuf)>)> = Vec::new();
+    /// A noted result, and the folders in which it may be, each with the program that it would be a result of.
+    type Found<'a> = (&'a PathBuf, Note, Vec<(PathBuf, PathBuf)>);
+    let mut found: Vec<Found> = Vec::new();
     for program in programs.iter().filter(|p| noted(p)) {
         let counterparts = counterparts(program);
         if let (false, Ok(Some(note))) = (counterparts.is_empty(), read_note(&input.join(program)))
