@@ -118,6 +118,11 @@ impl Drop for FolderLock {
     }
 }
 
+/// Whether this process holds a folder.
+pub fn is_ours(folder: &Path) -> bool {
+    std::fs::canonicalize(folder).is_ok_and(|folder| held().contains_key(&folder.join(LOCK)))
+}
+
 /// Whether the holder that a lock file states clears up for the parts of a job.
 fn clears_up(by: &str) -> bool {
     by.ends_with(CLEARING)

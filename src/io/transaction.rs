@@ -12,7 +12,7 @@
 use super::folder::{folder_of, ignore_unsupported};
 use super::interrupt;
 use super::journal::{self, Journal, Towards};
-use super::lock::{FolderLock, Sharing};
+use super::lock::{self, FolderLock, Sharing};
 use super::notice::{self, Notice};
 use super::output::{Durability, InFile, Output, Sink};
 use super::streams::{self, Streams};
@@ -125,12 +125,13 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
     // one folder may be named in several ways
     let real = |folder: &Path| std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
     let real_home = real(&home);
-    // a run that does not sync holds its folder as a whole
-    let _lock = match synced {
+    // a run that does not sync holds its folder as a whole, and one that holds it has seen to what was left there
+    let ours = lock::is_ours(&home);
+    let _lock = match synced && !ours {
         true => FolderLock::take(&home, Sharing::Alone, PATIENCE)?,
         false => None,
     };
-    if synced {
+    if synced && !ours {
         journal::finish_locked(&home, Towards::Before)?;
     }
     let mut backups = Vec::with_capacity(steps.len());

@@ -242,10 +242,10 @@ fn a_folder_of_results_is_left_out_also_where_an_original_has_changed_since() {
 #[test]
 fn the_folder_of_the_results_may_be_made_for_the_summary() {
     let desk = desk();
-    let run = "rewrite --model model.yaml cell --output-dir new --summary new/s.jsonl";
+    let run = "rewrite --model model.yaml cell --output-dir new --summary new/s.jsonl --report new/r.html";
     desk.run(&format!("{run} --dry-run")).ends_with(2);
     desk.run(run).success();
-    assert!(desk.join("new/s.jsonl").exists());
+    assert!(desk.join("new/s.jsonl").exists() && desk.join("new/r.html").exists());
     desk.run("schema --output-dir schemas/all").success();
     assert!(desk.join("schemas/all/robot.schema.json").exists());
 }
