@@ -204,8 +204,8 @@ impl Missing {
             return;
         }
         out.push_str(
-            "# Programs, macros and routines that no file contains. For each that moves nothing and leaves frames and tools as they are, give\n\
-             # --no-motion NAME, or name it in the robot file (no_motion: [...]):\n",
+            "# Programs, macros and routines that no file contains. Name those that move nothing and leave frames and tools as they are\n\
+             # in the robot file (no_motion: [...]):\n",
         );
         for (name, moves) in &self.calls {
             let word = if *moves == 1 { "move waits" } else { "moves wait" };
