@@ -350,10 +350,15 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<(Line, Vec<PathBuf>)> {
 
 /// SHA-256 of a file that could not be used, where it can be read.
 pub(super) fn hash(path: &Path) -> Option<String> {
-    let mut file = std::fs::File::open(path).ok()?;
+    read_hash(path).ok()
+}
+
+/// SHA-256 of a file.
+pub(super) fn read_hash(path: &Path) -> std::io::Result<String> {
+    let mut file = std::fs::File::open(path)?;
     let mut hash = Sha256::new();
-    std::io::copy(&mut file, &mut hash).ok()?;
-    Some(input::hex(&hash.finalize()))
+    std::io::copy(&mut file, &mut hash)?;
+    Ok(input::hex(&hash.finalize()))
 }
 
 #[cfg(test)]

@@ -5,12 +5,12 @@
 //! zeros (a loss of power), it ends within a line of the new result (the same), or a run was killed while it put the file in place. In a
 //! folder of results, whose files nobody names one by one, the same holds for a file without a note.
 
-use super::batch::hash;
+use super::batch::read_hash;
 use super::guard::{Note, note_path, read_note};
 use super::job::Job;
 use super::refusal::{Foreign, Refusal};
 use super::sink::File;
-use crate::error::{Result, is_stdio, shown};
+use crate::error::{Error, Result, is_stdio, shown};
 use crate::io::input::sha256;
 use crate::io::journal::{self, Journal};
 use crate::io::kind::Kind;
@@ -52,17 +52,22 @@ pub(super) fn refuse(job: &Job, files: &mut [File], placed: &[Placed]) -> Result
     if is_stdio(to) || std::fs::metadata(to).is_ok_and(|m| !m.is_file()) {
         return Ok(());
     }
-    let note = read_note(to);
+    let note = match read_note(to) {
+        Err(error @ Error::Io { .. }) if !job.force => return Err(error),
+        note => note,
+    };
     for (k, (file, placed)) in files.iter_mut().zip(placed).enumerate() {
         let standing = match &note {
             Ok(Some(note)) => by_note(note, file, placed, k == 0),
             // a person named a single file, but none that appears beside it
-            _ if job.durability == Durability::Synced && k == 0 => Standing::Free,
+            _ if job.durability == Durability::Synced && k == 0 => Ok(Standing::Free),
             _ if job.durability == Durability::Synced => beside(file, placed),
-            Err(_) if is_lost(&note_path(to)) => Standing::Free,
+            Err(_) if is_lost(&note_path(to)) => Ok(Standing::Free),
             Ok(None) => without_note(placed, if k == 0 { Foreign::NoNote } else { Foreign::NoCompanion }),
             Err(_) => without_note(placed, Foreign::DamagedNote),
         };
+        // what cannot be read may be replaced where all may be
+        let standing = if job.force { standing.unwrap_or(Standing::Free) } else { standing? };
         match standing {
             Standing::Free => {}
             Standing::Result => file.replace_any_kind(),
@@ -80,7 +85,7 @@ pub(super) fn refuse(job: &Job, files: &mut [File], placed: &[Placed]) -> Result
 }
 
 /// What stands at a file of a result that has a note.
-fn by_note(note: &Note, file: &mut File, placed: &Placed, is_program: bool) -> Standing {
+fn by_note(note: &Note, file: &mut File, placed: &Placed, is_program: bool) -> Result<Standing> {
     let name = placed.path.file_name();
     let companion = note.companions.iter().find(|c| path_of(&c.output).is_some_and(|p| p.file_name() == name));
     let written = match (is_program, companion) {
@@ -93,36 +98,40 @@ fn by_note(note: &Note, file: &mut File, placed: &Placed, is_program: bool) -> S
 }
 
 /// What stands beside a program where no note mentions it: it is known by its content alone, or by its beginning and zeros after it.
-fn beside(file: &mut File, placed: &Placed) -> Standing {
+fn beside(file: &mut File, placed: &Placed) -> Result<Standing> {
     let is_ours = |bytes: &[u8], ours: &[u8]| remains::before_zeros(bytes).is_some_and(|b| ours.starts_with(b));
-    match without_note(placed, Foreign::NoCompanion) {
-        Standing::Free if is_lost(placed.path) => match (regular::read(placed.path), file.contents()) {
-            (Ok(bytes), Ok(ours)) if bytes.is_empty() || is_ours(&bytes, &ours) => Standing::Free,
-            _ => Standing::Other(Foreign::NoCompanion),
-        },
+    Ok(match without_note(placed, Foreign::NoCompanion)? {
+        Standing::Free if is_lost(placed.path) => {
+            let bytes = regular::read(placed.path).map_err(|e| Error::io(placed.path, "read", e))?;
+            match file.contents() {
+                Ok(ours) if bytes.is_empty() || is_ours(&bytes, &ours) => Standing::Free,
+                _ => Standing::Other(Foreign::NoCompanion),
+            }
+        }
         standing => standing,
-    }
+    })
 }
 
-fn without_note(placed: &Placed, why: Foreign) -> Standing {
+fn without_note(placed: &Placed, why: Foreign) -> Result<Standing> {
     standing(placed, None, None, why)
 }
 
 /// What stands at a file whose note says that `written` was written; contents beside it that may be replaced are that of `former` and those
 /// of the file that is placed.
-fn standing(placed: &Placed, written: Option<&str>, former: Option<&str>, why: Foreign) -> Standing {
+fn standing(placed: &Placed, written: Option<&str>, former: Option<&str>, why: Foreign) -> Result<Standing> {
     let path = placed.path;
     if !path.is_file() || is_lost(path) {
-        return Standing::Free;
+        return Ok(Standing::Free);
     }
-    let Some(found) = hash(path) else { return Standing::Other(why) };
+    // a file that cannot be read is not one that somebody changed
+    let found = read_hash(path).map_err(|e| Error::io(path, "read", e))?;
     let free = [placed.sha256_in, Some(placed.sha256_out), former];
     let of = |found: &str| match Some(found) {
         it if it == written => Some(Standing::Result),
         it if free.contains(&it) => Some(Standing::Free),
         _ => None,
     };
-    of(&found).or_else(|| converted(path).iter().find_map(|c| of(c))).unwrap_or(Standing::Other(why))
+    Ok(of(&found).or_else(|| converted(path).iter().find_map(|c| of(c))).unwrap_or(Standing::Other(why)))
 }
 
 /// SHA-256 of the contents of which a conversion of all line ends made the file, as version control may do it.
