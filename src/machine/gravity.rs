@@ -5,7 +5,7 @@
 //! the whole transform of that joint, in either convention), and the payload at the flange. Sign: a positive torque turns
 //! (or pushes) the axis positive. Unit: Nm, N for a prismatic axis.
 
-use crate::numerics::parallel::ParMap;
+use crate::numerics::parallel;
 use crate::robot::{Chain, Convention, JointFrame, JointKind, Robot};
 use nalgebra::{Rotation3, Vector3};
 
@@ -101,7 +101,7 @@ impl Gravity {
         if !self.is_known() {
             return all;
         }
-        let blocks: Vec<Vec<f64>> = (0..rows.div_ceil(BLOCK)).par_map(|b| {
+        let blocks: Vec<Vec<f64>> = parallel::map_awaited(rows.div_ceil(BLOCK), |b| {
             let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
             let mut block = vec![0.0; range.len() * cmd.len()];
             let mut q = vec![0.0; cmd.len()];

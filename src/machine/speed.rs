@@ -3,7 +3,7 @@
 //! Method: derivative of the TCP's path by differences of second order over neighbouring samples (one-sided at the ends), then
 //! its length.
 
-use crate::numerics::parallel::ParMap;
+use crate::numerics::parallel;
 use crate::robot::Chain;
 use nalgebra::Vector3;
 
@@ -13,20 +13,17 @@ const BLOCK: usize = 4096;
 /// Speed at each sample, m/s; `q(axis, i)` is the command in rad or m.
 pub fn along(chain: &Chain, t_s: &[f64], q: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
     let n = t_s.len();
-    let path: Vec<Vector3<f64>> = (0..n.div_ceil(BLOCK))
-        .par_map(|b| {
-            let mut joints = vec![0.0; chain.dof()];
-            let q = &q;
-            (b * BLOCK..((b + 1) * BLOCK).min(n)).map(move |i| {
-                for (axis, v) in joints.iter_mut().enumerate() {
-                    *v = q(axis, i);
-                }
-                chain.position(&joints)
-            })
-        })
-        .into_iter()
-        .flatten()
-        .collect();
+    let blocks = parallel::map_awaited(n.div_ceil(BLOCK), |b| -> Vec<Vector3<f64>> {
+        let mut joints = vec![0.0; chain.dof()];
+        let at = |i: usize| {
+            for (axis, v) in joints.iter_mut().enumerate() {
+                *v = q(axis, i);
+            }
+            chain.position(&joints)
+        };
+        (b * BLOCK..((b + 1) * BLOCK).min(n)).map(at).collect()
+    });
+    let path: Vec<Vector3<f64>> = blocks.concat();
     let step = |i: usize| {
         let h = t_s[i + 1] - t_s[i];
         if h > 0.0 { (path[i + 1] - path[i]) / h } else { Vector3::zeros() }

@@ -321,7 +321,11 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<(Line, Vec<PathBuf>)> {
         let path = path_of(name).map(|n| beside.with_file_name(n));
         !sha256.is_empty() && path.is_some_and(|p| hash(&p).as_deref() == Some(sha256))
     };
+    // a result of another program may stand under this name
+    let is_of = |name: &str, file: &Path| path_of(name).is_some_and(|n| n.file_name() == file.file_name());
     let same = ours
+        && is_of(&note.input, from)
+        && is_of(&note.output, to)
         && stands(&note.input, from, note.sha256_in.as_deref()?)
         && stands(&note.output, to, &note.sha256_out)
         && note.companions.iter().all(|c| stands(&c.input, from, &c.sha256_in) && stands(&c.output, to, &c.sha256_out))

@@ -240,6 +240,17 @@ fn a_folder_of_results_is_left_out_also_where_an_original_has_changed_since() {
 }
 
 #[test]
+fn a_result_of_another_program_under_the_name_of_one_is_not_taken_for_its_own() {
+    let desk = desk();
+    let read = |name: &str| std::fs::read(desk.join(name)).unwrap();
+    std::fs::create_dir(desk.join("done")).unwrap();
+    desk.run("rewrite --model model.yaml cell/turns.csv --output done/plain.csv").success();
+    assert_ne!(read("done/plain.csv"), read("cell/plain.csv"));
+    desk.run(RUN).success();
+    assert_eq!(read("done/plain.csv"), read("cell/plain.csv"));
+}
+
+#[test]
 fn the_folder_of_the_results_may_be_made_for_the_summary() {
     let desk = desk();
     let run = "rewrite --model model.yaml cell --output-dir new --summary new/s.jsonl --report new/r.html";

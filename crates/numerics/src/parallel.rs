@@ -78,6 +78,12 @@ pub fn pieces(n: usize, size: usize) -> Vec<Range<usize>> {
     (0..n.div_ceil(size)).map(|k| k * size..((k + 1) * size).min(n)).collect()
 }
 
+/// [`ParMap::par_map`] over `0..n` of a value that others wait for, as in a `OnceLock`: on this thread alone where it works for a map
+/// already. A thread of the pool that waits for the rest of its map takes up other work, which may wait for this very value.
+pub fn map_awaited<T: Send>(n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if rayon::current_thread_index().is_some() { (0..n).map(f).collect() } else { map(n, f) }
+}
+
 fn each(n: usize, run: &(dyn Fn(usize) + Sync)) {
     if n == 1 {
         return run(0);
@@ -88,6 +94,20 @@ fn each(n: usize, run: &(dyn Fn(usize) + Sync)) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::OnceLock;
+
+    #[test]
+    fn a_value_that_all_threads_wait_for_is_found_within_a_map() {
+        let work = |k: usize| (0..20_000).fold(k, |a, b| a.wrapping_mul(31).wrapping_add(b));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+        pool.install(|| {
+            for _ in 0..100 {
+                let value = OnceLock::new();
+                let all = (0..16).par_map(|_| value.get_or_init(|| map_awaited(64, work)).len());
+                assert_eq!(all, [64; 16]);
+            }
+        });
+    }
 
     #[test]
     fn results_stand_in_the_order_of_their_indices() {

@@ -30,7 +30,8 @@ pub fn of_folder(folder: &Path, most: usize) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(open) else { return Vec::new() };
     let mut files = Vec::new();
     for entry in entries.flatten() {
-        if entry.file_type().is_ok_and(|t| t.is_file()) {
+        // a link counts as what it leads to
+        if entry.file_type().is_ok_and(|t| t.is_file() || t.is_symlink() && entry.path().is_file()) {
             files.push(folder.join(entry.file_name()));
             if files.len() > most {
                 return Vec::new();

@@ -114,7 +114,10 @@ fn values(name: &str, k: usize, line: &str, register: &mut Open) -> Result<()> {
         rest = &rest[at + 1..];
         let value = rest.split_ascii_whitespace().next().unwrap_or_default();
         let after = rest.trim_start().get(value.len()..).unwrap_or_default();
-        if field != "GROUP" {
+        if field == "GROUP" {
+            // values of another group follow
+            register.other |= value != "1";
+        } else {
             let bad = || {
                 let column = (line.len() - rest.trim_start().len()) as u64 + 1;
                 Error::bad(Place::field(name, k as u64 + 1, column), format!("`{value}` for {field}"), "a number")

@@ -312,7 +312,9 @@ fn read_offset(upper: &[u8], next: &[u8], said: &mut MotionInstruction) -> bool 
     if register {
         text.push_str(&String::from_utf8_lossy(next));
     }
-    said.offset = Some((has(upper, b"TOOL"), text));
+    // its register may have any word for a comment
+    let word = upper.split(|b| matches!(b, b'[' | b',')).next().unwrap_or(upper);
+    said.offset = Some((has(word, b"TOOL"), text));
     close(said, "an offset is added to the goal");
     register
 }

@@ -389,10 +389,14 @@ impl<'a> Reader<'a> {
         reasons.into_iter().find(|r| r.0).map(|r| r.1)
     }
 
-    /// A motion to a position selects its frame and tool, or the controller stops.
+    /// A motion to a position selects its frame and tool, or the controller stops, or it does not check: where others were selected, none
+    /// is known.
     fn select_by(&mut self, position: Option<usize>, elsewhere: bool) {
         if let Some(own) = position.and_then(|p| self.taught.positions.get(p)) {
-            self.selected = [own.frame, own.tool];
+            let own = [own.frame, own.tool];
+            for (selected, own) in self.selected.iter_mut().zip(own) {
+                *selected = if selected.is_none_or(|s| Some(s) == own) { own } else { None };
+            }
         }
         if elsewhere {
             self.selected = [None, None];

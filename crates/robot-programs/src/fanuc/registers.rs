@@ -132,8 +132,12 @@ impl Sets {
                 self.calls.insert((text_of(name).into_owned(), rest.starts_with(b"(")));
             }
         }
+        let starts_one = |w: &Vec<u8>| w.starts_with(b"ERROR_PROG") || w.starts_with(b"RESUME_PROG");
         match flow::read(text, words) {
             _ if moves => {}
+            // programs that run beside or after this one
+            Flow::Step(StepKind::Break(Break::Interrupt)) => self.open("a monitor may run a program".into()),
+            _ if upper.first().is_some_and(starts_one) => self.open("an error may run a program".into()),
             Flow::Macro(name) => {
                 let arguments = upper.concat().contains(&b'(');
                 self.macros.insert((name, arguments));

@@ -10,10 +10,11 @@
 use super::calls::{calls, is_quiet, quiet};
 use super::lex::{Kind, Token, first_word, in_upper, tokens};
 use super::motion;
+use super::project::is_read;
 use super::statement::{assignment, is_routine, routine_name};
 use crate::no_motion::NoMotion;
 use crate::script::Text;
-use crate::script::called::Needs;
+use crate::script::called::{Needs, stem_of};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Variables of the controller that steer neither the arm nor what points mean.
@@ -202,6 +203,8 @@ impl Still {
         for does in by_name.values().flatten() {
             needs.add(&does.name, does.moves, does.calls.iter().cloned());
         }
+        // a file that cannot be read goes before what is said of its name
+        texts.iter().filter(|t| t.context && !is_read(t)).for_each(|t| needs.is_there(&stem_of(t)));
         by_name.retain(|_, all| all.iter().all(|d| !d.moves));
         let mut still: BTreeMap<String, bool> = BTreeMap::new();
         loop {
@@ -227,7 +230,9 @@ impl Still {
         if !hidden.is_empty() {
             return Self { hidden, ..Self::default() };
         }
-        let sets = setting(by_name.values().flatten().copied().collect());
+        let mut sets = setting(by_name.values().flatten().copied().collect());
+        // one that calls what may move does not leave the robot where it stands
+        sets.retain(|name| still.contains_key(name));
         still.retain(|name, _| !sets.contains(name));
         Self { names: still, sets, hidden, needs }
     }

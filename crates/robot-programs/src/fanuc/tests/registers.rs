@@ -178,6 +178,9 @@ fn an_offset_by_a_register_of_the_listing_displaces_the_position() {
     let up = Vector3::new(0.0, 0.0, -0.02);
     let (shift, _, at) = shifted("Offset,PR[4:up]", "");
     assert!(shift == Some(Shift::in_frame(up)) && (at - Vector3::new(0.9, 0.0, 0.28)).norm() < 1e-12, "{at:?}");
+    // a comment on the register is none on the kind of offset
+    let (named, ..) = shifted("Offset,PR[4:TOOL UP]", "");
+    assert_eq!(named, Some(Shift::in_frame(up)));
     // the tool points down
     let (shift, _, at) = shifted("Tool_Offset,PR[4]", "");
     assert!(

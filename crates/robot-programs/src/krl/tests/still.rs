@@ -42,6 +42,23 @@ fn a_routine_of_the_program_that_has_the_name_of_a_function_is_called_in_its_pla
     assert!(between("n=ROUND(2)\n", "", &[]).0.is_empty());
 }
 
+/// A speed or a frame that a routine sets says nothing of what it calls.
+#[test]
+fn a_routine_that_sets_a_speed_and_calls_what_may_move_is_not_still() {
+    let is_still = |pick: &str, set: &str| {
+        let more = format!("DEF JOB1( )\n{set}\nPICK( )\nEND\n{pick}");
+        between("JOB1( )\n", &more, &[]).1.iter().any(|n| n.contains("JOB1") && n.contains("moves nothing"))
+    };
+    let moves = "DEF PICK( )\nPTP {A1 80.0}\nEND\n";
+    let deeper = "DEF PICK( )\nDEEP( )\nEND\nDEF DEEP( )\nPTP {A1 80.0}\nEND\n";
+    for set in ["$VEL_AXIS[1]=50", "$BASE=$NULLFRAME"] {
+        for pick in [moves, "", deeper] {
+            assert!(!is_still(pick, set), "{set} {pick}");
+        }
+        assert!(is_still("DEF PICK( )\n$OUT[1]=TRUE\nEND\n", set), "{set}");
+    }
+}
+
 #[test]
 fn a_block_that_moves_or_calls_what_is_not_known_ends_the_known_direction() {
     for busy in [
