@@ -25,7 +25,8 @@ pub(super) fn root(script: &Script, frames: &Frames) -> Result<Option<Isometry3<
     if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)) || m.tool.is_some()) {
         return Ok(None);
     }
-    let given = frames.machine.as_ref().and_then(|m| m.root).map(|(_, root)| (Place::file("--frames"), root));
+    let given =
+        frames.machine.as_ref().and_then(|m| m.root).map(|(line, root)| (Place::line("$machine.dat", line), root));
     let own = script.installed.iter().filter_map(|i| Some((script.place(i.at), i.root?)));
     let mut found: Option<Isometry3<f64>> = None;
     for (place, root) in given.into_iter().chain(own) {

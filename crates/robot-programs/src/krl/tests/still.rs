@@ -46,11 +46,14 @@ fn a_routine_of_the_program_that_has_the_name_of_a_function_is_called_in_its_pla
 #[test]
 fn a_routine_that_sets_a_speed_and_calls_what_may_move_is_not_still() {
     let is_still = |pick: &str, set: &str| {
-        let more = format!("DEF JOB1( )\n{set}\nPICK( )\nEND\n{pick}");
-        between("JOB1( )\n", &more, &[]).1.iter().any(|n| n.contains("JOB1") && n.contains("moves nothing"))
+        let job = format!("DEF JOB1( )\n{set}\nPICK( )\nEND\n");
+        let deep = "DEF DEEP( )\nPTP {A1 80.0}\nEND\n";
+        let beside: &[(&str, &str)] = &[("job1.src", &job), ("deep.src", deep), ("pick.src", pick)];
+        let beside = if pick.is_empty() { &beside[..2] } else { beside };
+        between("JOB1( )\n", "", beside).1.iter().any(|n| n.contains("JOB1") && n.contains("moves nothing"))
     };
     let moves = "DEF PICK( )\nPTP {A1 80.0}\nEND\n";
-    let deeper = "DEF PICK( )\nDEEP( )\nEND\nDEF DEEP( )\nPTP {A1 80.0}\nEND\n";
+    let deeper = "DEF PICK( )\nDEEP( )\nEND\n";
     for set in ["$VEL_AXIS[1]=50", "$BASE=$NULLFRAME"] {
         for pick in [moves, "", deeper] {
             assert!(!is_still(pick, set), "{set} {pick}");
