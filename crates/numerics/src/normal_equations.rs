@@ -24,7 +24,7 @@ pub struct ScaledInverse {
 /// Accuracy: `eps` times the condition of the scaled matrix.
 ///
 /// ```
-/// use lostmotion::numerics::normal_equations::scaled_inverse;
+/// use lostmotion_numerics::normal_equations::scaled_inverse;
 /// use nalgebra::DMatrix;
 /// // a length in metres beside an angle in microradians
 /// let normal = DMatrix::from_row_slice(2, 2, &[4.0, 1e6, 1e6, 1e12]);

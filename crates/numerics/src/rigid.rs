@@ -30,7 +30,7 @@ impl RigidFit {
 /// Fits pairs `(from, to, weight)`; `mirrored` requests a reflection.
 ///
 /// ```
-/// use lostmotion::numerics::rigid::fit;
+/// use lostmotion_numerics::rigid::fit;
 /// use nalgebra::Vector3;
 /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector3::from);
 /// let turned = corners.map(|p| Vector3::new(2.0 - p.y, p.x, p.z));

@@ -24,7 +24,7 @@ pub fn median(values: &[f64]) -> f64 {
 /// Quantile `share` (0 to 1) of values in rising order, linear between two neighbours (type 7 of Hyndman and Fan 1996). `None` of nothing.
 ///
 /// ```
-/// use lostmotion::numerics::robust::quantile_of_sorted;
+/// use lostmotion_numerics::robust::quantile_of_sorted;
 /// assert_eq!(quantile_of_sorted(&[1.0, 2.0, 4.0, 8.0], 0.5), Some(3.0));
 /// ```
 pub fn quantile_of_sorted(sorted: &[f64], share: f64) -> Option<f64> {

@@ -21,7 +21,7 @@
 //! Accuracy: 27 certified problems of NIST from both starts ([docs/numerics.md](../../../docs/numerics.md)).
 //!
 //! ```
-//! use lostmotion::numerics::least_squares::{Function, Options, minimise};
+//! use lostmotion_numerics::least_squares::{Function, Options, minimise};
 //! use nalgebra::DMatrix;
 //! // y = a exp(b x) through three points of a = 2, b = -1
 //! let x = [0.0, 1.0, 2.0];

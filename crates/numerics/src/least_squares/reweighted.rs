@@ -31,7 +31,7 @@ pub trait Reweighted {
 /// What [`Reweighted::linearise`] fails with.
 ///
 /// ```
-/// use lostmotion::numerics::least_squares::{Dense, Flow, Reweighted, rounds};
+/// use lostmotion_numerics::least_squares::{Dense, Flow, Reweighted, rounds};
 /// use nalgebra::DMatrix;
 /// /// A mean whose weights fall with the distance from it: the median of three values.
 /// struct Median([f64; 3], f64);
