@@ -9,7 +9,7 @@ use predicates::str::contains;
 /// J1 (A1) of the moves, deg: the third turns back, the fourth turns again.
 const J1: [f64; 4] = [0.0, 10.0, 5.0, 8.0];
 
-fn desk(config: &str, joint: &str) -> Desk {
+pub fn desk(config: &str, joint: &str) -> Desk {
     let desk = Desk::new(0.003);
     let robot = bundled("configs").join(config);
     std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
@@ -20,16 +20,26 @@ fn desk(config: &str, joint: &str) -> Desk {
 
 /// A FANUC program with these lines after its second motion.
 fn fanuc(between: &[&str]) -> String {
+    fanuc_named("P", between)
+}
+
+/// The same under a name.
+pub fn fanuc_named(name: &str, between: &[&str]) -> String {
     let motion = |k: usize| format!("J P[{k}] 10% FINE");
     let mut lines = vec![motion(1), motion(2)];
     lines.extend(between.iter().map(|l| (*l).to_string()));
     lines.extend([motion(3), motion(4)]);
-    let mut text = format!("/PROG  P\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", lines.len());
+    let mut text = format!("/PROG  {name}\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", lines.len());
     for (k, line) in lines.iter().enumerate() {
         text += &format!("{:4}:{line}    ;\n", k + 1);
     }
-    text += "/POS\n";
-    for (k, j1) in J1.iter().enumerate() {
+    text + &fanuc_positions(&J1)
+}
+
+/// Its positions, by J1 in deg; the other joints stand at 10.
+pub fn fanuc_positions(j1: &[f64]) -> String {
+    let mut text = String::from("/POS\n");
+    for (k, j1) in j1.iter().enumerate() {
         let rest: String = (2..=6).map(|j| format!(",\tJ{j}=    10.000 deg")).collect();
         text += &format!("P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1={j1:>10.3} deg{rest}\n}};\n", k + 1);
     }
@@ -37,7 +47,7 @@ fn fanuc(between: &[&str]) -> String {
 }
 
 /// What is written for J1 at each position, deg.
-fn j1(desk: &Desk, name: &str) -> Vec<f64> {
+pub fn j1(desk: &Desk, name: &str) -> Vec<f64> {
     let text = String::from_utf8(desk.read(name)).unwrap();
     let after = |l: &str| l.trim().strip_prefix("J1=").map(|v| v.trim_start().to_string());
     text.lines().filter_map(after).filter_map(|v| v.split(' ').next()?.parse().ok()).collect()

@@ -1,48 +1,14 @@
 //! Programs, macros and routines that no file contains: asked for by name where moves wait for them, and declared to move nothing.
 
-use crate::support::bundled;
-use crate::vendor_rewrite::Desk;
+use crate::vendor_calls::{desk, fanuc_named as program, j1};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
-
-fn desk() -> Desk {
-    let desk = Desk::new(0.003);
-    std::fs::copy(bundled("configs/fanuc-m10ia.yaml"), desk.path("robot.yaml")).unwrap();
-    let effect = "{effect: backlash, joint: J1, half_gap_deg: 0.01}";
-    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n"));
-    desk
-}
-
-/// Four motions of J1: 0, 10, 5, 8 deg, with these lines after the second.
-fn program(name: &str, between: &[&str]) -> String {
-    let motion = |k: usize| format!("J P[{k}] 10% FINE");
-    let mut lines = vec![motion(1), motion(2)];
-    lines.extend(between.iter().map(|l| (*l).to_string()));
-    lines.extend([motion(3), motion(4)]);
-    let mut text = format!("/PROG  {name}\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", lines.len());
-    for (k, line) in lines.iter().enumerate() {
-        text += &format!("{:4}:{line}    ;\n", k + 1);
-    }
-    text += "/POS\n";
-    for (k, j1) in [0.0, 10.0, 5.0, 8.0].iter().enumerate() {
-        let rest: String = (2..=6).map(|j| format!(",\tJ{j}=    10.000 deg")).collect();
-        text += &format!("P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1={j1:>10.3} deg{rest}\n}};\n", k + 1);
-    }
-    text + "/END\n"
-}
-
-/// What is written for J1 at each position, deg.
-fn j1(desk: &Desk, name: &str) -> Vec<f64> {
-    let text = String::from_utf8(desk.read(name)).unwrap();
-    let after = |l: &str| l.trim().strip_prefix("J1=").map(|v| v.trim_start().to_string());
-    text.lines().filter_map(after).filter_map(|v| v.split(' ').next()?.parse().ok()).collect()
-}
 
 const REWRITE: &str = "rewrite --model model.yaml";
 
 #[test]
 fn a_call_that_moves_wait_for_is_named_once_and_can_be_declared() {
-    let desk = desk();
+    let desk = desk("fanuc-m10ia.yaml", "J1");
     desk.write("p.ls", &program("P", &["  Clear User Page"]));
     let asked = contains("no file contains `CLEAR USER PAGE`, which may move the robot: 1 move waits for it")
         .and(contains("--no-motion \"CLEAR USER PAGE\"").count(1));
@@ -75,7 +41,7 @@ fn a_call_that_moves_wait_for_is_named_once_and_can_be_declared() {
 
 #[test]
 fn a_folder_asks_once_for_all_its_programs_and_a_file_of_the_name_counts() {
-    let desk = desk();
+    let desk = desk("fanuc-m10ia.yaml", "J1");
     desk.write("cell/A.LS", &program("A", &["  CALL GRIP_KL(1)"]));
     desk.write("cell/B.LS", &program("B", &["  CALL GRIP_KL(2)", "  CALL MOVER"]));
     desk.write("cell/MOVER.LS", &program("MOVER", &[]));
@@ -93,7 +59,7 @@ fn a_folder_asks_once_for_all_its_programs_and_a_file_of_the_name_counts() {
 
 #[test]
 fn a_declared_name_that_cannot_be_one_is_refused() {
-    let desk = desk();
+    let desk = desk("fanuc-m10ia.yaml", "J1");
     desk.write("p.ls", &program("P", &[]));
     let run = desk.run(&format!("{REWRITE} p.ls --dry-run --no-motion LBL[1]")).code(2);
     run.stderr(contains("--no-motion `LBL[1]`"));

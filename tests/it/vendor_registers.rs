@@ -1,7 +1,6 @@
 //! FANUC position registers whose values a listing of the controller tells.
 
-use crate::support::bundled;
-use crate::vendor_rewrite::Desk;
+use crate::vendor_calls::{desk, fanuc_positions, j1};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 
@@ -15,29 +14,15 @@ fn program(more: &str) -> String {
         "/PROG  P\n/ATTR\nLINE_COUNT\t= 5;\n/MN\n   1:J P[1] 10% FINE    ;\n   2:J P[2] 10% FINE    ;\n   3:J PR[1:@Home] 10% FINE    ;\n\
          \x20  4:J P[3] 10% FINE    ;\n",
     );
-    text += &format!("   5:{more}    ;\n/POS\n");
-    for (k, j1) in [0.0, 10.0, 8.0].iter().enumerate() {
-        let rest: String = (2..=6).map(|j| format!(",\tJ{j}=    10.000 deg")).collect();
-        text += &format!("P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1={j1:>10.3} deg{rest}\n}};\n", k + 1);
-    }
-    text + "/END\n"
-}
-
-/// What is written for J1 at each position, deg.
-fn j1(desk: &Desk, name: &str) -> Vec<f64> {
-    let text = String::from_utf8(desk.read(name)).unwrap();
-    let after = |l: &str| l.trim().strip_prefix("J1=").map(|v| v.trim_start().to_string());
-    text.lines().filter_map(after).filter_map(|v| v.split(' ').next()?.parse().ok()).collect()
+    text += &format!("   5:{more}    ;\n");
+    text + &fanuc_positions(&[0.0, 10.0, 8.0])
 }
 
 const REWRITE: &str = "rewrite --model model.yaml cell/P.LS --max-added 0";
 
 #[test]
 fn directions_go_on_through_a_register_of_a_listing_unless_a_program_of_the_folder_sets_it() {
-    let desk = Desk::new(0.003);
-    std::fs::copy(bundled("configs/fanuc-m10ia.yaml"), desk.path("robot.yaml")).unwrap();
-    let effect = "{effect: backlash, joint: J1, half_gap_deg: 0.01}";
-    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n"));
+    let desk = desk("fanuc-m10ia.yaml", "J1");
     desk.write("cell/P.LS", &program("  R[1]=1"));
     desk.write("POSREG.VA", LISTING);
     // without the listing the motion before the register stays, and so does the one after it

@@ -61,11 +61,6 @@ pub fn change_pieces<A: Send>(items: &mut [A], size: usize, f: impl Fn(usize, &m
     change(&mut pieces, |k, piece| f(k, piece));
 }
 
-/// Both at the same time.
-pub fn both<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    rayon::join(a, b)
-}
-
 /// Number of threads that share the work.
 #[must_use]
 pub fn threads() -> usize {

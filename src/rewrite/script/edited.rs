@@ -9,7 +9,7 @@ use super::poses::{self, Held, Poses};
 use super::reasons::Reasons;
 use super::run::{self, Choice, Cut, Run};
 use super::stops::Stops;
-use super::{Account, Task, approach, arcs, asked, circles, installation, notes, recognised, writing};
+use super::{EditReport, Task, approach, arcs, asked, circles, installation, notes, recognised, writing};
 use crate::error::Result;
 use crate::program::script::{Document, Edits, Goal, Note, Patches};
 use crate::rewrite::stats::RewriteStats;
@@ -25,7 +25,7 @@ pub(super) struct Edited {
     /// How long new exact stops take, where the duration is known.
     pub(super) stops: Option<Stops>,
     pub(super) reasons: Reasons,
-    pub(super) account: Account,
+    pub(super) report: EditReport,
     /// Notes on runs whose way is not known, and those on moves, the robot and its limits.
     pub(super) of_runs: Vec<Note>,
     pub(super) of_moves: Vec<Note>,
@@ -89,10 +89,10 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
     }
     let (unwritable, patches) = writing::leave_unwritable(document, &mut edits, &mut stats);
     let missing = Missing { calls: asked::calls(script, &left), ..known.missing };
-    let account =
-        Account { lines, missing, gaps, unplaced, changes, changes_total, anew, runs: number, looks_rewritten };
+    let report =
+        EditReport { lines, missing, gaps, unplaced, changes, changes_total, anew, runs: number, looks_rewritten };
     let reasons = Reasons { left, partial, unwritable };
-    Ok(Edited { edits, patches, stats, stops, reasons, account, of_runs, of_moves, runs })
+    Ok(Edited { edits, patches, stats, stops, reasons, report, of_runs, of_moves, runs })
 }
 
 /// How long the runs take together, s, where each of them is known.

@@ -114,7 +114,7 @@ impl Job<'_> {
             listed: if self.all_changes { usize::MAX } else { LISTED },
         };
         let done = rewrite(format, texts, &task)?;
-        if !self.force && done.account.looks_rewritten {
+        if !self.force && done.report.looks_rewritten {
             return Err(guard::already(&name, "its reversals carry the steps of this compensator"));
         }
         let mut outcome = self.outcome(format, &name, &hashes, &done);
@@ -150,7 +150,7 @@ impl Job<'_> {
     }
 
     fn outcome(&self, format: &dyn Format, name: &str, hashes: &[String], done: &Done) -> Outcome {
-        let line = |n: u64| done.account.lines.get(&n).map(|at| at.line);
+        let line = |n: u64| done.report.lines.get(&n).map(|at| at.line);
         Outcome {
             input: name.into(),
             output: None,
@@ -165,15 +165,15 @@ impl Job<'_> {
                 format: format.name(),
                 title: format.title(),
                 coverage: done.coverage.clone(),
-                missing: done.account.missing.clone(),
-                gaps: done.account.gaps.clone(),
-                unplaced: done.account.unplaced.clone(),
+                missing: done.report.missing.clone(),
+                gaps: done.report.gaps.clone(),
+                unplaced: done.report.unplaced.clone(),
                 written: done.written.clone(),
-                changes: done.account.changes.clone(),
-                changes_total: done.account.changes_total,
+                changes: done.report.changes.clone(),
+                changes_total: done.report.changes_total,
                 notes: done.notes.clone(),
-                runs: done.account.runs,
-                anew: done.account.anew,
+                runs: done.report.runs,
+                anew: done.report.anew,
             }),
         }
     }

@@ -83,11 +83,11 @@ pub struct Done {
     /// What the rewritten program reads as when it is read again.
     pub written: verify::Written,
     /// What the report tells of it.
-    pub account: Account,
+    pub report: EditReport,
 }
 
 /// What a report tells of the edits of a program.
-pub struct Account {
+pub struct EditReport {
     /// Lines of the points of violations, by the number of the point.
     pub lines: BTreeMap<u64, At>,
     /// Frames, tools and calls that moves wait for.
@@ -168,7 +168,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     };
     let unknown_arm = notes::unknown_arm(format, task.robot);
     let edited = edited::by_approach(document.as_ref(), task, &mut choice, unknown_arm.as_ref())?;
-    let Edited { mut edits, mut stats, patches, stops, runs, account, .. } = edited;
+    let Edited { mut edits, mut stats, patches, stops, runs, report, .. } = edited;
     notes.extend(edited.of_runs);
     let coverage = edited.reasons.coverage(script, task.choices, &left_out, &edits);
     demands::require_coverage(&coverage, task.choices, script)?;
@@ -187,5 +187,5 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let stops_s = stops.and_then(|s| s.duration_s(&written.halts));
         stats.duration_s = stats.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
-    Ok(Done { texts, originals, notes, stats, coverage, written, account })
+    Ok(Done { texts, originals, notes, stats, coverage, written, report })
 }

@@ -15,7 +15,7 @@ use super::{Motion, Program};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
-use crate::script::called::{self, Called, Untold};
+use crate::script::called::{self, Called, NamedCalls};
 use crate::script::lex::not_too_long;
 use crate::script::pose::{Configuration, Shift, Solution};
 use crate::script::{At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseGoal, Script, StepKind, Text, pragma};
@@ -60,7 +60,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let reads = all.iter().filter(|(_, words)| instruction::reads_place(text, words));
     let reads = reads.map(|(statement, _)| statement.line as u64 + 1).collect();
     reader.notes.extend(reader.registers_note());
-    let Reader { steps, taught, uses, notes, counted_calls, untold, .. } = reader;
+    let Reader { steps, taught, uses, notes, counted_calls, named_calls, .. } = reader;
     let Taught { positions, targets, of_target, .. } = taught;
     let bare = bare(&positions);
     let mentioned = mentioned(text, sections.program.clone());
@@ -69,7 +69,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let kinds = robot.axis_joints().map(|j| j.kind).collect();
     let end = sections.end;
     let mut script = Script { targets, notes, ..Script::default() };
-    untold.tell(&mut script);
+    named_calls.report_to(&mut script);
     let motions = steps.finish(&mut script);
     script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
     script.keep_before_reading("the program reads where it ends (LPOS, JPOS)", &reads);
@@ -93,7 +93,7 @@ struct Reader<'a> {
     /// Programs that it calls and that move nothing, and those of them that were met.
     still: Called,
     met: BTreeMap<String, u64>,
-    untold: Untold,
+    named_calls: NamedCalls,
     /// Registers with the values of a listing, and those that were used, with the first line.
     registers: Known<'a>,
     used: BTreeMap<u64, u64>,
@@ -129,7 +129,7 @@ impl<'a> Reader<'a> {
             notes: Vec::new(),
             still: Called::default(),
             met: BTreeMap::new(),
-            untold: Untold::default(),
+            named_calls: NamedCalls::default(),
             registers: Known::default(),
             used: BTreeMap::new(),
             selected: [None, None],
@@ -219,11 +219,11 @@ impl<'a> Reader<'a> {
             Flow::Call(name) => self.call(at, name),
             Flow::Macro(name) => match self.still.is_still_macro(&name) {
                 true => {
-                    self.untold.still(self.still.needs(), &name, at.line);
+                    self.named_calls.still(self.still.needs(), &name, at.line);
                     self.push(at, StepKind::Dwell(None));
                 }
                 false => {
-                    self.untold.moving(self.still.needs(), &name, at);
+                    self.named_calls.moving(self.still.needs(), &name, at);
                     self.push(at, StepKind::Break(Break::Call));
                 }
             },
@@ -310,7 +310,7 @@ impl<'a> Reader<'a> {
     fn call(&mut self, at: At, name: String) {
         match self.still.waits(&name) {
             Some(waits) => {
-                self.untold.still(self.still.needs(), &name, at.line);
+                self.named_calls.still(self.still.needs(), &name, at.line);
                 if !self.still.needs().is_declared(&name) {
                     self.met.entry(name).or_insert(at.line);
                 }
@@ -319,7 +319,7 @@ impl<'a> Reader<'a> {
                 }
             }
             None => {
-                self.untold.moving(self.still.needs(), &name, at);
+                self.named_calls.moving(self.still.needs(), &name, at);
                 if self.still.counts(&name) {
                     self.counted_calls.insert(at.line);
                 }

@@ -10,7 +10,7 @@ use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
-use crate::script::called::{self, Called, Untold};
+use crate::script::called::{self, Called, NamedCalls};
 use crate::script::lex::{not_too_long, upper_of};
 use crate::script::{At, Break, Goal, Move, Script, Step, StepKind, Targets, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,7 +29,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let called = called::note(&reader.met, "job", ["the file beside it", "the files beside it"]);
     reader.script.notes.extend(called);
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
-    std::mem::take(&mut reader.untold).tell(&mut reader.script);
+    std::mem::take(&mut reader.named_calls).report_to(&mut reader.script);
     let Reader { mut script, steps, parts, numbers, mut pinned, counted_calls, circles, .. } = reader;
     let statements = steps.finish(&mut script);
     circles::join(&mut script, &circles);
@@ -76,7 +76,7 @@ pub(super) struct Reader<'a> {
     /// Jobs beside it that move nothing, and those of them that it calls.
     jobs: Called,
     met: BTreeMap<String, u64>,
-    untold: Untold,
+    named_calls: NamedCalls,
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<String>,
     /// Targets by the positions that make them.
@@ -116,7 +116,7 @@ impl<'a> Reader<'a> {
             parts: Parts::default(),
             blocks: Vec::new(),
             met: BTreeMap::new(),
-            untold: Untold::default(),
+            named_calls: NamedCalls::default(),
             quiet: flow::quiet_labels(text, begin, &jobs),
             targets: job::Known::default(),
             numbers: Vec::new(),
@@ -173,7 +173,7 @@ impl Reader<'_> {
             Flow::Condition if !self.blocks.is_empty() => {}
             Flow::Call(name) => match self.jobs.waits(&name) {
                 Some(waits) => {
-                    self.untold.still(self.jobs.needs(), &name, at.line);
+                    self.named_calls.still(self.jobs.needs(), &name, at.line);
                     if !self.jobs.needs().is_declared(&name) {
                         self.met.entry(name).or_insert(at.line);
                     }
@@ -182,7 +182,7 @@ impl Reader<'_> {
                     }
                 }
                 None => {
-                    self.untold.moving(self.jobs.needs(), &name, at);
+                    self.named_calls.moving(self.jobs.needs(), &name, at);
                     if self.jobs.counts(&name) {
                         self.counted_calls.insert(at.line);
                     }
@@ -279,11 +279,11 @@ impl Reader<'_> {
         let all: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
         let may_be = flow::is_macro(self.text, k, &all);
         if may_be && self.jobs.is_still_macro(word) {
-            self.untold.still(self.jobs.needs(), word, At::of_line(k).line);
+            self.named_calls.still(self.jobs.needs(), word, At::of_line(k).line);
             return StepKind::Dwell(None);
         }
         if may_be {
-            self.untold.moving(self.jobs.needs(), word, At::of_line(k));
+            self.named_calls.moving(self.jobs.needs(), word, At::of_line(k));
         }
         StepKind::Break(Break::Call)
     }

@@ -9,12 +9,14 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`statement`] the parts of a statement; [`data`] declarations; [`elsewhere`]
-//! what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
-//! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds,
-//! sensors; [`settings`] speeds and frames in force, with [`lists`] of the controller and values of a [`frame`]; [`target`] axis values;
-//! [`product`] products of frames; [`relative`] relative motions; [`stance`] the configuration of the arm in the project; [`led`] what leads the robot away from its points; [`outside`] what
-//! routines of other files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form.
+//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`statement`] the parts of a statement; [`data`] declarations;
+//! [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines
+//! that move nothing; [`project`] other modules, [`machine`] where the robot stands and how far its axes go; [`motion`] a motion
+//! instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds, sensors; [`settings`] speeds and
+//! frames in force, with [`lists`] of the controller and values of a [`frame`]; [`target`] axis values; [`product`] products of
+//! frames; [`relative`] relative motions; [`stance`] the configuration of the arm in the project; [`led`] what leads the robot
+//! away from its points; [`outside`] what routines of other files leave behind; [`read`] makes the [`program`]; [`write`] the
+//! patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.

@@ -30,7 +30,7 @@ use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::no_motion::NoMotion;
 use crate::script::blocks::Steps;
-use crate::script::called::{self, Untold};
+use crate::script::called::{self, NamedCalls};
 use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
@@ -60,9 +60,9 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let strikes = std::mem::take(&mut reader.strikes);
     let own = strikes.into_iter().filter(|(name, _)| reader.defined.contains(name));
     reader.notes.extend(own.map(|(name, line)| called::strikes(At { file: 0, line }, &name)).collect::<Vec<_>>());
-    let Reader { steps, others, targets, sources, notes, counted_calls, jumps, untold, .. } = reader;
+    let Reader { steps, others, targets, sources, notes, counted_calls, jumps, named_calls, .. } = reader;
     let mut script = Script { notes, ..Script::default() };
-    untold.tell(&mut script);
+    named_calls.report_to(&mut script);
     let mut notes = std::mem::take(&mut script.notes);
     let sites = steps.finish(&mut script);
     script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
@@ -164,7 +164,7 @@ struct Reader<'a> {
     /// Routines that move nothing, and those of them that were met.
     still: Still,
     met: BTreeMap<String, u64>,
-    untold: Untold,
+    named_calls: NamedCalls,
     targets: Targets,
     sources: Vec<Source>,
     /// Target of each name of the data.
@@ -214,7 +214,7 @@ impl<'a> Reader<'a> {
             stands: None,
             still: Still::of(texts, declared),
             met: BTreeMap::new(),
-            untold: Untold::default(),
+            named_calls: NamedCalls::default(),
             targets: Targets::of_text(&texts[0]),
             sources: Vec::with_capacity(texts[0].likely_steps()),
             of_name: vec![None; data.names.len()],

@@ -19,7 +19,7 @@ use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
-use crate::script::called::{Untold, strikes};
+use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
 use crate::script::{At, Break, Note, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
@@ -56,7 +56,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         notes: BTreeMap::new(),
         synchronised: false,
         moved: false,
-        untold: Untold::default(),
+        named_calls: NamedCalls::default(),
         entry_routine: entry_routine(p, &|item| own(item)),
     };
     let mut passed = p.passed.iter().peekable();
@@ -74,7 +74,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         return Ok(None);
     }
     b.steps.pragmas(text, &p.comments, own_end);
-    let Builder { steps, targets, literals, notes, untold, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
     let reads = p
@@ -86,7 +86,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
-    untold.tell(&mut out.script);
+    named_calls.report_to(&mut out.script);
     out.script.texts = texts;
     Ok(Some(out))
 }
@@ -130,7 +130,7 @@ pub struct Builder<'a> {
     synchronised: bool,
     /// The routine or the handler moved above.
     moved: bool,
-    untold: Untold,
+    named_calls: NamedCalls,
     /// The routine with which the program starts.
     entry_routine: Option<usize>,
 }
@@ -192,7 +192,7 @@ impl Builder<'_> {
             }
         }
         if item.kind != ItemKind::Start {
-            self.told(item);
+            self.name_calls(item);
         }
         match item.kind {
             ItemKind::Start => {
@@ -250,15 +250,15 @@ impl Builder<'_> {
     }
 
     /// Calls of what no file has.
-    fn told(&mut self, item: &Item) {
+    fn name_calls(&mut self, item: &Item) {
         let at = self.at(item.span.start);
         for name in facts::called(self.f.p, item) {
             if words::motion(name).is_some() || words::is_frame(name) {
                 continue;
             }
             match self.f.may_move(name) {
-                true => self.untold.moving(&self.f.needs, name, at),
-                false => self.untold.still(&self.f.needs, name, at.line),
+                true => self.named_calls.moving(&self.f.needs, name, at),
+                false => self.named_calls.still(&self.f.needs, name, at.line),
             }
         }
     }

@@ -190,7 +190,7 @@ impl Needs {
 
 /// Calls as a reader meets them, whose text is not among the files, or counts although the user says otherwise.
 #[derive(Debug, Default)]
-pub struct Untold {
+pub struct NamedCalls {
     /// With the line where each is first.
     declared: BTreeMap<String, u64>,
     overruled: BTreeMap<String, u64>,
@@ -201,7 +201,7 @@ pub struct Untold {
     needed: BTreeMap<String, BTreeSet<String>>,
 }
 
-impl Untold {
+impl NamedCalls {
     /// A call that moves nothing, as the user says of what it rests on.
     pub fn still(&mut self, needs: &Needs, name: &str, line: u64) {
         for name in needs.relies_on(name) {
@@ -224,7 +224,7 @@ impl Untold {
     }
 
     /// Gives it to the script.
-    pub fn tell(self, script: &mut Script) {
+    pub fn report_to(self, script: &mut Script) {
         let note = |line: u64, text: String| Note { place: At { file: 0, line }, text };
         for (name, line) in &self.declared {
             let text = format!(

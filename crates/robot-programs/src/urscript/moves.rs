@@ -19,7 +19,7 @@ impl Builder<'_> {
     pub fn motion(&mut self, item: &Item, motion: &Motion, args: &[Arg], span: Span) -> Result<()> {
         let token = span.start;
         let calls = self.p.called(item).any(|name| words::motion(name).is_none() && self.may_move(name));
-        self.told(item);
+        self.name_calls(item);
         if calls {
             self.push(token, StepKind::Break(Break::Call));
         }

@@ -9,7 +9,7 @@ use super::words;
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps, is_entered};
-use crate::script::called::{Needs, Untold, strikes};
+use crate::script::called::{NamedCalls, Needs, strikes};
 use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
@@ -88,7 +88,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         entry_def: entry_def(&p, &moving),
         moving,
         needs,
-        untold: Untold::default(),
+        named_calls: NamedCalls::default(),
         def: None,
         last_start: None,
         inner: None,
@@ -111,13 +111,13 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     b.steps.pragmas(&text, &p.comments, usize::MAX);
     let reads = p.items.iter().filter(|item| takes_on(&p, item) && reads_place(&p, &item.span));
     let lines = reads.map(|item| b.line(item.span.start)).collect();
-    let Builder { steps, targets, literals, notes, untold, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
     out.script.keep_before_reading("the program reads where it ends", &lines);
     out.script.targets = targets;
     out.script.notes = notes;
-    untold.tell(&mut out.script);
+    named_calls.report_to(&mut out.script);
     out.script.texts = vec![text];
     Ok(Some((out, p.words)))
 }
@@ -154,7 +154,7 @@ pub struct Builder<'a> {
     pub robot: &'a Axes,
     moving: HashMap<String, bool>,
     needs: Needs,
-    untold: Untold,
+    named_calls: NamedCalls,
     pub tools: Option<(usize, Vec<Frame>)>,
     /// The function in which the first of them is set.
     pub tools_def: Option<usize>,
@@ -344,7 +344,7 @@ impl Builder<'_> {
     fn calls(&mut self, item: &Item) {
         let token = item.span.start;
         let moving: Vec<&str> = self.p.called(item).filter(|name| self.may_move(name)).collect();
-        self.told(item);
+        self.name_calls(item);
         match moving.as_slice() {
             [] if self.needs.is_declared(self.p.words.at(token)) => drop(self.push(token, StepKind::Dwell(None))),
             [] => {}
@@ -358,12 +358,12 @@ impl Builder<'_> {
     }
 
     /// Calls of what the file does not have.
-    pub fn told(&mut self, item: &Item) {
+    pub fn name_calls(&mut self, item: &Item) {
         let at = self.at(item.span.start);
         for name in self.p.called(item).filter(|name| !words::moves(name)) {
             match self.may_move(name) {
-                true => self.untold.moving(&self.needs, name, at),
-                false => self.untold.still(&self.needs, name, at.line),
+                true => self.named_calls.moving(&self.needs, name, at),
+                false => self.named_calls.still(&self.needs, name, at.line),
             }
         }
     }

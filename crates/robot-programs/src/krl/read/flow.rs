@@ -188,20 +188,20 @@ impl Reader<'_> {
             match self.still.waits(&name) {
                 Some(waiting) => {
                     waits |= waiting;
-                    self.untold.still(self.still.needs(), &name, k as u64 + 1);
+                    self.named_calls.still(self.still.needs(), &name, k as u64 + 1);
                     if !self.still.needs().is_declared(&name) {
                         self.met.entry(name).or_insert(k as u64 + 1);
                     }
                 }
                 None if self.still.sets(&name) => {
                     sets = true;
-                    self.untold.still(self.still.needs(), &name, k as u64 + 1);
+                    self.named_calls.still(self.still.needs(), &name, k as u64 + 1);
                     self.met.entry(name).or_insert(k as u64 + 1);
                 }
                 None => moving.push(name),
             }
         }
-        moving.iter().for_each(|name| self.untold.moving(self.still.needs(), name, At::of_line(k)));
+        moving.iter().for_each(|name| self.named_calls.moving(self.still.needs(), name, At::of_line(k)));
         let whole = line.first().map(|t| in_upper(self.text, t));
         match moving.as_slice() {
             [] if sets => {
