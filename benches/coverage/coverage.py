@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Share of the moves of public programs that `rewrite` edits (writes with their offsets), by language, with the reasons for the rest, ranked by moves.
 
-    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--declare] [--listings] [--json out.json]
+    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--declare] [--listings] [--approach-unknown] [--json out.json]
 
 FOLDER holds a folder for each language (fanuc, gcode, inform, krl, rapid, urscript) with programs below it; each folder below
 is a project of its own, so that the files beside a program stand beside it. `corpus.tsv`, `projects.tsv` (whole repositories) `fresh.tsv` (drawn after the readers were written) and `held.tsv` (in none of the others) list repositories, commits and paths
@@ -49,8 +49,9 @@ ROTARY = "".join(
 )
 # what a control's power-on modes say where a G-code program does not; empty: nothing is assumed
 ASSUMED = []
-# whether calls that are asked for are declared to move nothing, and whether listings of position registers are given
-CHOSEN = {"declare": False, "listings": False}
+# whether calls that are asked for are declared to move nothing, whether listings of position registers are given, and whether stops that may be reached from
+# any side are reached over a point
+CHOSEN = {"declare": False, "listings": False, "approach_unknown": False}
 
 
 def robots_of(language):
@@ -90,6 +91,7 @@ def account(binary, desk, program, extra):
     model = desk / "model.yaml"
     extra = list(extra)
     extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
+    extra += ["--approach-unknown"] if CHOSEN["approach_unknown"] else []
     out = run(binary, "rewrite", "--model", model, program, "--dry-run", "--json", "--force", *extra)
     try:
         return json.loads(out.stdout), out
@@ -133,6 +135,7 @@ def measured(binary, desk, program, work, prove):
 def proof(binary, desk, program, extra, work):
     extra = list(extra)
     extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
+    extra += ["--approach-unknown"] if CHOSEN["approach_unknown"] else []
     into = work / "out"
     into.mkdir()
     target = into / program.name
@@ -159,6 +162,7 @@ def recognised(binary, desk, program, extra, work):
     """Is the result refused when its notes are lost?"""
     extra = list(extra)
     extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
+    extra += ["--approach-unknown"] if CHOSEN["approach_unknown"] else []
     bare = work / "bare"
     bare.mkdir()
     for written in (work / "out").iterdir():
@@ -217,8 +221,9 @@ def main():
     parser.add_argument("--assume", help="modes in which a G-code control starts, such as G21,G90")
     parser.add_argument("--declare", action="store_true", help="declare every call that is asked for to move nothing")
     parser.add_argument("--listings", action="store_true", help="give the POSREG.VA beside a FANUC program")
+    parser.add_argument("--approach-unknown", action="store_true", help="reach stops whose side is not known over a point")
     given = parser.parse_args()
-    CHOSEN.update(declare=given.declare, listings=given.listings)
+    CHOSEN.update(declare=given.declare, listings=given.listings, approach_unknown=given.approach_unknown)
     ASSUMED.extend(["--assume", given.assume] if given.assume else [])
     kept = {}
     for language in given.language.split(","):

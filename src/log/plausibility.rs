@@ -125,6 +125,10 @@ pub(crate) fn distrust(logs: &[Log], robot: &Robot) -> Option<AnotherArm> {
 
 /// A measurement that another clock explains: a note, or refused where the clocks are far apart.
 fn shifted(log: &Log, shift_s: f64) -> Result<String> {
+    if shift_s.abs() >= ROUGH_S {
+        let text = "measured positions that fit the commands only with a shift of ten seconds or more";
+        return Err(Error::bad(Place::file(&log.name), text, "one clock for commands and measurement"));
+    }
     let side = if shift_s > 0.0 { "ahead of" } else { "behind" };
     let text = format!("measured positions about {:.2} s {side} the commands", shift_s.abs());
     if shift_s.abs() > APART_S {
@@ -321,15 +325,20 @@ fn millimetres(m: f64) -> String {
     if m >= 0.01 { format!("{:.0} mm", m * 1e3) } else { format!("{:.3} mm", m * 1e3) }
 }
 
-/// Shift in s of the commands that fits the measurement best, and the misfit it leaves; a grid, then halving.
+/// Shifts from here on are not known well: a test that goes to the same places again fits at several, s.
+const ROUGH_S: f64 = 10.0;
+
+/// Shift in s of the commands that fits the measurement best, and the misfit it leaves: a fine grid of short shifts, a coarse one of long
+/// shifts, then halving.
 fn clock(log: &Log, robot: &Robot, sample: &Sample) -> Option<(f64, f64)> {
     const STEPS: i32 = 100;
-    const LONGEST_S: f64 = 10.0;
+    /// Recordings that were started one after the other by hand.
+    const GRIDS: [(f64, f64); 2] = [(0.1, 10.0), (0.4, 600.0)];
     if log.poses {
         return None;
     }
     let t0 = log.t_s.first()?;
-    let reach = (0.1 * (log.t_s.last()? - t0)).min(LONGEST_S);
+    let whole_s = log.t_s.last()? - t0;
     let thin = (sample.rows.len() / 200).max(1);
     let mut q = vec![0.0; robot.dof()];
     let mut left = |shift: f64| -> f64 {
@@ -346,12 +355,15 @@ fn clock(log: &Log, robot: &Robot, sample: &Sample) -> Option<(f64, f64)> {
         }
         fit(&from, &to, false).misfit_m
     };
-    let mut step = reach / f64::from(STEPS);
     let mut best = (0.0, left(0.0));
-    for k in (-STEPS..=STEPS).map(f64::from) {
-        let m = left(k * step);
-        if m < best.1 {
-            best = (k * step, m);
+    let mut step = 0.0;
+    for (share, longest_s) in GRIDS {
+        let own = (share * whole_s).min(longest_s) / f64::from(STEPS);
+        for k in (-STEPS..=STEPS).map(f64::from) {
+            let m = left(k * own);
+            if m < best.1 {
+                (best, step) = ((k * own, m), own);
+            }
         }
     }
     for _ in 0..12 {

@@ -292,6 +292,26 @@ fn hygiene_sees_clocks_apart() {
     assert!(refused.contains("about 2.00 s behind") && refused.contains("one clock"), "{refused}");
 }
 
+/// Recordings of one test that were started by hand, one half a minute after the other.
+#[test]
+fn hygiene_sees_clocks_that_are_far_apart() {
+    // A2 goes to places 10 deg apart, up and down again, with a rest of 16 s at each: 50 rests in 800 s
+    let tour = |s: f64| {
+        let rest = (50.0 * s).floor();
+        let way = ((50.0 * s - rest) * 5.0).min(1.0);
+        let place = |k: f64| 10.0 * (k % 8.0 - 4.0).abs();
+        [0.0, -80.0 + place(rest) + way * (place(rest + 1.0) - place(rest)), 85.0, 10.0, 20.0, 30.0]
+    };
+    for shift_s in [15.0, 30.0] {
+        let mut log = measured(20_000, 1e-5, tour);
+        let rows = (shift_s / 0.04) as usize;
+        log.tcp_m.rotate_right(rows);
+        log.tcp_m[..rows].fill(None);
+        let refused = plausibility::check(&log, &robot()).unwrap_err().to_string();
+        assert!(refused.contains("ten seconds or more") && refused.contains("one clock"), "{refused}");
+    }
+}
+
 #[test]
 fn hygiene_compares_encoders_with_commands() {
     let good = measured(500, 1e-5, six);

@@ -98,6 +98,7 @@ mod single_results;
 mod stretched;
 mod support;
 mod told_once;
+mod turning_part;
 mod val_bidirectional;
 mod val_job;
 mod vendor_approach;

@@ -1,6 +1,7 @@
 //! What KUKA's `$machine.dat` says of where the robot stands and how far its axes go.
 
 use crate::vendor_rewrite::Desk;
+use lostmotion::robot::Robot;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 
@@ -103,4 +104,39 @@ fn offsets_do_not_lead_beyond_the_software_limits() {
     desk.write("machine.dat", &machine("X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0", -100.0, 100.0));
     let run = desk.run("rewrite --model model.yaml axes.src --dry-run --frames machine.dat").success();
     run.stderr(contains("the software limits of $machine.dat are narrower than those of the robot file and hold here: A1 -100.000 to 100.000 deg"));
+}
+
+/// Commands that run a program solve its Cartesian targets within the same limits as the rewriter.
+#[test]
+fn a_program_is_run_within_the_limits_within_which_it_is_rewritten() {
+    let desk = Desk::new(0.02);
+    let wide = String::from_utf8(desk.read("robot.yaml")).unwrap().replace("[-350, 350]", "[-720, 720]");
+    desk.write("robot.yaml", &wide);
+    let robot = Robot::parse("robot.yaml", &wide).unwrap();
+    let q = [0.0, -90.0, 90.0, -5.0, 60.0, 0.0].map(f64::to_radians);
+    let pose = robot.forward(&q);
+    let (c, b, a) = pose.rotation.euler_angles();
+    let [x, y, z] = [pose.position.x, pose.position.y, pose.position.z].map(|v| v * 1e3);
+    let [a, b, c] = [a, b, c].map(f64::to_degrees);
+    desk.write(
+        "R1/Program/turn.src",
+        &format!(
+            "DEF turn( )\n$BASE=$NULLFRAME\n$TOOL={{X 156.0,Y 0.0,Z 63.0,A 0.0,B 0.0,C 0.0}}\nPTP {{A1 0.0,A2 -90.0,A3 90.0,A4 345.0,A5 60.0,A6 0.0}}\n\
+             PTP {{X {x:.4},Y {y:.4},Z {z:.4},A {a:.5},B {b:.5},C {c:.5}}}\nEND\n"
+        ),
+    );
+    for (limit, a4) in [(720.0, 355.0), (350.0, -5.0)] {
+        let limits = format!(
+            "DEFDAT $MACHINE PUBLIC\nREAL $SOFTN_END[12]\n$SOFTN_END[4]=-{limit}\n$SOFTP_END[4]={limit}\nENDDAT\n"
+        );
+        desk.write("R1/Mada/$machine.dat", &limits);
+        let _ = std::fs::remove_file(desk.path("log.csv"));
+        desk.run("simulate --model model.yaml --input R1/Program/turn.src --output log.csv").success();
+        let log = String::from_utf8(desk.read("log.csv")).unwrap();
+        let mut rows = log.lines().filter(|l| !l.starts_with('#'));
+        let column = rows.next().unwrap().split(',').position(|c| c == "cmd_A4_deg").unwrap();
+        let last: f64 = rows.next_back().unwrap().split(',').nth(column).unwrap().parse().unwrap();
+        // the last row is one just before the end
+        assert!((last - a4).abs() < 3.0, "{limit}: {last}");
+    }
 }

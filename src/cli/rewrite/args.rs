@@ -131,6 +131,12 @@ pub struct Args {
     #[arg(long, value_name = "+|-|JOINT=SIGN,...", allow_hyphen_values = true)]
     pub approach_from: Option<String>,
 
+    /// Compensate also the targets at which the robot stops that it may reach from any side: the first one after a call, a label or a
+    /// loop. A point is added before each, back along the tool's axis, only as far away as the gaps require (vendor programs
+    /// for arms only)
+    #[arg(long)]
+    pub approach_unknown: bool,
+
     /// Leave moves as they are while a process (welding, dispensing) is on
     #[arg(long)]
     pub exclude_process: bool,

@@ -321,6 +321,7 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
         ("exclude_process", args.exclude_process),
         ("leave_cartesian", args.leave_cartesian),
         ("leave_process", args.leave_process),
+        ("approach_unknown", args.approach_unknown),
     ] {
         said.extend(asked.then(|| what.to_string()));
     }
@@ -335,6 +336,7 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
         max_added: args.max_added,
         leave_process: args.leave_process,
         approach_from: approach(args, robot, said)?,
+        approach_unknown: args.approach_unknown,
     })
 }
 

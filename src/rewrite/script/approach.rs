@@ -6,42 +6,60 @@
 //! needs, [`MARGIN`] times what the compensator knows of it. Joints that come from the wanted side anyway do not move for it.
 //!
 //! The point is one of the run: offsets, limits and directions are those of a program that was written with it.
+//!
+//! The first target after a label, a loop or a call has no way before it in the program. There the joints come from the wanted side if the
+//! point stands there whatever was before ([`Sides::first_point`]). With `--approach-unknown` joints for which no side is wanted come from
+//! such sides that the point lies back along the tool's axis: a tool that works there is not pressed further in.
 
+use super::cause::Cause;
 use super::run::{Role, Run, Vertex};
 use super::task::Task;
 use crate::compensator::Compensator;
-use crate::program::script::{Edits, Move, PathKind};
+use crate::program::script::{Edits, Move, PathKind, Script, StepKind};
 use crate::rewrite::Options;
 use crate::rewrite::limits::step_s;
 use crate::rewrite::offset::Offset;
-use crate::robot::{Joint, Robot};
-use std::collections::BTreeSet;
+use crate::robot::{Joint, JointKind, Robot};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The way to a target, in parts of the joint's whole lost motion.
 const MARGIN: f64 = 1.5;
 /// Share of the way to the target at which the report places the point.
 const SHARE: f64 = 0.95;
+/// Share of the way after it.
+pub const LEG: f64 = 1.0 - SHARE;
 
 /// From which side each axis comes to its targets.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sides {
     /// +1 or -1 per axis, and the way in that direction, rad or m; 0: any.
     axes: Vec<(i8, f64)>,
+    /// First targets of runs are reached from sides that are chosen where none is wanted.
+    unknown: bool,
     /// Steps of targets before which no point can stand: they are reached as the program says.
     without: BTreeSet<usize>,
+    /// Steps of first targets that are reached over a point although it is known from where, as the ways there ask for different offsets.
+    apart: BTreeSet<usize>,
 }
 
 impl Sides {
-    /// `signs`: per axis, 0 for any; axes without a lost motion come as they come.
-    pub fn new(signs: &[i8], compensator: &Compensator) -> Self {
-        let of = |(axis, sign): (usize, &i8)| {
+    /// `signs`: per axis, 0 for any; axes without a lost motion come as they come. `unknown`: first targets of runs are reached over a point.
+    pub fn new(robot: &Robot, signs: &[i8], unknown: bool, compensator: &Compensator) -> Self {
+        let of = |axis: usize| {
             let way = compensator.on(axis).map_or(0.0, |j| MARGIN * Offset::new(j).largest_step());
-            (if way > 0.0 { *sign } else { 0 }, way)
+            (signs.get(axis).copied().filter(|_| way > 0.0).unwrap_or(0), way)
         };
-        Self { axes: signs.iter().enumerate().map(of).collect(), without: BTreeSet::new() }
+        Self { axes: (0..robot.dof()).map(of).collect(), unknown, ..Self::default() }
     }
 
+    /// Some target is to be reached from a side.
     pub fn any(&self) -> bool {
+        self.wanted() || self.unknown && self.axes.iter().any(|a| a.1 > 0.0)
+    }
+
+    /// The user wants a side of some joint.
+    pub fn wanted(&self) -> bool {
         self.axes.iter().any(|a| a.0 != 0)
     }
 
@@ -58,6 +76,29 @@ impl Sides {
     /// The targets of these steps are reached as the program says.
     pub fn leave(&mut self, steps: impl IntoIterator<Item = usize>) {
         self.without.extend(steps);
+    }
+
+    /// The first target of this step is reached as if it were not known from where.
+    pub fn is_apart(&self, step: usize) -> bool {
+        self.apart.contains(&step) && !self.without.contains(&step)
+    }
+
+    /// Takes first targets apart that would need other offsets on each of the ways there, and gives those up for which that did not help;
+    /// `left`: why steps stay as they are. Returns whether anything is new.
+    pub fn take_apart(&mut self, script: &Script, left: &BTreeMap<usize, Cause>) -> bool {
+        let counts = |step: &usize| match script.steps.get(*step).map(|s| &s.kind) {
+            Some(StepKind::Move(m)) => m.closed.is_none() && self.count(m),
+            _ => false,
+        };
+        let differ = left.iter().filter(|(_, why)| **why == Cause::PassesDiffer).map(|(step, _)| *step);
+        let differ: Vec<usize> =
+            differ.filter(|step| self.unknown && counts(step) && !self.goes_without(*step)).collect();
+        let failed: Vec<usize> =
+            self.apart.iter().copied().filter(|s| self.is_apart(*s) && left.contains_key(s)).collect();
+        let fresh = differ.iter().any(|step| !self.apart.contains(step)) || !failed.is_empty();
+        self.apart.extend(differ);
+        self.without.extend(failed);
+        fresh
     }
 
     /// The point before a target `q` whose vertices up to it are those of the run; `None`: it is reached from its side.
@@ -81,10 +122,58 @@ impl Sides {
         moves.then_some(point)
     }
 
+    /// The point before a target `q` to which the robot may come from anywhere; `None`: some joint has no side, or there is no room for the
+    /// point within the limits.
+    ///
+    /// Of all choices of the sides that are free it is the one that lies back along the axis of the tool (z of the TCP's frame, out of the
+    /// flange), as little aside as they allow.
+    pub fn first_point(&self, robot: &Robot, q: &[f64]) -> Option<Vec<f64>> {
+        /// Joints with lost motion at most: each doubles the choices.
+        const MOST: usize = 10;
+        let free: Vec<usize> = (0..self.axes.len()).filter(|k| self.axes[*k].0 == 0 && self.axes[*k].1 > 0.0).collect();
+        let arm = robot.axis_joints().any(|j| j.kind == JointKind::Revolute);
+        // the axis of a gantry's tool points in or out, as its maker likes
+        if !free.is_empty() && !(self.unknown && arm) || free.len() > MOST || !self.any() {
+            return None;
+        }
+        let (there, mut gears) = (robot.forward(q), q.to_vec());
+        robot.to_gears(&mut gears);
+        let axis = there.rotation * Vector3::z();
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for choice in 0..1usize << free.len() {
+            let chosen = |k: usize| {
+                free.iter().position(|f| *f == k).map_or(1.0, |n| if choice >> n & 1 == 0 { 1.0 } else { -1.0 })
+            };
+            // on the wanted side, and where the goal comes to stand with its offset
+            let (mut point, mut end) = (gears.clone(), gears.clone());
+            for (k, (sign, way)) in self.axes.iter().enumerate() {
+                let sign = if *sign == 0 { chosen(k) } else { f64::from(*sign) };
+                point[k] -= sign * way;
+                end[k] += sign * way / MARGIN;
+            }
+            robot.from_gears(&mut point);
+            robot.from_gears(&mut end);
+            let by = robot.tcp_m(&point) - there.position;
+            let along = by.dot(&axis);
+            let aside = (by - along * axis).norm();
+            let into = !free.is_empty() && along > aside * 1e-6;
+            let better = best.as_ref().is_none_or(|(least, _)| aside < *least - 1e-12);
+            if !into && better && [&point, &end].iter().all(|q| within_limits(robot, q)) {
+                best = Some((aside, point));
+            }
+        }
+        best.map(|(_, point)| point)
+    }
+
     /// The vertex of such a point.
     pub fn vertex(&self, goal: &Vertex, t_s: f64, q: Vec<f64>) -> Vertex {
         Vertex { role: Role::Approach, q: q.into(), share: SHARE, t_s, ..goal.clone() }
     }
+}
+
+fn within_limits(robot: &Robot, q: &[f64]) -> bool {
+    let inside = |(joint, v): (&Joint, &f64)| joint.limits.is_none_or(|[low, high]| *v >= low && *v <= high);
+    robot.axis_joints().zip(q).all(inside)
 }
 
 /// Steps whose point of approach is not written (too many points, a process, ways that need different ones, a format that cannot say it):

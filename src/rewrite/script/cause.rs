@@ -1,6 +1,6 @@
 //! Why a move of a program stays as it is, and why directions are lost at it. Code compares the variants; the words are for readers.
 
-use crate::program::script::{Goal, Move};
+use crate::program::script::{Goal, Move, OtherWay};
 use serde::{Serialize, Serializer};
 
 /// Why a move stays as it is, or why directions are lost at it.
@@ -84,6 +84,9 @@ pub enum Cause {
     /// An arc or spline leads to joint values, and where the joints turn on it is not known.
     #[error("the end of an arc or spline on which the turning points of the joints are not known")]
     CurveToJoints,
+    /// Its straight way or its arc is none of the TCP's alone; directions are lost there.
+    #[error("{}", words(*.0))]
+    OtherWay(OtherWay),
     /// The kinematics do not reach it.
     #[error("a Cartesian target that the robot's kinematics cannot reach")]
     NotReached,
@@ -138,6 +141,17 @@ pub enum Cause {
     /// Directions are lost on the way of an arc or spline.
     #[error("an arc or spline to a Cartesian target")]
     Curve,
+}
+
+/// A way that is not the one of its path, in words.
+fn words(way: OtherWay) -> &'static str {
+    match way {
+        OtherWay::Carried => {
+            "a straight way or an arc on which an axis that the robot file does not have may turn the part or the robot"
+        }
+        OtherWay::Wrist => "a straight way or an arc on which the wrist turns joint by joint",
+        OtherWay::Orientation => "an arc whose orientation does not go straight from its start to its end",
+    }
 }
 
 /// ``frame `a` and tool `b` ``.

@@ -38,12 +38,12 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
         }
     };
     for run in runs {
-        let mut last: Option<&[f64]> = None;
-        for vertex in run.goals() {
+        for leg in run.legs() {
+            let vertex = leg.goal;
             let line = script.steps[vertex.step].at.line;
             if let Some(edit) = edits.steps.get(vertex.step) {
                 for p in edit.before {
-                    let own = run.plan(last, vertex, p.share);
+                    let own = leg.plan(p.share);
                     if let Some(own) = own.filter(|_| !p.of_way) {
                         total += 1;
                         change(&mut changes, line, true, &own, &p.q);
@@ -55,7 +55,6 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
                     change(&mut changes, line, false, &vertex.q, goal);
                 }
             }
-            last = Some(&vertex.q);
         }
     }
     let total = total.max(changes.len());

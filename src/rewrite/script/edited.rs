@@ -46,10 +46,11 @@ pub(super) fn by_approach(
     for _ in 0..ROUNDS {
         let edited = one_way(document, task, choice, unknown_arm)?;
         let unwritten = approach::unwritten(&edited.runs, &edited.edits);
-        if unwritten.is_empty() {
+        let settled = unwritten.is_empty();
+        choice.approach.leave(unwritten);
+        if !choice.approach.take_apart(document.script(), &edited.reasons.left) && settled {
             return Ok(edited);
         }
-        choice.approach.leave(unwritten);
     }
     choice.approach.leave(0..document.script().steps.len());
     one_way(document, task, choice, unknown_arm)
@@ -82,7 +83,7 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
     of_moves.extend(held.notes(task.robot));
     of_moves.extend(of_arm);
     let of_runs = notes::unplaced(script, task.robot, &runs).into_iter().collect();
-    let anew = runs.iter().filter(|r| !r.entry && !r.goes_on()).count();
+    let anew = runs.iter().filter(|r| !r.entry && !r.goes_on() && !r.is_approached()).count();
     let number = runs.iter().filter(|r| !r.is_again()).count();
     if !choice.approach.any() {
         runs = Vec::new();

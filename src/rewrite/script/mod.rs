@@ -121,6 +121,15 @@ fn commanded(script: &Script, dof: usize) -> Vec<bool> {
     (0..dof).map(|k| joints().any(|t| t.values.get(k).is_some())).collect()
 }
 
+/// The sides from which targets are to be reached; points of a trajectory that the robot passes have none.
+fn sides(document: &dyn crate::program::script::Document, task: &Task) -> approach::Sides {
+    let Choices { approach_from, approach_unknown, .. } = task.choices;
+    match document.passes_points() {
+        true => approach::Sides::default(),
+        false => approach::Sides::new(task.robot, approach_from, *approach_unknown, task.compensator),
+    }
+}
+
 /// Takes a program through.
 ///
 /// # Errors
@@ -158,10 +167,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         solve_within_m: task.choices.solve_within_m.filter(|_| document.takes_joints_for_poses()),
         as_poses: !task.choices.leave_poses,
         on_way: &|step, share| document.on_way(step, share),
-        approach: approach::Sides::new(
-            if document.passes_points() { &[] } else { &task.choices.approach_from },
-            task.compensator,
-        ),
+        approach: sides(document.as_ref(), task),
         sides_given: task.options.initial_direction.iter().any(|d| *d != 0),
         rounds: true,
         joins: true,
@@ -179,6 +185,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
+    notes.extend(notes::approached_anew(task.robot, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
     drop(runs);
     let originals = script.texts.clone();

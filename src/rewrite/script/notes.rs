@@ -72,7 +72,7 @@ pub fn unplaced(script: &Script, robot: &Robot, runs: &[Run]) -> Option<Note> {
 /// What was asked with `--approach-from`: how many targets a point was added to, and which of those at which the robot stops are
 /// reached as before.
 pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -> Option<Note> {
-    if !sides.any() {
+    if !sides.wanted() {
         return None;
     }
     let vertices = || runs.iter().flat_map(|r| &r.vertices).filter(|v| !v.again);
@@ -102,6 +102,29 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     let none = if stops { "" } else { ": the program contains no move that certainly stops at its goal" };
     let reached = counted(added, "target");
     let text = format!("one-sided approach: {reached} reached from the requested side over an added point{rest}{none}");
+    Some(Note { place: At { file: 0, line: 1 }, text })
+}
+
+/// What was asked with `--approach-unknown`: how many targets a point was added to, and how far from its target the furthest lies.
+pub fn approached_anew(robot: &Robot, sides: &Sides, runs: &[Run], edits: &Edits) -> Option<Note> {
+    if !sides.any() || sides.wanted() {
+        return None;
+    }
+    let firsts =
+        runs.iter().filter(|r| r.is_approached()).filter_map(|r| Some((r.vertices.first()?, r.vertices.get(1)?)));
+    let away: Vec<f64> = firsts
+        .filter(|(_, goal)| edits.steps.contains(goal.step))
+        .map(|(point, goal)| (robot.tcp_m(&point.q) - robot.tcp_m(&goal.q)).norm())
+        .collect();
+    let furthest_um = away.iter().copied().fold(0.0, f64::max) * 1e6;
+    let reached = counted(away.len(), "target");
+    let text = match away.is_empty() {
+        true => "targets reached from an unknown side: none at which the robot stops and to which a point can be added"
+            .into(),
+        false => format!(
+            "targets reached from an unknown side: {reached} reached over an added point, back along the tool's axis by {furthest_um:.0} um at most"
+        ),
+    };
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 

@@ -110,10 +110,13 @@ impl Reading<'_> {
         if script.moves().all(|(_, m)| plain(m)) && !script.steps.iter().any(|s| branches(&s.kind)) {
             return self.plain(document.as_ref(), sha256, assumed);
         }
-        let commanded = super::commanded(script, self.robot.dof());
+        // the joints of Cartesian targets are those that the rewriter finds
+        let limited = installation::limited(script, self.frames, self.robot);
+        let robot = limited.as_ref().map_or(self.robot, |l| &l.0);
+        let commanded = super::commanded(script, robot.dof());
         let choice = Choice {
-            robot: self.robot,
-            deadband: &vec![TURN; self.robot.dof()],
+            robot,
+            deadband: &vec![TURN; robot.dof()],
             tcp_speed_m_s: Some(assumed.m_s()),
             certain_speed_m_s: None,
             excluded: &|_| false,
@@ -128,12 +131,12 @@ impl Reading<'_> {
             rounds: true,
             joins: false,
         };
-        let mut poses = Poses::new(self.robot, self.frames);
+        let mut poses = Poses::new(robot, self.frames);
         let root = installation::root(script, self.frames)?;
-        poses.world = installation::world(self.robot, root.as_ref());
+        poses.world = installation::world(robot, root.as_ref());
         let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);
         let moves = script.moves().count();
-        let mut path = Points::new(self.robot, script, runs.iter().all(Run::timed));
+        let mut path = Points::new(robot, script, runs.iter().all(Run::timed));
         let within_m = spacing(&runs);
         for run in &runs {
             path.take(document.as_ref(), run, within_m);

@@ -26,6 +26,8 @@ pub struct Choices {
     pub leave_process: bool,
     /// Direction in which each axis comes to targets at which the robot stops, +1 or -1; 0: any. Empty: all any.
     pub approach_from: Vec<i8>,
+    /// Targets at which the robot stops and that it may reach from anywhere are reached over an added point.
+    pub approach_unknown: bool,
 }
 
 /// The task: what is the same for all programs of a call.

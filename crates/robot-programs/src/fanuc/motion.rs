@@ -57,6 +57,8 @@ pub(super) struct MotionInstruction {
     pub skips: bool,
     /// Its way is straight for a part that another group moves.
     pub coordinated: bool,
+    /// The wrist turns joint by joint on a straight way or an arc.
+    pub wrist: bool,
 }
 
 /// Why a motion to a register has no goal.
@@ -114,6 +116,7 @@ impl MotionInstruction {
             process: None,
             skips: false,
             coordinated: false,
+            wrist: false,
         }
     }
 }
@@ -286,6 +289,7 @@ fn read_options(
             k += usize::from(computed);
         } else if upper == b"WJNT" || upper == b"RTCP" {
             if said.path != PathKind::Joint {
+                said.wrist = true;
                 close(said, "Wjnt: the wrist turns joint by joint on its way");
             }
             kept.push(span.clone());

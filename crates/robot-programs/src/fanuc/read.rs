@@ -18,7 +18,9 @@ use crate::script::blocks::Steps;
 use crate::script::called::{self, Called, NamedCalls};
 use crate::script::lex::not_too_long;
 use crate::script::pose::{Configuration, Shift, Solution};
-use crate::script::{At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseGoal, Script, StepKind, Text, pragma};
+use crate::script::{
+    At, Break, Few, Frame, Goal, How, Move, Note, OtherWay, PathKind, PoseGoal, Script, StepKind, Text, pragma,
+};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -371,13 +373,18 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Why no point may come before a motion, whatever its words are.
-    fn closed(&self, position: Option<usize>, goal: &Goal, motion: Option<&Motion>) -> Option<&'static str> {
-        let still = match (self.before, position) {
+    /// Whether all axes and groups but the robot's stand still on the way to a position.
+    fn others_stand(&self, position: Option<usize>) -> bool {
+        match (self.before, position) {
             _ if self.taught.idle => true,
             (Some(a), Some(b)) => self.taught.extras[a] == self.taught.extras[b],
             _ => false,
-        };
+        }
+    }
+
+    /// Why no point may come before a motion, whatever its words are.
+    fn closed(&self, position: Option<usize>, goal: &Goal, motion: Option<&Motion>) -> Option<&'static str> {
+        let still = self.others_stand(position);
         let further = matches!(goal, Goal::Pose(_)) && !self.robot.places().certain;
         let uncounted = self.uncounted && motion.is_some_and(|m| m.number.is_some());
         let reasons = [
@@ -431,6 +438,9 @@ impl<'a> Reader<'a> {
         let fixed = register.filter(|_| position.is_none() && !matches!(goal, Goal::Opaque(_)));
         let fixed = fixed.map(|n| format!("the value of PR[{n}] is not in the program, but known by the listing"));
         let closed = closed.or_else(|| fixed.as_ref().map(|_| "it leads to a position register".to_string()));
+        // a position that is no part of the program does not tell
+        let carried = matches!(goal, Goal::Pose(_)) && position.is_some() && !self.others_stand(position);
+        let other_way = said.wrist.then_some(OtherWay::Wrist).or_else(|| carried.then_some(OtherWay::Carried));
         self.before = position;
         self.select_by(position, said.process.is_some() || said.skips || said.calls);
         if let Some(motion) = said.motion {
@@ -448,6 +458,7 @@ impl<'a> Reader<'a> {
             tool,
             relative: said.relative,
             fixed,
+            other_way,
             ..How::default()
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));

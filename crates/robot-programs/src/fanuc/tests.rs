@@ -5,7 +5,7 @@ mod registers;
 use super::Fanuc;
 use super::props::m10ia;
 use crate::script::harness::{self, rewritten};
-use crate::script::{Break, Document, Edits, Format, Goal, Move, NewPoint, PathKind, Speed, StepKind, Text};
+use crate::script::{Break, Document, Edits, Format, Goal, Move, NewPoint, OtherWay, PathKind, Speed, StepKind, Text};
 
 pub(super) fn samples() -> [&'static [u8]; 6] {
     [

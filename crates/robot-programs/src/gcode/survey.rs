@@ -354,10 +354,21 @@ fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
     if block.words.iter().any(|w| is(w, b'G', &[65.0, 66.0, 66.1]) || is(w, b'M', &[97.0, 198.0])) {
         return Some(Err(()));
     }
+    if is_numbered_call(block) {
+        return Some(Err(()));
+    }
     block.words.iter().find(|w| is(w, b'M', &[98.0]))?;
     let p = block.words.iter().find(|w| w.letter == b'P').and_then(|w| w.value).map(|v| v.0);
     // `P31000` calls O1000 three times on some controls
     Some(p.filter(|p| p.fract() == 0.0 && (1.0..10_000.0).contains(p)).map(|p| format!("{}", p as u32)).ok_or(()))
+}
+
+/// Whether a block does nothing but call a subprogram by its number, as Siemens controls do.
+///
+/// `call = ["N" number] "L" number ["P" number]`
+pub(super) fn is_numbered_call(block: &Block) -> bool {
+    let called = block.words.iter().any(|w| w.letter == b'L' && w.value.is_some());
+    called && block.words.iter().all(|w| b"NLP".contains(&w.letter))
 }
 
 /// Whether a G10 changes offsets of tools or work frames and nothing else: with R it may turn a work frame, with other L it sets

@@ -151,6 +151,8 @@ fn what_cannot_be_told_is_opaque_and_says_why() {
         ("G21 G90\n/G0 X1\n", "switch off"),
         ("G21 G90\nG0 X1. Y2\n", "increments"),
         ("G21 G90\nM98 P100\nG0 X1\n", "after a call"),
+        ("G21 G90\nL10\nG0 X1\n", "after a call"),
+        ("G21 G90\nN5 L10 P3\nG0 X1\n", "after a call"),
         ("G21 G90\nM98 P100\nG40 G0 X1\n", "G90 nor G91"),
         ("G21 G90\nG1 X1 ,C2\n", "chamfer"),
         ("G21 G90\nN1 G1 X1*71\n", "checksum"),

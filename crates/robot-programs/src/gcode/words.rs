@@ -3,7 +3,7 @@
 use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text, is_work_frame};
 use super::lex::{self, Block, Word};
 use super::read::Reader;
-use super::survey::{Survey, has_axes, homes, moves_offsets, work_frame};
+use super::survey::{Survey, has_axes, homes, is_numbered_call, moves_offsets, work_frame};
 use crate::error::Result;
 use crate::script::{AxisSet, Break, StepKind};
 
@@ -104,6 +104,10 @@ impl Reader<'_> {
     ///
     /// `block = {M_word | G_word | axis_word | "F" number | ...}`
     fn certain_words(&mut self, k: usize, block: Block, unclear: Option<String>) -> Result<()> {
+        if is_numbered_call(&block) {
+            self.call(k);
+            return Ok(());
+        }
         let mut unclear = unclear.or_else(|| block.special.map(String::from));
         let ending = self.m_words(k, &block, &mut unclear);
         let codes: Vec<Option<u32>> =

@@ -5,9 +5,10 @@
 
 use super::job::{Kind, Position, Reference, Tag};
 use super::read::Reader;
+use super::words::words;
 use crate::error::Result;
 use crate::script::lex::upper_of;
-use crate::script::{Break, Few, Goal, How, Move, PathKind, Span, Speed, StepKind, number};
+use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Span, Speed, StepKind, number};
 use std::ops::Range;
 
 /// The line of a move while its words are read.
@@ -107,7 +108,9 @@ impl Reader<'_> {
         for w in others {
             self.pin(w);
         }
+        let stands = self.station_stands(k, others);
         let mut line = MoveLine::new(word, second.is_some());
+        line.m.other_way = (word.starts_with("SMOV") && !stands).then_some(OtherWay::Carried);
         let indent = (text.line_span(k).start..words[0].start).into();
         let word = words[0].clone().into();
         if let Some(group) = &self.list.foreign {
@@ -128,6 +131,29 @@ impl Reader<'_> {
             line.unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
         }
         self.place(k, indent, word, line)
+    }
+
+    /// Whether the stations and robots of other groups stand still on the way of the move on line `k`; `others`: what it says of them. The move on
+    /// the next line after a `+` is theirs, too.
+    fn station_stands(&mut self, k: usize, others: &[Range<usize>]) -> bool {
+        let next = if k + 1 < self.text.line_count() { words(self.text, k + 1) } else { Vec::new() };
+        let next = next.first().filter(|w| self.text.slice((*w).clone()).starts_with(b"+")).map(|_| &next[..]);
+        let all = if others.is_empty() { next.unwrap_or_default() } else { others };
+        if all.is_empty() {
+            return false;
+        }
+        let numbers = |w: &Range<usize>| {
+            let (kind, n, _) = Kind::read(self.text.slice(w.clone()))?;
+            let list = &self.list.positions;
+            let numbers = list.numbers(*self.list.by_name.get(&(kind, n))?);
+            let read = |span: &Span| number::read(self.text.slice(*span)).map(|v| v.0.to_bits());
+            Some((kind, numbers.iter().filter_map(read).collect::<Vec<u64>>()))
+        };
+        let places: Vec<(Kind, Vec<u64>)> = all.iter().filter_map(numbers).collect();
+        let there = Some(places).filter(|p| !p.is_empty());
+        let stands = there.is_some() && self.station == there;
+        self.station = there;
+        stands
     }
 
     /// A position that the move names.

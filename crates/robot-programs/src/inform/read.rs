@@ -92,6 +92,8 @@ pub(super) struct Reader<'a> {
     pub(super) base_axes: bool,
     /// Numbers beyond the robot's axes where the move before left them.
     pub(super) still: Option<Vec<f64>>,
+    /// Where the move before left the other groups, as it names their positions (their numbers by bits); `None`: not known.
+    pub(super) station: Option<Vec<(Kind, Vec<u64>)>>,
 }
 
 impl<'a> Reader<'a> {
@@ -127,6 +129,7 @@ impl<'a> Reader<'a> {
             counted_calls: BTreeSet::new(),
             base_axes: list.base_axes,
             still: None,
+            station: None,
         }
     }
 }
@@ -140,6 +143,9 @@ impl Reader<'_> {
         };
         if !known {
             self.still = None;
+        }
+        if matches!(kind, StepKind::Break(_)) {
+            self.station = None;
         }
         let step = self.steps.push(At::of_line(k), kind);
         if let Some(statement) = statement {
@@ -159,14 +165,16 @@ impl Reader<'_> {
             Flow::Jump { always: true, .. } => self.steps.jump(at),
             Flow::Jump { .. } => {}
             Flow::Open(kind) => {
+                self.station = None;
                 self.blocks.push(self.still.take());
                 self.steps.open(at, kind);
             }
             Flow::Middle => {
-                self.still = None;
+                (self.still, self.station) = (None, None);
                 self.steps.branch(at, words.first().is_some_and(|w| w == "ELSE" || w == "DEFAULT"));
             }
             Flow::Close(kind) => {
+                self.station = None;
                 let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));
                 self.still = before.filter(|_| !busy);
             }

@@ -7,7 +7,7 @@ use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::blocks::BySteps;
 use crate::script::number::{Style, last_digit};
-use crate::script::{At, PathKind, Step, StepKind, Target, Text, Value};
+use crate::script::{At, OtherWay, PathKind, Step, StepKind, Target, Text, Value};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -48,6 +48,7 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
                 let here = sites.get(k).and_then(|site| others.get(site.others as usize));
                 let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
                 if !still {
+                    m.other_way = Some(OtherWay::Carried);
                     m.closed.get_or_insert_with(|| "an external axis may move with it".into());
                 }
                 before = here;

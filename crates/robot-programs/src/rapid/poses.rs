@@ -212,12 +212,30 @@ impl Builder<'_> {
         };
         match (flag(0), flag(1)) {
             (Some(true), _) => Frame::Unknown(format!("the robot holds the work object `{name}`")),
-            (_, Some(false)) => Frame::Named(format!("{name} on its mechanical unit")),
+            (_, Some(false)) => self.on_unit(&name, node.get(2)),
             _ => match (node.get(3).and_then(frame_of), node.get(4).and_then(frame_of)) {
                 (Some(user), Some(object)) => Frame::Given(user * object),
                 _ => Frame::Named(name),
             },
         }
+    }
+
+    /// Frame of a work object that a mechanical unit carries: known for each place of the unit, unless the targets do not tell where it stands.
+    ///
+    /// `ufmec = string`
+    fn on_unit(&self, name: &str, unit: Option<&Node>) -> Frame {
+        let unit = match unit {
+            Some(Node::Other(b)) => self.f.text.slice(b.clone()).to_ascii_uppercase(),
+            _ => Vec::new(),
+        };
+        let tracked = self.f.p.words.different().any(|w| w == "waitwobj");
+        let why = match () {
+            () if unit.trim_ascii_start().starts_with(b"\"ROB_") => "another robot carries",
+            () if tracked => "a conveyor may carry",
+            () if self.synchronised => "a unit of another task may carry",
+            () => return Frame::Named(format!("{name} on its mechanical unit")),
+        };
+        Frame::Unknown(format!("{why} the work object `{name}`"))
     }
 
     /// Tool of a robtarget: `tool0`, tool data in the text, else by its name.

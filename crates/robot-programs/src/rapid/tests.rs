@@ -10,7 +10,7 @@ mod reading;
 use super::*;
 use crate::script::harness::{self, Outcome, opaque, round_trip};
 use crate::script::pose::{Configuration, Frame};
-use crate::script::{Break, Edit, Goal, Move, NewPoint, Solution, Speed, StepKind, Value, text};
+use crate::script::{Break, Edit, Goal, Move, NewPoint, OtherWay, Solution, Speed, StepKind, Value, text};
 
 use crate::fixtures::irb1600 as robot;
 

@@ -179,7 +179,7 @@ fn arc(name: &str) -> Option<Motion> {
 
 /// Instructions that neither move the robot nor change what targets mean. In lower case, sorted.
 const QUIET: &str = "\
-    accset add bitclear bitset bookerrno clear clkreset clkstart clkstop close confj confl copyfile copyrawbytes \
+    accset add bitclear bitset bookerrno cirpathmode clear clkreset clkstart clkstop close confj confl copyfile copyrawbytes \
     cornerpathwarning cyclebreakpoint decr dispset erasemodule errlog errwrite getdataval getsysdata gripload \
     idelete idisable incr invertdo iodisable ioenable isleep makedir mechunitload motionsup open opendir \
     packrawbytes pathaccl pathacclim pathresol pulsedo readany readblock readcfgdata readrawbytes removefile \

@@ -212,6 +212,19 @@ pub struct How {
     pub displaced: AxisSet,
     /// Of a goal that cannot be determined: the axes that move; `None`: any.
     pub moves_alone: Option<AxisSet>,
+    /// Why the way to the goal may be another one than that of its path; its goal is known all the same.
+    pub other_way: Option<OtherWay>,
+}
+
+/// Why the joints may go to a goal on another way than its path and its orientation alone would lead them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OtherWay {
+    /// An axis that the robot does not have may move along and turn the part or the robot: the way is one as seen from there.
+    Carried,
+    /// The wrist turns joint by joint: FANUC `Wjnt`, KRL `$ORI_TYPE #JOINT`, RAPID `SingArea \\Wrist`.
+    Wrist,
+    /// The orientation on an arc does not go straight from its start to its end: RAPID `CirPathMode`.
+    Orientation,
 }
 
 impl Default for How {
@@ -230,6 +243,7 @@ impl Default for How {
             unplaced: AxisSet::default(),
             displaced: AxisSet::default(),
             moves_alone: None,
+            other_way: None,
         }
     }
 }

@@ -40,7 +40,7 @@ impl Builder<'_> {
         let (speed, blend_m) = self.speed_and_blend(item, motion, args, seconds);
         site.blend = argument(motion, args, "r").map(|a| self.bytes(&a.span).into());
         let via = argument(motion, args, "pose_via").map(|a| a.span.clone());
-        let goal = self.goal_of_motion(item, motion, &target, via.as_ref(), &mut site)?;
+        let goal = self.goal_of_motion(item, (motion, args), &target, via.as_ref(), &mut site)?;
         if motion.kind == MotionKind::Arc {
             let known = matches!(&goal, Goal::Pose(pose) if pose.via_m.is_some() && pose.target.is_some());
             site.via = via.filter(|_| known).map(|v| self.bytes(&v).into());
@@ -104,11 +104,16 @@ impl Builder<'_> {
         (speed, blend_m)
     }
 
+    /// Whether the orientation at the end of an arc may be another one than that of its pose: of a mode other than 0.
+    fn keeps_to_tangent(&self, motion: &Motion, args: &[Arg]) -> bool {
+        motion.parameters.contains(&"mode") && !self.interpolates(motion, args)
+    }
+
     /// Where a motion leads; the place of its point goes into `site`.
     fn goal_of_motion(
         &mut self,
         item: &Item,
-        motion: &Motion,
+        (motion, args): (&Motion, &[Arg]),
         target: &Span,
         via: Option<&Span>,
         site: &mut Site,
@@ -120,6 +125,9 @@ impl Builder<'_> {
                 Goal::Opaque(format!("{by}() leads the robot away from the target"))
             }
             MotionKind::Velocity => Goal::Opaque("a velocity ends where its time ends".into()),
+            MotionKind::Arc if self.keeps_to_tangent(motion, args) => {
+                Goal::Opaque("mode: on this arc the tool keeps its turn to the tangent, whatever the pose says".into())
+            }
             MotionKind::Arc => self.pose_or_opaque(target, item),
             _ => self.goal(target, item)?,
         };

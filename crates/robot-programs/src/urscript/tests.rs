@@ -297,3 +297,13 @@ fn a_list_that_a_method_changes_is_not_certain() {
         assert!(!edited(line), "{line}");
     }
 }
+
+#[test]
+fn an_arc_that_keeps_the_tool_to_its_tangent_ends_in_no_known_orientation() {
+    let goals = |mode: &str| {
+        let arc = format!("movec(p[0.5,0,0.3,0,0,0], p[0.6,0.1,0.3,0,0,0], a=1, v=0.1, r=0{mode})");
+        let all = moves(&format!("def p():\n  movel(p[0.4,0,0.3,0,0,0])\n  {arc}\nend\n"));
+        all.iter().map(|m| matches!(m.goal, Goal::Opaque(_))).collect::<Vec<_>>()
+    };
+    assert_eq!((goals(""), goals(", mode=0"), goals(", mode=1")), (vec![false; 2], vec![false; 2], vec![false, true]));
+}

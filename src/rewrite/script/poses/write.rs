@@ -146,9 +146,8 @@ pub fn write(
 ) -> Edits {
     let mut joints = edits.clone();
     for run in runs {
-        let mut before: Option<&[f64]> = None;
-        for vertex in run.goals() {
-            let start = before.replace(&vertex.q);
+        for leg in run.legs() {
+            let vertex = leg.goal;
             let Some(StepKind::Move(m)) = script.steps.get(vertex.step).map(|s| &s.kind) else { continue };
             let Goal::Pose(goal) = &m.goal else {
                 continue;
@@ -166,7 +165,7 @@ pub fn write(
             let numbers = goal.target.and_then(|t| script.targets.get(t));
             let rounding = Rounding::of(numbers.as_ref(), edits);
             let target = Written { place, goal, on_way: m.path != PathKind::Joint, rounding };
-            let gone = target.keep_points(&mut edit, &vertex.q, |share| run.plan(start, vertex, share));
+            let gone = target.keep_points(&mut edit, &vertex.q, |share| leg.plan(share));
             unplaced.lose(script, vertex.step, gone);
             if let Some(q) = edit.goal.take() {
                 match target.holds(&vertex.q, &q) {

@@ -2,19 +2,22 @@
 
 use super::arm::{self, joints_of};
 use super::{Cutter, Joints, Reached, ToolAndMiddle};
-use crate::program::script::{At, AxisSet, Move, Note, PathKind, PoseGoal, Script, TargetRef};
+use crate::program::script::{At, AxisSet, Move, Note, OtherWay, PathKind, PoseGoal, Script, TargetRef};
 use crate::rewrite::script::cause::Cause;
 use crate::rewrite::script::circles;
 use crate::rewrite::script::poses::{Place, Tooled};
 use crate::rewrite::script::way;
 use crate::robot::JointKind;
 use crate::robot::arm::isometry;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
 
 /// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
 /// sagitta of a turn is length * turn^2 / 8.
 const SAME_TURN_RAD: f64 = 5e-3;
+
+/// Frames that differ by less have the same orientation, rad: 1 um in 10 m.
+const SAME_FRAME_RAD: f64 = 1e-7;
 
 impl Cutter<'_> {
     /// The joints that a move names; `None` where it is not yet known where every axis stands.
@@ -66,7 +69,10 @@ impl Cutter<'_> {
         self.run.entry &= self.known.is_empty();
         self.known.clear();
         let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
+        let other_way = m.other_way.filter(|_| m.path != PathKind::Joint);
+        self.turn = None;
         let followed = match (&from, &m.circle) {
+            (Some(_), _) if other_way.is_some() => Err(other_way.map_or(Cause::CurveToJoints, Cause::OtherWay)),
             (Some(from), Some(targets)) if !self.is_gantry() => self.on_circle(script, targets, m, from, &q),
             (Some(_), _) if curve => Err(Cause::CurveToJoints),
             (Some(from), _) => self.tool_of_way(m, from, &q).map(|tooled| (tooled, None)),
@@ -239,6 +245,18 @@ impl Cutter<'_> {
         let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
         // joint moves from two starts keep no line
         let solved = solved && !self.run.entered.contains(&step);
+        let turn = self.turn.replace(place.frame.rotation);
+        let same = |before: UnitQuaternion<f64>| before.angle_to(&place.frame.rotation) < SAME_FRAME_RAD;
+        // a unit that only shifts the part leaves a straight way straight
+        let shifts = |way: &OtherWay| *way == OtherWay::Carried && turn.is_some_and(same);
+        let other_way = m.other_way.filter(|way| m.path != PathKind::Joint && from.is_some() && !shifts(way));
+        if let Some(way) = other_way {
+            self.out.left.insert(step, Cause::OtherWay(way));
+            self.lost(at, Cause::OtherWay(way));
+            self.turn = Some(place.frame.rotation);
+            self.start(step, q, false);
+            return None;
+        }
         // where a spline turns its joints is not known, nor an arc without a known start
         if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
             self.out.left.insert(step, Cause::EndOfCurve);

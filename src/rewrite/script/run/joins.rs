@@ -87,7 +87,9 @@ impl Cutter<'_> {
     /// `rounds`: loops that the runs go through already.
     pub(super) fn join(&mut self, script: &Script, rounds: &[Round], mut places: Places) {
         let round = |at: usize| rounds.iter().any(|r| r.open == at || r.close == at);
-        let known = |j: &&Join| !j.from.is_empty() && j.from.len() <= WAYS && !round(j.at);
+        let apart =
+            |j: &Join| first_move(script, &segment(script, j.at)).is_some_and(|k| self.choice.approach.is_apart(k));
+        let known = |j: &&Join| !j.from.is_empty() && j.from.len() <= WAYS && !round(j.at) && !apart(j);
         let mut open: Vec<&Join> = script.joins.iter().filter(known).collect();
         let wanted = self::places(&script.joins);
         for _ in 0..SWEEPS {
@@ -98,7 +100,7 @@ impl Cutter<'_> {
     /// The same of one break; `true`: it is done with.
     fn joined(&mut self, script: &Script, join: &Join, wanted: &BTreeSet<usize>, places: &mut Places) -> bool {
         let segment = segment(script, join.at);
-        if !segment.clone().any(|k| matches!(script.steps[k].kind, StepKind::Move(_))) {
+        if first_move(script, &segment).is_none() {
             return true;
         }
         let Some(ways) = join.from.iter().map(|k| places.get(k).cloned()).collect::<Option<Vec<_>>>() else {
@@ -137,8 +139,7 @@ impl Cutter<'_> {
     ) -> (Option<Run>, Option<Standing>) {
         self.seed(way);
         if several {
-            let first = segment.clone().find(|k| matches!(script.steps[*k].kind, StepKind::Move(_)));
-            self.run.entered.extend(first);
+            self.run.entered.extend(first_move(script, segment));
         }
         for k in segment.clone() {
             self.step_in(script, k);
@@ -199,6 +200,10 @@ fn segment(script: &Script, at: usize) -> Range<usize> {
     let from = at + 1;
     let next = script.steps.iter().skip(from).position(|s| matches!(s.kind, StepKind::Break(_)));
     from..next.map_or(script.steps.len(), |n| from + n)
+}
+
+fn first_move(script: &Script, segment: &Range<usize>) -> Option<usize> {
+    segment.clone().find(|k| matches!(script.steps[*k].kind, StepKind::Move(_)))
 }
 
 /// Both runs lead to the same places after the points before them.

@@ -11,160 +11,35 @@
 //! - `joins`: breaks of which it is known from where control comes
 //! - `elsewhere`: axes that go, or count from, nobody knows where, while the others go on
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
+//! - `stretch`: the points of a run, and what is known of it as a whole
 //! - `ways`: duration and turning points of a move between two known places
+//! - `legs`: the ways between goals, without offsets
 
 mod arm;
 mod elsewhere;
 mod goals;
 mod joins;
 mod joints;
+mod legs;
 mod rounds;
+mod stretch;
 mod ways;
 
-use super::approach::{Directions, Sides};
+use super::approach::{self, Directions, Sides};
 use super::cause::Cause;
 use super::poses::{Place, Poses, Tooled};
-use super::way;
+use super::{clock, way};
 use crate::program::script::{
     At, AxisSet, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind,
 };
 use crate::robot::Robot;
 pub use joints::Joints;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rounds::Pass;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-
-/// What a vertex stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// The goal of its step.
-    Goal,
-    /// A turning point on the way to it.
-    Way,
-    /// The place where the robot waits.
-    Hold,
-    /// A point from which the goal is reached from its side.
-    Approach,
-    /// The place where the robot stands, once more: there joints cross their gaps before they turn back.
-    Crossing,
-    /// A point of the way to where the run begins, which another run writes: it says from which side joints come.
-    Before,
-}
-
-/// A point of a run.
-#[derive(Debug, Clone)]
-pub struct Vertex {
-    pub step: usize,
-    pub role: Role,
-    /// rad or m, one per axis.
-    pub q: Joints,
-    /// Share of the way to the step's goal; 1 for a goal.
-    pub share: f64,
-    /// Its numbers may be written (or, on a way, a point may be put there).
-    pub editable: bool,
-    pub t_s: f64,
-    /// The duration of the move to here is the program's own, no estimate.
-    pub certain: bool,
-    /// On the second pass of a loop: what comes out here has to be what came out on the first.
-    pub again: bool,
-}
-
-/// A stretch with known directions.
-#[derive(Debug, Clone, Default)]
-pub struct Run {
-    pub vertices: Vec<Vertex>,
-    /// The first move whose duration cannot be determined.
-    pub untimed: Option<At>,
-    /// ... and are those of the program, no estimate from joint speeds.
-    pub certain: bool,
-    /// Every duration is written in the program.
-    pub by_program: bool,
-    /// Sampled ways of straight TCP moves, by step.
-    pub lines: BTreeMap<usize, way::Line>,
-    /// Those of first moves of loops from the end of the loop.
-    pub lines_again: BTreeMap<usize, way::Line>,
-    /// Straight moves and arcs whose way the robot's kinematics cannot follow: where a point on it would stand is not known.
-    pub unfollowed: BTreeSet<usize>,
-    /// First moves of loops, which come from before the loop and from its end: no point can be on both ways.
-    pub entered: BTreeSet<usize>,
-    /// Frame and tool of Cartesian targets, by step.
-    pub places: BTreeMap<usize, Place>,
-    /// Axes that stand elsewhere on a step, nobody knows where: the run says where they stood before.
-    pub elsewhere: BTreeMap<usize, AxisSet>,
-    /// The program starts with it: nothing that moves stands before.
-    pub entry: bool,
-}
-
-impl Run {
-    /// Times are known all along.
-    pub fn timed(&self) -> bool {
-        self.untimed.is_none()
-    }
-
-    /// Joints without offsets at a share of the way from `start` to a goal; `None`: the way is not known.
-    pub fn plan(&self, start: Option<&[f64]>, goal: &Vertex, share: f64) -> Option<Vec<f64>> {
-        match (self.line(goal.step), start) {
-            (Some(line), _) => line.at(share),
-            (None, start) => Some(start?.iter().zip(goal.q.iter()).map(|(a, b)| a + share * (b - a)).collect()),
-        }
-    }
-
-    /// It goes on from a place that another run leads to.
-    pub fn goes_on(&self) -> bool {
-        self.vertices.first().is_some_and(|v| v.role == Role::Before)
-    }
-
-    /// Its points without those of another run before them.
-    pub fn own(&self) -> &[Vertex] {
-        self.vertices.get(self.before()..).unwrap_or_default()
-    }
-
-    /// Number of points of another run before its own.
-    pub fn before(&self) -> usize {
-        self.vertices.iter().take_while(|v| v.role == Role::Before).count()
-    }
-
-    /// What it writes another run has written: both have to agree.
-    pub fn is_again(&self) -> bool {
-        self.goes_on() && self.own().first().is_some_and(|v| v.again)
-    }
-
-    /// Goals of moves, each once.
-    pub fn goals(&self) -> impl Iterator<Item = &Vertex> {
-        self.vertices.iter().filter(|v| v.role == Role::Goal && !v.again)
-    }
-
-    /// A place on the way of a step, as the format tells it: an axis that stands elsewhere stays where the run has it, as `at`.
-    pub fn standing(&self, step: usize, mut place: Vec<f64>, at: &[f64]) -> Vec<f64> {
-        for axis in self.elsewhere.get(&step).into_iter().flat_map(|axes| axes.axes()) {
-            if let (Some(q), Some(at)) = (place.get_mut(axis), at.get(axis)) {
-                *q = *at;
-            }
-        }
-        place
-    }
-
-    /// Axes that count from an origin that is not in the program, all along.
-    pub fn unplaced(&self, script: &Script) -> AxisSet {
-        let of = |v: &Vertex| match script.steps.get(v.step).map(|s| &s.kind) {
-            Some(StepKind::Move(m)) => m.unplaced,
-            _ => AxisSet::default(),
-        };
-        self.vertices.iter().map(of).reduce(AxisSet::and).unwrap_or_default()
-    }
-
-    /// The sampled way that leads to a goal: on the second pass of a loop its first move comes from the end of the loop.
-    pub fn line_to(&self, goal: &Vertex) -> Option<&way::Line> {
-        let again = self.lines_again.get(&goal.step).filter(|_| goal.again);
-        again.or_else(|| self.line(goal.step))
-    }
-
-    /// The sampled way of a step.
-    pub fn line(&self, step: usize) -> Option<&way::Line> {
-        self.lines.get(&step)
-    }
-}
+pub use stretch::{Role, Run, Vertex};
+use stretch::{empty_run, first};
 
 /// What ended a run, or what could not be followed on the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -288,6 +163,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         over: Vec::new(),
         lettered: false,
         by_joints: false,
+        turn: None,
         stands: false,
         directions: Directions::default(),
         pass: None,
@@ -317,10 +193,6 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
     out.notes.extend(arm::goes_over(script, &over));
     (out, over, failed)
-}
-
-fn empty_run(entry: bool) -> Run {
-    Run { certain: true, by_program: true, entry, ..Run::default() }
 }
 
 /// Where a move leads.
@@ -366,6 +238,8 @@ struct Cutter<'a> {
     lettered: bool,
     /// The move before led to joint values.
     by_joints: bool,
+    /// Orientation of the frame of the last Cartesian target, if the last target was one.
+    turn: Option<UnitQuaternion<f64>>,
     /// The robot stands still at the last vertex.
     stands: bool,
     directions: Directions,
@@ -417,7 +291,7 @@ impl Cutter<'_> {
         let mut run = std::mem::replace(&mut self.run, empty_run(entry));
         // from which side the robot comes to the first point after a label, a loop or a call is not known: it stays
         if !run.entry
-            && let Some(first) = run.vertices.first_mut()
+            && let Some(first) = run.vertices.first_mut().filter(|v| v.role != Role::Approach)
         {
             if first.editable {
                 self.out.left.entry(first.step).or_insert(Cause::SideUnknown);
@@ -441,6 +315,7 @@ impl Cutter<'_> {
 
     /// A move that cannot be determined: only straight ones and arcs keep the arm in its configuration.
     fn forget(&mut self, m: &Move) {
+        self.turn = None;
         if m.path == PathKind::Joint {
             self.hint = None;
         }
@@ -464,16 +339,38 @@ impl Cutter<'_> {
     /// The first point of a run.
     fn start(&mut self, step: usize, q: Joints, editable: bool) {
         self.directions.go(self.choice.robot, &q, self.choice.deadband);
-        self.run.vertices.push(Vertex {
-            step,
-            role: Role::Goal,
-            q,
-            share: 1.0,
-            editable,
-            t_s: 0.0,
-            certain: true,
-            again: false,
-        });
+        self.run.vertices.push(first(step, q, editable));
+    }
+
+    /// The first point of a run, after a point from which its joints come to it from known sides.
+    fn start_over(&mut self, step: usize, at: At, m: &Move, reached: Reached) {
+        let Reached { q, mut editable, tooled, .. } = reached;
+        // where the robot stands it takes no step
+        editable &= m.speed != Speed::Seconds(0.0);
+        let approach = &self.choice.approach;
+        let open = m.closed.is_none() && !self.run.entered.contains(&step) && self.free.is_empty();
+        // where the program starts the first movement says from which side
+        let counts = open && editable && !self.run.entry && approach.count(m) && !approach.goes_without(step);
+        let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
+        let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());
+        let point = if counts { approach.first_point(&tooled.robot, &q) } else { None };
+        let Some(point) = point else { return self.start(step, q, editable) };
+        self.directions.go(self.choice.robot, &point, self.choice.deadband);
+        let goal = first(step, q, editable);
+        let speed = match m.speed {
+            Speed::Seconds(whole) => Speed::Seconds(whole * approach::LEG),
+            speed => speed,
+        };
+        let (robot, otherwise) = (self.choice.robot, self.choice.tcp_speed_m_s);
+        let duration = clock::duration_s(robot, &point, &goal.q, m.path, speed, otherwise, &|_| None);
+        if duration.is_none() {
+            self.run.untimed.get_or_insert(at);
+        }
+        self.run.certain &= clock::is_certain(m.speed);
+        self.run.by_program &= matches!(m.speed, Speed::Seconds(_));
+        self.run.vertices.push(self.choice.approach.vertex(&goal, 0.0, point));
+        self.directions.go(self.choice.robot, &goal.q, self.choice.deadband);
+        self.run.vertices.push(Vertex { t_s: duration.unwrap_or(0.0), certain: false, ..goal });
     }
 
     /// Joints of a Cartesian target, with its frame and tool.
@@ -516,8 +413,7 @@ impl Cutter<'_> {
         }
         self.hint = self.one_arm.then(|| reached.q.clone());
         match reached.from.take() {
-            // where the robot stands it takes no step
-            None => self.start(step, reached.q, reached.editable && m.speed != Speed::Seconds(0.0)),
+            None => self.start_over(step, at, m, reached),
             Some(from) => self.go(step, at, m, &from, reached),
         }
         self.stands = m.blend_m == Some(0.0);

@@ -197,6 +197,9 @@ fn motions_that_an_option_leads_otherwise_stay_and_wjnt_takes_no_points() {
     let closed = |line: &str| moves(doc(of(line).as_bytes()).as_ref())[1].1.closed.clone();
     assert!(closed("L P[2] 100mm/sec FINE Wjnt").unwrap().starts_with("Wjnt"));
     assert_eq!((closed("J P[2] 100% FINE Wjnt"), closed("L P[2] 100mm/sec FINE")), (None, None));
+    let way = |line: &str| moves(doc(of(line).as_bytes()).as_ref())[1].1.other_way;
+    assert_eq!(way("L P[2] 100mm/sec FINE Wjnt"), Some(OtherWay::Wrist));
+    assert_eq!((way("J P[2] 100% FINE Wjnt"), way("L P[2] 100mm/sec FINE")), (None, None));
 }
 
 #[test]

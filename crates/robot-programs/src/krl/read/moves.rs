@@ -7,7 +7,7 @@ use crate::krl::lex::{Kind, Token, upper};
 use crate::krl::motion::{self, Motion, Word};
 use crate::krl::relative::{self, Stands};
 use crate::krl::settings;
-use crate::script::{Few, Goal, How, Move, PathKind, PoseGoal, Span, Speed, StepKind};
+use crate::script::{Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
 
 impl Reader<'_> {
@@ -61,7 +61,9 @@ impl Reader<'_> {
         };
         let path = if self.spline { PathKind::Curve } else { word.path };
         let fixed = relative.then(|| relative::ITSELF.to_string());
-        let how = How { path, fixed, closed, speed, blend_m, relative: word.relative, ..How::default() };
+        let wrist = turning == Turning::Wrist && word.path != PathKind::Joint;
+        let other_way = wrist.then_some(OtherWay::Wrist);
+        let how = How { path, fixed, closed, speed, blend_m, relative: word.relative, other_way, ..How::default() };
         self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
         Ok(())
     }

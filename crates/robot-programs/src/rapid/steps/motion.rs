@@ -14,7 +14,7 @@ use super::super::words::{self, Leads, Motion};
 use super::{Builder, plain};
 use crate::error::Result;
 use crate::rapid::built::{Site, Written};
-use crate::script::{Break, Few, Goal, How, Move, PathKind, Speed, StepKind};
+use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 
@@ -69,12 +69,12 @@ impl Builder<'_> {
         let (speed, blend_m) = self.pace(item, &args, &at, &mut site, &mut closed);
         let mut external_axes = Arc::default();
         let goal = self.goal(item, &motion, &args, &at, (&mut site, &mut external_axes))?;
-        self.leave_way(&motion, &goal, &site, external_axes, &mut closed);
+        let other_way = self.leave_way(&motion, &goal, &site, external_axes, &mut closed);
         let goal = self.on_arc(goal, item, &motion, &args, at.goal, &mut closed);
         let switched_on =
             switch(&args, "on").is_some().then_some(true).or(switch(&args, "off").is_some().then_some(false));
         site.args = args.into_iter().map(Written::from).collect();
-        let how = How { path: motion.path, closed, speed, blend_m, ..How::default() };
+        let how = How { path: motion.path, closed, speed, blend_m, other_way, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, site);
         self.after_motion(token, &motion, switched_on);
@@ -165,7 +165,7 @@ impl Builder<'_> {
         Ok(self.led_away(goal, led))
     }
 
-    /// Why no point may be added on the way to this goal.
+    /// Why no point may be added on the way to this goal, and why it is another one than its path says.
     fn leave_way(
         &mut self,
         motion: &Motion,
@@ -173,7 +173,7 @@ impl Builder<'_> {
         site: &Site,
         external_axes: Arc<External>,
         closed: &mut Option<String>,
-    ) {
+    ) -> Option<OtherWay> {
         if self.going.wrist && motion.path != PathKind::Joint {
             closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());
         }
@@ -186,8 +186,17 @@ impl Builder<'_> {
         if motion.path == PathKind::Curve && !matches!(goal, Goal::Pose(_)) {
             closed.get_or_insert_with(|| "it is an arc".into());
         }
-        if self.external_axes_move(goal, external_axes) {
+        let carried = self.external_axes_move(goal, external_axes);
+        if carried {
             closed.get_or_insert_with(|| "its external axes move, too".into());
+        }
+        let arc = motion.path == PathKind::Curve;
+        match () {
+            () if motion.path == PathKind::Joint => None,
+            () if carried => Some(OtherWay::Carried),
+            () if self.going.wrist => Some(OtherWay::Wrist),
+            () if arc && self.arcs_turn_otherwise() => Some(OtherWay::Orientation),
+            () => None,
         }
     }
 
@@ -223,6 +232,15 @@ impl Builder<'_> {
             (None, Some(name)) => Goal::Opaque(format!("a sensor or a pattern leads it off its path (\\{name})")),
             (None, None) => goal,
         }
+    }
+
+    /// Whether orientations on arcs may go otherwise than straight from start to end, by any module of the task.
+    ///
+    /// `setting = "CirPathMode" ["\\" ("PathFrame" | "ObjectFrame" | "CirPointOri" | "Wrist45" | "Wrist46" | "Wrist56")]`; without a switch
+    /// it is the first
+    fn arcs_turn_otherwise(&self) -> bool {
+        let said = |word: &str| self.f.p.words.different().any(|w| w == word);
+        said("cirpathmode") && ["cirpointori", "wrist45", "wrist46", "wrist56"].into_iter().any(said)
     }
 
     /// Which argument is the point on the way of a MoveC that several may replace: nothing in the program may steer the

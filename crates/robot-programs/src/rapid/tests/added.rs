@@ -135,6 +135,24 @@ fn no_point_is_added_on_a_straight_way_on_which_singarea_turns_the_wrist() {
     let closed = |area: &str| moves(&program("", &body(area)))[0].closed.is_some();
     assert!(closed("SingArea\\Wrist;\n") && closed("SingArea \\LockAxis4;\n"));
     assert!(!closed("") && !closed("SingArea\\Off;\n") && !closed("SingArea\\Wrist;\nSingArea\\Off;\n"));
+    let way = |area: &str| moves(&program("", &body(area)))[0].other_way;
+    assert_eq!((way("SingArea\\Wrist;\n"), way("")), (Some(OtherWay::Wrist), None));
+    assert_eq!(way("SingArea\\Wrist;\nSingArea\\Off;\n"), None);
+}
+
+#[test]
+fn arcs_whose_orientation_goes_by_the_point_on_their_way_are_said_to_go_otherwise() {
+    let body = |mode: &str| {
+        let pose = |x: i32| format!("[[{x},0,1000],[0.5,0,0.8660254,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+        format!("{mode}MoveC {},{},v100,fine,tool0;\nMoveL {},v100,fine,tool0;", pose(900), pose(950), pose(800))
+    };
+    let ways = |mode: &str| moves(&program("", &body(mode))).iter().map(|m| m.other_way).collect::<Vec<_>>();
+    for mode in ["CirPathMode \\CirPointOri;\n", "CirPathMode\\Wrist45;\n"] {
+        assert_eq!(ways(mode), [Some(OtherWay::Orientation), None], "{mode}");
+    }
+    for mode in ["", "CirPathMode \\PathFrame;\n", "CirPathMode;\n"] {
+        assert_eq!(ways(mode), [None, None], "{mode}");
+    }
 }
 
 #[test]

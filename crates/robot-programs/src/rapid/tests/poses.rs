@@ -120,3 +120,20 @@ fn a_move_with_a_signal_has_the_tool_after_its_zone() {
         assert_eq!(tools(&line), gun, "{line}");
     }
 }
+
+#[test]
+fn a_work_object_that_moves_with_a_belt_or_another_robot_is_at_no_known_place() {
+    let frame = |unit: &str, body: &str| {
+        let data = format!(
+            "TASK PERS wobjdata w:=[FALSE,FALSE,\"{unit}\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\nVAR syncident s;\nPERS tasks all{{2}};"
+        );
+        let pose = "[[50,0,100],[0,0,1,0],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+        match &moves(&program(&data, &format!("{body}MoveL {pose},v100,fine,tool0\\WObj:=w;")))[0].goal {
+            Goal::Pose(p) => p.frame.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let unknown = |unit: &str, body: &str| matches!(frame(unit, body), Frame::Unknown(why) if why.contains("carry") || why.contains("carries"));
+    assert!(unknown("CNV1", "WaitWObj w;\n") && unknown("ROB_2", "") && unknown("STN1", "SyncMoveOn s,all;\n"));
+    assert_eq!(frame("STN1", ""), Frame::Named("w on its mechanical unit".into()));
+}
