@@ -11,6 +11,7 @@
 //!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for
 //!   plausibility checks.
 //! - `prepare`: what every command does with a log first; `held`: readings that rows repeat; `gross`: rows far off the others.
+//! - `clock`: measurements by another clock than the commands.
 //! - `gears`: what the gears turn by, where they turn by sums of axes.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
@@ -18,6 +19,7 @@
 
 #![warn(missing_docs)]
 
+mod clock;
 pub mod columns;
 pub mod draft;
 pub mod dwells;

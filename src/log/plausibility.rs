@@ -18,10 +18,10 @@
 //!
 //! How it fails: two faults at once may be reported as a path of another robot.
 
-use super::Log;
 use super::faults::{Fault, Sample};
 use super::shape::{fit, fit_with_free_tool, spread};
 use super::side_columns;
+use super::{Log, clock};
 use crate::error::{Error, Place, Result};
 use crate::robot::Robot;
 use crate::robot::plausible::reach_m;
@@ -55,8 +55,6 @@ const LEFT_BY_ARM_M: f64 = 0.0015;
 const ALIKE: f64 = 2.0;
 /// With its unit put right a path leaves this part of its size, or less, beside the computed one; noise leaves all of it.
 const CORRELATED: f64 = 0.7;
-/// Clocks this far apart are two recordings that were not joined; less is an effect (`time_offset`), seconds.
-const APART_S: f64 = 0.5;
 
 /// What was found to be in order, and what a reader should know.
 #[derive(Debug, Clone, Default)]
@@ -103,6 +101,7 @@ pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Pla
     let mut found = Plausibility::default();
     side_columns::sensors(log, robot, &mut found.notes)?;
     side_columns::times(log, robot, &mut found.notes)?;
+    clock::sensors(log, robot)?;
     side_columns::samples_without_times(log, &mut found.notes);
     side_columns::limits(log, robot, &mut found.notes);
     let sample = Sample::take(log);
@@ -125,16 +124,10 @@ pub(crate) fn distrust(logs: &[Log], robot: &Robot) -> Option<AnotherArm> {
 
 /// A measurement that another clock explains: a note, or refused where the clocks are far apart.
 fn shifted(log: &Log, shift_s: f64) -> Result<String> {
-    if shift_s.abs() >= ROUGH_S {
-        let text = "measured positions that fit the commands only with a shift of ten seconds or more";
-        return Err(Error::bad(Place::file(&log.name), text, "one clock for commands and measurement"));
+    if shift_s.abs() > clock::APART_S {
+        return Err(clock::refused(log, "measured positions", shift_s));
     }
-    let side = if shift_s > 0.0 { "ahead of" } else { "behind" };
-    let text = format!("measured positions about {:.2} s {side} the commands", shift_s.abs());
-    if shift_s.abs() > APART_S {
-        return Err(Error::bad(Place::file(&log.name), text, "one clock for commands and measurement"));
-    }
-    Ok(text)
+    Ok(format!("measured positions about {:.2} s {} the commands", shift_s.abs(), clock::side(shift_s)))
 }
 
 /// What a log is expected to hold.
@@ -172,7 +165,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
             return Ok(());
         }
     }
-    if let Some((shift_s, left)) = clock(log, robot, sample)
+    if let Some((shift_s, left)) = best_clock(log, robot, sample)
         && left <= EXPLAINED * as_read.misfit_m
     {
         found.notes.push(shifted(log, shift_s)?);
@@ -325,15 +318,8 @@ fn millimetres(m: f64) -> String {
     if m >= 0.01 { format!("{:.0} mm", m * 1e3) } else { format!("{:.3} mm", m * 1e3) }
 }
 
-/// Shifts from here on are not known well: a test that goes to the same places again fits at several, s.
-const ROUGH_S: f64 = 10.0;
-
-/// Shift in s of the commands that fits the measurement best, and the misfit it leaves: a fine grid of short shifts, a coarse one of long
-/// shifts, then halving.
-fn clock(log: &Log, robot: &Robot, sample: &Sample) -> Option<(f64, f64)> {
-    const STEPS: i32 = 100;
-    /// Recordings that were started one after the other by hand.
-    const GRIDS: [(f64, f64); 2] = [(0.1, 10.0), (0.4, 600.0)];
+/// Shift in s of the commands that fits the measurement best, and the misfit it leaves.
+fn best_clock(log: &Log, robot: &Robot, sample: &Sample) -> Option<(f64, f64)> {
     if log.poses {
         return None;
     }
@@ -341,40 +327,16 @@ fn clock(log: &Log, robot: &Robot, sample: &Sample) -> Option<(f64, f64)> {
     let whole_s = log.t_s.last()? - t0;
     let thin = (sample.rows.len() / 200).max(1);
     let mut q = vec![0.0; robot.dof()];
-    let mut left = |shift: f64| -> f64 {
+    let left = |shift: f64| -> f64 {
         let (mut from, mut to) = (Vec::new(), Vec::new());
         for (&row, p) in sample.rows.iter().zip(&sample.measured).step_by(thin) {
-            let t = log.t_s[row] + shift;
-            let k = log.t_s.partition_point(|v| *v <= t).clamp(1, log.len() - 1);
-            let w = ((t - log.t_s[k - 1]) / (log.t_s[k] - log.t_s[k - 1])).clamp(0.0, 1.0);
             for (v, c) in q.iter_mut().zip(&log.cmd) {
-                *v = c[k - 1] + w * (c[k] - c[k - 1]);
+                *v = clock::at(&log.t_s, c, log.t_s[row] + shift).unwrap_or(*v);
             }
             from.push(robot.tcp_m(&q));
             to.push(*p);
         }
         fit(&from, &to, false).misfit_m
     };
-    let mut best = (0.0, left(0.0));
-    let mut step = 0.0;
-    for (share, longest_s) in GRIDS {
-        let own = (share * whole_s).min(longest_s) / f64::from(STEPS);
-        for k in (-STEPS..=STEPS).map(f64::from) {
-            let m = left(k * own);
-            if m < best.1 {
-                (best, step) = ((k * own, m), own);
-            }
-        }
-    }
-    for _ in 0..12 {
-        step *= 0.5;
-        let centre = best.0;
-        for shift in [centre - step, centre + step] {
-            let m = left(shift);
-            if m < best.1 {
-                best = (shift, m);
-            }
-        }
-    }
-    Some(best)
+    Some(clock::best(whole_s, left))
 }

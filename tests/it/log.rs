@@ -304,6 +304,22 @@ fn hygiene_sees_clocks_that_are_far_apart() {
     };
     for shift_s in [15.0, 30.0] {
         let mut log = measured(20_000, 1e-5, tour);
+        // a sensor behind the gear, half a half gap off its commands
+        let late = |rows: usize| -> Vec<Option<f64>> {
+            let seen = log.cmd[1].iter().map(|v| v + 1e-4);
+            std::iter::repeat_n(None, rows).chain(seen.map(Some)).take(log.len()).collect()
+        };
+        let sensors = [0, 5, 25].map(late);
+        for (column, refused) in sensors.into_iter().zip([false, false, true]) {
+            let mut log = log.clone();
+            log.tcp_m.fill(None);
+            log.meas = vec![None; 6];
+            log.meas[1] = Some(column);
+            let found = plausibility::check(&log, &robot());
+            assert_eq!(found.is_err(), refused, "{found:?}");
+            let right = |e: lostmotion::error::Error| e.to_string().contains("`meas_A2_deg` about 1.00 s behind");
+            assert!(found.err().is_none_or(right));
+        }
         let rows = (shift_s / 0.04) as usize;
         log.tcp_m.rotate_right(rows);
         log.tcp_m[..rows].fill(None);

@@ -27,8 +27,8 @@ mod ways;
 
 use super::approach::{self, Directions, Sides};
 use super::cause::Cause;
+use super::clock;
 use super::poses::{Place, Poses, Tooled};
-use super::{clock, way};
 use crate::program::script::{
     At, AxisSet, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind,
 };
