@@ -27,6 +27,7 @@ use crate::machine::CommandTrajectory;
 use crate::machine::measurement::Instrument;
 use crate::model::Model;
 use crate::numerics::robust::{MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
+use crate::robot::gap_of::JointsAlone;
 use nalgebra::{Isometry3, Rotation3, Vector3};
 use std::sync::{Arc, OnceLock};
 
@@ -56,7 +57,7 @@ fn problem_of(
     logs: &[Log],
     thinned: impl Fn(&Model, &Log) -> (Log, Option<Fine>),
 ) -> Result<(Problem, Hypothesis)> {
-    let mut notes: Vec<String> = model.robot.by_joints_alone().into_iter().collect();
+    let mut notes: Vec<String> = model.robot.by_joints_alone().iter().map(JointsAlone::to_string).collect();
     let sits = orientation::probe(model, logs, &mut notes);
     let log_data = |log: &Log| {
         let (log, fine) = thinned(model, log);

@@ -62,7 +62,7 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     }
     let Some(by_gears) = robot.of_gears() else {
         let mut recording = of_axes(robot, kind, options)?;
-        recording.notes.extend(robot.by_joints_alone());
+        recording.notes.extend(robot.by_joints_alone().map(|n| n.to_string()));
         return Ok(recording);
     };
     let mut pose = match &options.pose {
