@@ -11,6 +11,7 @@
 //!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for
 //!   plausibility checks.
 //! - `prepare`: what every command does with a log first; `held`: readings that rows repeat; `gross`: rows far off the others.
+//! - [`mod@note`]: what a reader of a log should know.
 //! - `gears`: what the gears turn by, where they turn by sums of axes.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
@@ -28,6 +29,7 @@ mod held;
 pub mod instruments;
 pub mod maps;
 mod meaning;
+pub mod note;
 mod number;
 pub mod plausibility;
 mod prepare;
@@ -42,6 +44,7 @@ pub mod write;
 
 pub use columns::ColumnMap;
 pub use instruments::Instruments;
+pub use note::Note;
 
 use nalgebra::Vector3;
 
