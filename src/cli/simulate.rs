@@ -2,7 +2,7 @@
 
 use crate::cli::exit::bad;
 use crate::cli::{page, paths};
-use crate::effects::entry;
+use crate::effects::{Idle, WhyIdle, entry};
 use crate::error::{Place, counted, is_stdio, shown};
 use crate::gaps::file::NameAndHash;
 use crate::io::bag::TopicChoice;
@@ -16,7 +16,7 @@ use crate::program::{Program, ScriptPath};
 use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
 use crate::robot::frames::Frames;
-use crate::simulate::{Motion, Options, Timing, Written, predicted};
+use crate::simulate::{Motion, Note, Options, Timing, Written, predicted};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
@@ -111,10 +111,10 @@ fn again(
     let mapped = args.columns.is_some() || text.is_recording;
     let mut written = predicted::write_log_again(model, &motion, options, text, mapped, out)?;
     if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
-        written.notes.push("--rate-hz and --speed-mm-s do not apply to a log: it keeps its rows".into());
+        written.notes.push(Note::KeepsRows);
     }
     if log.poses {
-        written.notes.push("no t_s: rows are settled poses, in which the servo has corrected its error".into());
+        written.notes.push(Note::SettledPoses);
     }
     Ok((written, log.poses))
 }
@@ -163,7 +163,7 @@ pub fn run(args: Args) -> Result<()> {
     for e in &model.effects {
         if let Some(why) = e.effect.idle(&e.site(&model.robot), settled) {
             let target = e.target_text(&model.robot);
-            written.notes.push(format!("{} of {target} has no effect: {why}", e.effect.name()));
+            written.notes.push(Note::Idle(Idle { effect: e.effect.name(), target, why: WhyIdle::Here(why) }));
         }
     }
     // with the columns of a map the log is theirs, and not drawn
@@ -230,7 +230,7 @@ struct Summary<'a> {
     rows: usize,
     noise_um: f64,
     seed: u64,
-    notes: &'a [String],
+    notes: &'a [Note],
 }
 
 fn summary<'a>(model: &Model, from: &page::simulate::From, args: &Args, written: &'a Written) -> Summary<'a> {
@@ -248,27 +248,24 @@ fn summary<'a>(model: &Model, from: &page::simulate::From, args: &Args, written:
 }
 
 /// Times of the program's points, with what a user should know about them.
-fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<String>) {
-    let mut notes = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
+fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<Note>) {
+    let left = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
+    let mut notes: Vec<Note> = left.into_iter().map(Note::from).collect();
     if let (Some(t_s), None) = (&program.t_s, args.speed_mm_s) {
         return (t_s.clone(), notes);
     }
     let timing = Timing::at_speed(&model.robot, program, options.speed_m_s);
-    let mm_s = options.speed_m_s * 1e3;
+    let speed_m_s = options.speed_m_s;
     if program.t_s.is_some() {
-        notes.push(format!("the program's t_s is ignored because of --speed-mm-s {mm_s}"));
+        notes.push(Note::TimesIgnored { speed_m_s });
     } else if args.speed_mm_s.is_none() {
-        notes.push(format!("no t_s and no --speed-mm-s: the program runs at {mm_s} mm/s"));
+        notes.push(Note::NoTimes { speed_m_s });
     }
     if timing.held_by_a_joint > 0 {
-        notes.push(format!("{} segments take longer because max_speed of a joint limits them", timing.held_by_a_joint));
+        notes.push(Note::HeldByJoint { segments: timing.held_by_a_joint });
     }
     if timing.unknown_speed > 0 {
-        notes.push(format!(
-            "{} segments move joints of unknown max_speed while the TCP stands still: they take {} ms each",
-            timing.unknown_speed,
-            crate::simulate::timing::SHORTEST_S * 1e3
-        ));
+        notes.push(Note::UnknownSpeed { segments: timing.unknown_speed });
     }
     (timing.t_s, notes)
 }

@@ -4,7 +4,7 @@ use crate::error::counted;
 use crate::log::Log;
 use crate::model::Model;
 use crate::report::{Page, Tile, Tone, method};
-use crate::simulate::Written;
+use crate::simulate::{Note, Written};
 
 /// The input of a run.
 pub struct From {
@@ -28,7 +28,7 @@ pub fn of_run(model: &Model, input: &From, written: &Written, log: Option<&Log>)
         page.section("The machine", "", super::effects(model));
     }
     if !written.notes.is_empty() {
-        page.section("", "", written.notes.clone());
+        page.section("", "", written.notes.iter().map(Note::to_string).collect::<Vec<_>>());
     }
     page.section("", "", vec![method::PLAY, method::STICTION]);
     page

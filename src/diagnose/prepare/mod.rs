@@ -20,7 +20,7 @@ use crate::diagnose::problem::forward::{Hypothesis, LogData, Problem, State};
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::orientation::{Orientation, points_m};
 use crate::diagnose::problem::reading::Reading;
-use crate::effects::{Inputs, without_columns};
+use crate::effects::{Idle, Inputs, without_columns};
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::CommandTrajectory;
@@ -65,7 +65,7 @@ fn problem_of(
     };
     let logs = logs.iter().map(log_data).collect::<Result<Vec<LogData>>>()?;
     let drives: Vec<&dyn Inputs> = logs.iter().map(|l| &l.drive as &dyn Inputs).collect();
-    notes.extend(without_columns(&model.effects, &model.robot, &drives));
+    notes.extend(without_columns(&model.effects, &model.robot, &drives).iter().map(Idle::to_string));
     let mut robot = model.robot.clone();
     if let Some(sits) = &sits {
         robot.reflectors_m = points_m(&robot, sits);
