@@ -20,24 +20,9 @@ pub enum Note {
         /// Name of the column, on one line.
         column: String,
     },
-    /// A rate or a speed was given for a log, which has its own rows.
-    #[error("--rate-hz and --speed-mm-s do not apply to a log: it keeps its rows")]
-    KeepsRows,
     /// The rows of the log are settled poses.
     #[error("no t_s: rows are settled poses, in which the servo has corrected its error")]
     SettledPoses,
-    /// A speed was given for a program that has times.
-    #[error("the program's t_s is ignored because of --speed-mm-s {}", speed_m_s * 1e3)]
-    TimesIgnored {
-        /// Speed of the TCP, m/s.
-        speed_m_s: f64,
-    },
-    /// A program has neither times nor a speed.
-    #[error("no t_s and no --speed-mm-s: the program runs at {} mm/s", speed_m_s * 1e3)]
-    NoTimes {
-        /// Speed of the TCP, m/s.
-        speed_m_s: f64,
-    },
     /// The largest speed of a joint holds segments.
     #[error("{segments} segments take longer because max_speed of a joint limits them")]
     HeldByJoint {
