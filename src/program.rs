@@ -4,17 +4,20 @@
 
 #![warn(missing_docs)]
 
+pub mod note;
+
 pub use robot_programs::{
     Block, RowSpan, Slot, Token, csv, fanuc, files, formats, gcode, inform, joint_path, krl, lines, no_motion, rapid,
     script, trajectory, urscript,
 };
 
-use crate::error::{Error, Place, Result, counted, shown};
+use crate::error::{Error, Place, Result, shown};
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
 use files::Files;
 use formats::Recognised;
 use lines::Lines;
+use note::{Note, Waiting};
 use serde::Serialize;
 use std::io::Cursor;
 use std::ops::Range;
@@ -113,26 +116,23 @@ impl std::fmt::Display for Assumed {
 
 impl ScriptPath {
     /// What has to be given for the moves that are not in the path; `None`: nothing that a name stands for.
-    pub fn waiting(&self) -> Option<String> {
-        let given = "give it in a file of frames and tools; `rewrite` can print a template";
-        (!self.waits_for.is_empty()).then(|| format!("not known: {}: {given}", self.waits_for.join(", ")))
+    pub fn waiting(&self) -> Option<Waiting> {
+        (!self.waits_for.is_empty()).then(|| Waiting(self.waits_for.clone()))
     }
 
     /// What is not in the path, and what was assumed: for those who draw or run it.
-    pub fn left(&self) -> Vec<String> {
+    pub fn left(&self) -> Vec<Note> {
         let Moves { all, known, unknown_start, unknown_speed } = self.moves;
         let mut notes = Vec::new();
         if all > known + unknown_start {
-            let left = counted(all - known - unknown_start, "move");
-            notes.push(format!("{left} of {all} to an unknown position are left out"));
-            notes.extend(self.waiting());
+            notes.push(Note::LeftOut { left: all - known - unknown_start, all });
+            notes.extend(self.waiting().map(Note::Waiting));
         }
         if !self.starts.is_empty() {
-            let ways = counted(self.starts.len(), "way");
-            notes.push(format!("{ways} from a position that is unknown or not determined: interpolated in the joints"));
+            notes.push(Note::UnknownStart { ways: self.starts.len() });
         }
         if unknown_speed > 0 && !matches!(self.assumed, Assumed::Asked(_)) {
-            notes.push(format!("{} of unknown speed: {}", counted(unknown_speed, "move"), self.assumed));
+            notes.push(Note::UnknownSpeed { moves: unknown_speed, assumed: self.assumed });
         }
         notes
     }

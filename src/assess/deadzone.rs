@@ -9,14 +9,14 @@
 //! the program's at most times is of another motion, and refused.
 
 use crate::error::{Error, Place, Result};
-use crate::gaps::file::number;
+use crate::gaps::{self, file::number};
 use crate::identify::deadzone::{self, Found, Options};
 use crate::io::keyed::Keyed;
 use crate::log::Log;
 use crate::numerics::normal::Z95;
 use crate::program::Program;
 use crate::robot::Robot;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 pub const SCHEMA: &str = "lostmotion/deadzone/1";
@@ -54,7 +54,30 @@ impl JointLeft {
 #[derive(Debug, Clone)]
 pub struct Assessment {
     pub joints: Vec<JointLeft>,
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
+}
+
+/// A remark on the comparison. Code compares the variants; the words are for readers.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Note {
+    /// Of the run without compensation.
+    #[error("before: {0}")]
+    Before(gaps::Note),
+    /// Of the run with compensation.
+    #[error("after: {0}")]
+    After(gaps::Note),
+    /// With compensation nothing is left of a joint that could be determined.
+    #[error("{joint}: no deadzone could be determined with compensation")]
+    NoneAfter {
+        /// Name of the joint.
+        joint: String,
+    },
+}
+
+impl Serialize for Note {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 /// Compares runs of one program.
@@ -63,15 +86,14 @@ pub fn assess(robot: &Robot, nominal: &Program, before: &Log, after: Option<&Log
     let without = found(before)?;
     let with = after.map(found).transpose()?;
     let mut out = Assessment { joints: Vec::new(), notes: Vec::new() };
-    for (run, f) in [("before", Some(&without)), ("after", with.as_ref())] {
-        out.notes.extend(f.iter().flat_map(|f| &f.gaps.notes).map(|n| format!("{run}: {n}")));
-    }
+    out.notes.extend(without.gaps.notes.iter().cloned().map(Note::Before));
+    out.notes.extend(with.iter().flat_map(|f| &f.gaps.notes).cloned().map(Note::After));
     for sweeps in &without.joints {
         let axis = sweeps.axis;
         let Some(before) = left(&without, axis) else { continue };
         let after = with.as_ref().and_then(|w| left(w, axis));
         if with.is_some() && after.is_none() {
-            out.notes.push(format!("{}: no deadzone could be determined with compensation", robot.axis(axis).name));
+            out.notes.push(Note::NoneAfter { joint: robot.axis(axis).name.clone() });
         }
         out.joints.push(JointLeft { axis, before, after });
     }
@@ -149,7 +171,8 @@ fn left(found: &Found, axis: usize) -> Option<Left> {
 pub struct Document {
     schema: &'static str,
     joints: Vec<JointShown>,
-    notes: Vec<String>,
+    #[schemars(with = "Vec<String>")]
+    notes: Vec<Note>,
 }
 
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]

@@ -2,7 +2,7 @@
 
 use crate::cli::exit::{bad, no};
 use crate::cli::{logs, page, paths};
-use crate::compensator::{Compensator, FrictionShape, file::is_date};
+use crate::compensator::{Compensator, FrictionShape, Note, file::is_date};
 use crate::effects::Decay;
 use crate::error::{self, Error, Place, is_stdio};
 use crate::fit::{Form, contradict::contradictions, fit, spacing};
@@ -149,8 +149,8 @@ fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
     }
     let form = form(args, &documents, robot)?;
     let mut compensator = fit(robot, &documents, form)?;
-    compensator.evidence.notes.extend(distrusted.map(|(_, why)| why.to_string()));
-    compensator.evidence.notes.extend(contradictions);
+    compensator.evidence.notes.extend(distrusted.map(|(_, why)| Note::Distrust(why.clone())));
+    compensator.evidence.notes.extend(contradictions.into_iter().map(Note::Contradiction));
     Ok(compensator)
 }
 

@@ -4,7 +4,7 @@ use crate::cli::columns;
 use crate::cli::exit::bad;
 use crate::error::{self, Place};
 use crate::log::plausibility::Kinematics;
-use crate::log::{ColumnMap, Log};
+use crate::log::{ColumnMap, Log, Note};
 use crate::numerics::parallel::ParMap;
 use crate::robot::Robot;
 use anyhow::Result;
@@ -33,14 +33,14 @@ fn load_by(
     robot: &Robot,
 ) -> Result<Vec<Log>> {
     let map = columns_file.map(ColumnMap::load).transpose()?;
-    let read = |path: &PathBuf| -> Result<(Log, Vec<String>)> {
+    let read = |path: &PathBuf| -> Result<(Log, Vec<Note>)> {
         let hinted = |e| columns::with_hint(e, path, columns_file, robot, "--columns");
         let mut log = load(path, robot, map.as_ref()).map_err(hinted)?;
         let notes = log.prepare(robot, kinematics)?;
         Ok((log, notes))
     };
     // the first file in order that is wrong is the one that is named
-    let all: Vec<Result<(Log, Vec<String>)>> = paths.par_map(read);
+    let all: Vec<Result<(Log, Vec<Note>)>> = paths.par_map(read);
     // nothing is printed of the good ones before all are known to be good
     let all = all.into_iter().collect::<Result<Vec<_>>>()?;
     let mut logs = Vec::with_capacity(paths.len());

@@ -143,7 +143,7 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
         stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
         output::commit([out, Some(stdout)])?;
     }
-    for note in notes.iter().chain(&recording.notes) {
+    for note in notes.into_iter().chain(recording.notes.iter().map(ToString::to_string)) {
         eprintln!("note: {note}");
     }
     eprintln!("note: the program does not know of obstacles: run it slowly first");

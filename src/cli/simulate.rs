@@ -1,8 +1,12 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
+//!
+//! - `note`: what a user should know
+
+mod note;
 
 use crate::cli::exit::bad;
 use crate::cli::{page, paths};
-use crate::effects::entry;
+use crate::effects::{Idle, WhyIdle, entry};
 use crate::error::{Place, counted, is_stdio, shown};
 use crate::gaps::file::NameAndHash;
 use crate::io::bag::TopicChoice;
@@ -16,8 +20,9 @@ use crate::program::{Program, ScriptPath};
 use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
 use crate::robot::frames::Frames;
-use crate::simulate::{Motion, Options, Timing, Written, predicted};
+use crate::simulate::{Motion, Note as OfLog, Options, Timing, Written, predicted};
 use anyhow::Result;
+use note::Note;
 use std::path::{Path, PathBuf};
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would record.
@@ -97,26 +102,34 @@ fn rate(text: &str) -> std::result::Result<f64, String> {
     above_zero(text).and_then(|v| if v <= 1e5 { Ok(v) } else { Err("expected at most 100000 Hz".into()) })
 }
 
-/// A log whose measurement is replaced by the model's; also whether its rows are settled poses.
-fn again(
-    args: &Args,
-    model: &Model,
-    options: &mut Options,
-    text: &LogText,
-    out: &mut Output,
-) -> Result<(Written, bool)> {
+/// What was written, and what to say of it.
+struct Run {
+    rows: usize,
+    notes: Vec<Note>,
+    /// The rows are settled poses.
+    settled: bool,
+}
+
+impl Run {
+    fn of(written: Written, settled: bool) -> Self {
+        Self { rows: written.rows, notes: written.notes.into_iter().map(Note::Log).collect(), settled }
+    }
+}
+
+/// A log whose measurement is replaced by the model's.
+fn again(args: &Args, model: &Model, options: &mut Options, text: &LogText, out: &mut Output) -> Result<Run> {
     let log = text.log(&model.robot)?;
     options.encoders |= log.enc.iter().any(Option::is_some);
     let motion = Motion::of_log(model, &log);
     let mapped = args.columns.is_some() || text.is_recording;
-    let mut written = predicted::write_log_again(model, &motion, options, text, mapped, out)?;
+    let mut run = Run::of(predicted::write_log_again(model, &motion, options, text, mapped, out)?, log.poses);
     if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
-        written.notes.push("--rate-hz and --speed-mm-s do not apply to a log: it keeps its rows".into());
+        run.notes.push(Note::KeepsRows);
     }
     if log.poses {
-        written.notes.push("no t_s: rows are settled poses, in which the servo has corrected its error".into());
+        run.notes.push(OfLog::SettledPoses.into());
     }
-    Ok((written, log.poses))
+    Ok(run)
 }
 
 /// The machine: of a model file, or of a robot file alone.
@@ -155,15 +168,15 @@ pub fn run(args: Args) -> Result<()> {
     let input = &text.input;
     let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
     let mut options = options_of(&args);
-    let (mut written, settled) = if map.is_some() || text.is_recording || predicted::is_log(input, &model) {
+    let mut run = if map.is_some() || text.is_recording || predicted::is_log(input, &model) {
         again(&args, &model, &mut options, &text, &mut out)?
     } else {
-        (of_program(&args, &model, &options, text.input, &mut out)?, false)
+        of_program(&args, &model, &options, text.input, &mut out)?
     };
     for e in &model.effects {
-        if let Some(why) = e.effect.idle(&e.site(&model.robot), settled) {
+        if let Some(why) = e.effect.idle(&e.site(&model.robot), run.settled) {
             let target = e.target_text(&model.robot);
-            written.notes.push(format!("{} of {target} has no effect: {why}", e.effect.name()));
+            run.notes.push(Note::Log(OfLog::Idle(Idle { effect: e.effect.name(), target, why: WhyIdle::Here(why) })));
         }
     }
     // with the columns of a map the log is theirs, and not drawn
@@ -174,36 +187,31 @@ pub fn run(args: Args) -> Result<()> {
         }
         false => None,
     };
-    page::write(&mut report, || page::simulate::of_run(&model, &from, &written, log.as_ref()))?;
+    let notes = || run.notes.iter().map(Note::to_string).collect();
+    page::write(&mut report, || page::simulate::of_run(&model, &from, run.rows, notes(), log.as_ref()))?;
     let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
     if let Some(document) = &mut document {
-        let text = serde_json::to_string_pretty(&summary(&model, &from, &args, &written)).unwrap_or_default();
+        let text = serde_json::to_string_pretty(&summary(&model, &from, &args, &run)).unwrap_or_default();
         document.put((text + "\n").as_bytes())?;
     }
     output::commit([Some(out), report, document])?;
-    for note in &written.notes {
+    for note in &run.notes {
         eprintln!("note: {note}");
     }
-    eprintln!("{}", counted(written.rows, "row"));
+    eprintln!("{}", counted(run.rows, "row"));
     Ok(())
 }
 
 /// Runs the program of `input` on the machine.
-fn of_program(
-    args: &Args,
-    model: &Model,
-    options: &Options,
-    input: input::Input,
-    out: &mut Output,
-) -> Result<predicted::Written> {
+fn of_program(args: &Args, model: &Model, options: &Options, input: input::Input, out: &mut Output) -> Result<Run> {
     let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
     let reading = Reading::new(&model.robot, &frames, args.speed_mm_s);
     let program = reading.load(&args.input, input)?;
     let (t_s, notes) = times(args, model, &program, options);
     let motion = Motion::of_program(model, &program, &t_s, options.rate_hz)?;
-    let mut written = predicted::write_program_log(model, &motion, options, &program.name, out)?;
-    written.notes.extend(notes);
-    Ok(written)
+    let mut run = Run::of(predicted::write_program_log(model, &motion, options, &program.name, out)?, false);
+    run.notes.extend(notes);
+    Ok(run)
 }
 
 /// Options of the run in SI.
@@ -230,45 +238,42 @@ struct Summary<'a> {
     rows: usize,
     noise_um: f64,
     seed: u64,
-    notes: &'a [String],
+    notes: &'a [Note],
 }
 
-fn summary<'a>(model: &Model, from: &page::simulate::From, args: &Args, written: &'a Written) -> Summary<'a> {
+fn summary<'a>(model: &Model, from: &page::simulate::From, args: &Args, run: &'a Run) -> Summary<'a> {
     Summary {
         schema: "lostmotion/simulation/1",
         input: NameAndHash { name: from.name.clone(), sha256: from.sha256.clone() },
         output: shown(&args.output),
         robot: NameAndHash::of_robot(&model.robot),
         effects: model.effects.iter().map(|e| entry::write(e, &model.robot)).collect(),
-        rows: written.rows,
+        rows: run.rows,
         noise_um: args.noise_um.unwrap_or(0.0),
         seed: args.seed,
-        notes: &written.notes,
+        notes: &run.notes,
     }
 }
 
 /// Times of the program's points, with what a user should know about them.
-fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<String>) {
-    let mut notes = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
+fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<Note>) {
+    let left = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
+    let mut notes: Vec<Note> = left.into_iter().map(|note| Note::Log(note.into())).collect();
     if let (Some(t_s), None) = (&program.t_s, args.speed_mm_s) {
         return (t_s.clone(), notes);
     }
     let timing = Timing::at_speed(&model.robot, program, options.speed_m_s);
-    let mm_s = options.speed_m_s * 1e3;
+    let speed_m_s = options.speed_m_s;
     if program.t_s.is_some() {
-        notes.push(format!("the program's t_s is ignored because of --speed-mm-s {mm_s}"));
+        notes.push(Note::TimesIgnored { speed_m_s });
     } else if args.speed_mm_s.is_none() {
-        notes.push(format!("no t_s and no --speed-mm-s: the program runs at {mm_s} mm/s"));
+        notes.push(Note::NoTimes { speed_m_s });
     }
     if timing.held_by_a_joint > 0 {
-        notes.push(format!("{} segments take longer because max_speed of a joint limits them", timing.held_by_a_joint));
+        notes.push(OfLog::HeldByJoint { segments: timing.held_by_a_joint }.into());
     }
     if timing.unknown_speed > 0 {
-        notes.push(format!(
-            "{} segments move joints of unknown max_speed while the TCP stands still: they take {} ms each",
-            timing.unknown_speed,
-            crate::simulate::timing::SHORTEST_S * 1e3
-        ));
+        notes.push(OfLog::UnknownSpeed { segments: timing.unknown_speed }.into());
     }
     (timing.t_s, notes)
 }

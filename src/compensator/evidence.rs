@@ -2,7 +2,7 @@
 
 use super::file::{Spot, read_joint, write_joint};
 use super::schedule::{shown, tidy};
-use super::{Evidence, JointEvidence, Predicted, Replaced, RunLeft};
+use super::{Evidence, JointEvidence, Note, Predicted, Replaced, RunLeft};
 use crate::error::{Error, Result};
 use crate::gaps::LogRef;
 use crate::io::yaml::Document;
@@ -21,7 +21,7 @@ pub(super) struct EvidenceFile {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     predicted: Vec<PredictedFile>,
     #[serde(default)]
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]

@@ -12,7 +12,7 @@
 //! What depends on the joint vector alone (scale, transmission error, zero, coupling, gravity) is no state and stands in no compensator
 //! document: [`crate::rewrite::statics`] undoes it. What no joint offset can undo is listed by [`not_compensated`].
 
-use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
+use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, Note};
 use crate::effects::{EffectInstance, Family, GapCurve, Stage, Target, UndoContext, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
@@ -58,8 +58,7 @@ impl Compensator {
                 joints.push(JointCompensator { axis, backlash, friction });
             }
         }
-        let evidence =
-            Evidence { notes: vec!["offsets undo the effects of a model file".into()], ..Evidence::default() };
+        let evidence = Evidence { notes: vec![Note::OfModel], ..Evidence::default() };
         Ok(Self { robot_name: robot.name.clone(), robot_sha256: robot.fingerprint(), joints, evidence })
     }
 }

@@ -8,6 +8,7 @@
 //! - [`schedule`]: a half gap over position as it stands in a document.
 //! - [`mod@response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
+//! - [`mod@note`]: what a reader of a compensator should know.
 //! - [`as_machine`]: the machine that a compensator describes.
 
 #![warn(missing_docs)]
@@ -16,11 +17,13 @@ pub mod as_machine;
 mod evidence;
 pub mod file;
 pub mod from_model;
+pub mod note;
 pub mod schedule;
 
 pub use crate::effects::response::{self, Response, Spike, Windup};
 use crate::effects::{Decay, GapCurve};
 use crate::gaps::LogRef;
+pub use note::Note;
 
 /// Offsets for the joints of one robot.
 #[derive(Debug, Clone)]
@@ -118,8 +121,8 @@ pub struct Evidence {
     /// What compensation is predicted to leave along the logs: what the offsets do not hold, such as scatter from one reversal to
     /// the next.
     pub predicted: Vec<Predicted>,
-    /// 95 % intervals, residuals and reasons, as lines.
-    pub notes: Vec<String>,
+    /// What the offsets come from, what was left out and why.
+    pub notes: Vec<Note>,
 }
 
 /// Distance from the path along a log, m rms.

@@ -5,6 +5,7 @@
 //! goes into the model, everything is fitted again, until a test without the catalogue sees no structure.
 //!
 //! Modules, in the order of the work; none imports one that stands after it:
+//! - [`mod@note`]: what a reader should know.
 //! - [`problem`]: observations and the chain that predicts them; [`noise`]: white and coloured noise of the sensors.
 //! - [`candidates`]: what may be missing, its sensitivities, what it would explain, the test without the catalogue.
 //! - [`prepare`]: logs to a problem: frames, what drives the gears, samples that cannot be trusted.
@@ -46,6 +47,7 @@
 
 pub(crate) mod candidates;
 pub mod noise;
+pub mod note;
 pub(crate) mod prepare;
 pub mod problem;
 pub mod result;
@@ -55,6 +57,7 @@ pub(crate) mod verdict;
 use crate::error::Result;
 use crate::log::Log;
 use crate::model::Model;
+pub use note::Note;
 pub use result::document::Diagnosis;
 pub use search::outcome::Outcome;
 pub use verdict::Verdict;

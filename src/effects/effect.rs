@@ -4,7 +4,7 @@
 //! (rad or m, s, Nm or N).
 
 use super::{Clock, EffectInfo, GapCurve, Nature, Parameter, Site, Stage, Target, Track, stiction::Decay};
-use super::{Geometry, Inputs, Row};
+use super::{Geometry, Idle, Inputs, Row, WhyIdle};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use serde_yaml::Mapping;
@@ -298,12 +298,12 @@ impl<T: EffectType> From<T> for Effect {
 }
 
 /// Notes on effects that do nothing in any of these logs or programs, because the columns that they follow are in none.
-pub fn without_columns(effects: &[EffectInstance], robot: &Robot, inputs: &[&dyn Inputs]) -> Vec<String> {
+pub fn without_columns(effects: &[EffectInstance], robot: &Robot, inputs: &[&dyn Inputs]) -> Vec<Idle> {
     let note = |e: &EffectInstance| {
-        let missing: Option<Vec<&str>> = inputs.iter().map(|i| e.effect.without_columns(e.target, *i)).collect();
+        let missing: Option<Vec<&'static str>> =
+            inputs.iter().map(|i| e.effect.without_columns(e.target, *i)).collect();
         let columns = missing?.first().copied()?;
-        let (name, target) = (e.effect.name(), e.target_text(robot));
-        Some(format!("{name} of {target} has no effect: no column {columns}"))
+        Some(Idle { effect: e.effect.name(), target: e.target_text(robot), why: WhyIdle::NoColumn(columns) })
     };
     effects.iter().filter_map(note).collect()
 }

@@ -152,16 +152,22 @@ impl TrackerFrame {
         }
     }
 
-    /// From when on it acts, in words.
+    /// What it does and from when on, in words.
     pub fn said(&self) -> String {
+        let does = if self.over_s.is_none() { "jumps" } else { "drifts" };
+        format!("{}: the frame of the tracker {does}", self.when())
+    }
+
+    /// From when on it acts, and in which log.
+    pub fn when(&self) -> String {
         let log = self.only_log.map_or(String::new(), |log| format!(" in log {}", log + 1));
         let from = match self.from {
             From::Time(t) => format!("{t:.2} s"),
             From::Row(row) => format!("row {}", row as usize + 1),
         };
         match self.over_s {
-            None => format!("from {from} on{log}: the frame of the tracker jumps"),
-            Some(over) => format!("from {from} on, over {over:.0} s{log}: the frame of the tracker drifts"),
+            None => format!("from {from} on{log}"),
+            Some(over) => format!("from {from} on, over {over:.0} s{log}"),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! wind-up and both changes of its spikes beside another kind of document: a test that is too short sees friction as a gap. That sum is
 //! known better than its parts, so its own interval counts (by the covariance of the estimate).
 
+use crate::compensator::note::{Contradiction, Stated};
 use crate::effects::GapCurve;
 use crate::gaps::estimate::Estimate;
 use crate::gaps::{Gaps, JointGap};
@@ -15,8 +16,8 @@ use crate::robot::Robot;
 /// Differences below this share of the larger value are left to the weights.
 const SHARE: f64 = 0.1;
 
-/// One line per contradiction, with both values.
-pub fn contradictions(documents: &[Gaps], robot: &Robot) -> Vec<String> {
+/// All contradictions, with both values.
+pub fn contradictions(documents: &[Gaps], robot: &Robot) -> Vec<Contradiction> {
     let mut out = Vec::new();
     for (k, later) in documents.iter().enumerate() {
         for earlier in &documents[..k] {
@@ -27,7 +28,7 @@ pub fn contradictions(documents: &[Gaps], robot: &Robot) -> Vec<String> {
                     let (ra, rb) = (allowed(earlier, a, both, robot), allowed(later, b, both, robot));
                     let apart = (ra[0] - rb[1]).max(rb[0] - ra[1]);
                     if apart > SHARE * a.half_gap.abs().max(b.half_gap.abs()) && a.significant && b.significant {
-                        out.push(line(robot, (earlier, a), (later, b)));
+                        out.push(contradiction(robot, (earlier, a), (later, b)));
                     }
                 }
             }
@@ -77,21 +78,15 @@ fn spread_of_all(estimate: &Estimate, joint: &str) -> Option<f64> {
     (weights.iter().any(|w| *w != 0.0) && variance >= 0.0).then(|| variance.sqrt())
 }
 
-fn line(robot: &Robot, a: (&Gaps, &JointGap), b: (&Gaps, &JointGap)) -> String {
-    let joint = robot.axis(a.1.axis);
-    let value = |(document, gap): (&Gaps, &JointGap)| {
-        let edge = |v: f64| joint.kind.to_user_unit(v);
-        let from = document.logs.first().map_or("a document without logs", |l| l.name.as_str());
-        let varies = if gap.schedule.is_some() { ", varying with position" } else { "" };
-        format!(
-            "{:.5} {} (95 % {:.5} to {:.5}{varies}) from {from}",
-            edge(gap.half_gap),
-            joint.kind.unit(),
-            edge(gap.ci95[0]),
-            edge(gap.ci95[1])
-        )
+fn contradiction(robot: &Robot, earlier: (&Gaps, &JointGap), later: (&Gaps, &JointGap)) -> Contradiction {
+    let joint = robot.axis(earlier.1.axis);
+    let stated = |(document, gap): (&Gaps, &JointGap)| Stated {
+        half_gap: gap.half_gap,
+        ci95: gap.ci95,
+        varies: gap.schedule.is_some(),
+        log: document.logs.first().map(|l| l.name.clone()),
     };
-    format!("{}: the half gaps of two documents contradict each other: {} and {}", joint.name, value(a), value(b))
+    Contradiction { joint: joint.name.clone(), kind: joint.kind, earlier: stated(earlier), later: stated(later) }
 }
 
 #[cfg(test)]
@@ -118,7 +113,8 @@ mod tests {
     fn both_values_are_named_where_intervals_do_not_meet() {
         let found = contradictions(&[document(0.0028, 1e-5, "null"), document(0.0056, 1e-5, "null")], &robot());
         assert_eq!(found.len(), 1);
-        assert!(found[0].contains("0.00280") && found[0].contains("0.00560"), "{}", found[0]);
+        let words = found[0].to_string();
+        assert!(words.contains("0.00280") && words.contains("0.00560"), "{words}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! from the document that knows it best in proportion. The reversals by which a constant is judged are those of the document it comes
 //! from.
 
+use crate::compensator::note::{Note, Source};
 use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{GapPoint, Gaps, JointGap, StictionFound};
 use crate::robot::Robot;
@@ -17,7 +18,7 @@ pub struct Merged {
     /// The half gap that is used.
     pub gap: JointGap,
     /// Logs of the document that the gap comes from.
-    pub gap_source: String,
+    pub gap_source: Source,
     /// Half gaps at single positions, if the gap comes from a static test.
     pub points: Vec<GapPoint>,
     /// Friction after reversals, from the paths.
@@ -29,10 +30,10 @@ pub struct Merged {
 }
 
 /// One entry per axis that any document names, in the robot's order.
-pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<Merged> {
+pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<Note>) -> Vec<Merged> {
     let mut out = Vec::new();
     // documents whose gaps are passed over, and the joints
-    let mut unused: Vec<(usize, usize, Vec<&str>)> = Vec::new();
+    let mut unused: Vec<(usize, usize, Vec<String>)> = Vec::new();
     for axis in 0..robot.dof() {
         let found: Vec<(usize, &JointGap)> = documents
             .iter()
@@ -54,21 +55,19 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
         for (d, j) in found.iter().filter(|(d, _)| *d != from) {
             if together.is_some() {
                 match unused.iter_mut().find(|u| (u.0, u.1) == (*d, from)) {
-                    Some(u) => u.2.push(&robot.axis(axis).name),
-                    None => unused.push((*d, from, vec![&robot.axis(axis).name])),
+                    Some(u) => u.2.push(robot.axis(axis).name.clone()),
+                    None => unused.push((*d, from, vec![robot.axis(axis).name.clone()])),
                 }
             }
             if gap.schedule.is_none() && (j.ci95[0] > gap.ci95[1] || j.ci95[1] < gap.ci95[0]) {
-                let kind = robot.axis(axis).kind;
-                notes.push(format!(
-                    "{}: half gaps from {} ({:.5} {unit}) and {} ({:.5} {unit}) differ by more than their uncertainty; the narrower is used",
-                    robot.axis(axis).name,
-                    source(&documents[from]),
-                    kind.to_user_unit(gap.half_gap),
-                    source(&documents[*d]),
-                    kind.to_user_unit(j.half_gap),
-                    unit = kind.unit()
-                ));
+                notes.push(Note::HalfGapsDiffer {
+                    joint: robot.axis(axis).name.clone(),
+                    kind: robot.axis(axis).kind,
+                    used: source(&documents[from]),
+                    used_half_gap: gap.half_gap,
+                    other: source(&documents[*d]),
+                    other_half_gap: j.half_gap,
+                });
             }
         }
         let stiction = found
@@ -85,13 +84,10 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
             stiction_p: found.iter().find_map(|(_, j)| j.stiction_p_value),
         });
     }
-    notes.extend(unused.iter().map(|(d, from, joints)| {
-        format!(
-            "{}: gaps from {} are not used: those from {} were estimated together with the friction; one `identify` of all logs uses both",
-            joints.join(", "),
-            source(&documents[*d]),
-            source(&documents[*from])
-        )
+    notes.extend(unused.into_iter().map(|(d, from, joints)| Note::PassedOver {
+        joints,
+        unused: source(&documents[d]),
+        used: source(&documents[from]),
     }));
     out
 }
@@ -100,10 +96,6 @@ fn width(ci: [f64; 2]) -> f64 {
     ci[1] - ci[0]
 }
 
-fn source(document: &Gaps) -> String {
-    match document.logs.as_slice() {
-        [] => "a document without logs".into(),
-        [one] => one.name.clone(),
-        [first, rest @ ..] => format!("{} and {} more", first.name, rest.len()),
-    }
+fn source(document: &Gaps) -> Source {
+    Source(document.logs.iter().map(|l| l.name.clone()).collect())
 }

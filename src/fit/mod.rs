@@ -46,7 +46,8 @@ pub mod poses;
 pub mod spacing;
 
 use crate::compensator::{
-    BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence, Predicted,
+    BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence, Note,
+    Predicted,
 };
 use crate::effects::{Decay, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
@@ -110,9 +111,7 @@ pub fn fit(robot: &Robot, documents: &[Gaps], form: Form) -> Result<Compensator>
         evidence.joints.push(known);
     }
     if joints.is_empty() {
-        evidence
-            .notes
-            .push("no joint has lost motion that exceeds its uncertainty, so programs stay as they are".into());
+        evidence.notes.push(Note::NothingToCompensate);
     }
     Ok(Compensator { robot_name: robot.name.clone(), robot_sha256: fingerprint, joints, evidence })
 }
@@ -123,26 +122,15 @@ fn together(
     estimate: &JointEstimate,
     joint: &Joint,
     known: &mut JointEvidence,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Option<JointCompensator> {
     let t = &estimate.trust;
-    let um = |v: f64| format!("{:.1} um", v * 1e6);
+    let (name, before_m, after_m) = (joint.name.clone(), t.before_m, t.after_m);
     if !t.compensate {
-        notes.push(format!(
-            "{}: left out: {} ({} before, {} after)",
-            joint.name,
-            t.reason,
-            um(t.before_m),
-            um(t.after_m)
-        ));
+        notes.push(Note::NotTrusted { joint: name, reason: t.reason.clone(), before_m, after_m });
         return None;
     }
-    notes.push(format!(
-        "{}: {} at its reversals before, {} predicted after compensation",
-        joint.name,
-        um(t.before_m),
-        um(t.after_m)
-    ));
+    notes.push(Note::Predicted { joint: name, before_m, after_m });
     known.half_gap_ci95 = Some(m.gap.ci95);
     let mut response = estimate.response;
     let curve = m.gap.schedule.clone().unwrap_or(GapCurve::Constant(m.gap.half_gap));
@@ -157,60 +145,38 @@ fn together(
     })
 }
 
-/// A value of a joint as a note shows it.
-fn shown(v: f64, joint: &Joint) -> String {
-    format!("{:.5} {}", joint.kind.to_user_unit(v), joint.kind.unit())
-}
-
 /// Equation 16: a schedule where the gap varies, else the constant that leaves the smallest largest error.
-fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Vec<String>) -> Option<BacklashOffset> {
-    let name = &joint.name;
+fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Vec<Note>) -> Option<BacklashOffset> {
+    let (name, kind) = (|| joint.name.clone(), joint.kind);
     let g = &m.gap;
     known.half_gap_ci95 = Some(g.ci95);
     let uncertainty = (g.ci95[1] - g.ci95[0]) / 2.0;
     if g.significant && g.half_gap < -uncertainty {
-        notes.push(format!(
-            "{name}: half gap {} is left out: the joint overshoots its command, which is not a gap (check the direction of the joint and the log)",
-            shown(g.half_gap, joint)
-        ));
+        notes.push(Note::Overshoots { joint: name(), kind, half_gap: g.half_gap });
         known.half_gap_ci95 = None;
         return None;
     }
     if !g.significant || g.half_gap <= uncertainty {
-        notes.push(format!(
-            "{name}: half gap {} is left out because it is not larger than its uncertainty of {}",
-            shown(g.half_gap, joint),
-            shown(uncertainty, joint)
-        ));
+        notes.push(Note::GapUncertain { joint: name(), kind, half_gap: g.half_gap, uncertainty });
         known.half_gap_ci95 = None;
         return None;
     }
     if let Some(curve) = &g.schedule {
         let (curve, dropped) = significant_knots(curve, &m.points);
         if dropped > 0 {
-            notes.push(format!(
-                "{name}: at {dropped} tested positions the gap is smaller than its uncertainty and set to 0"
-            ));
+            notes.push(Note::PositionsUncertain { joint: name(), positions: dropped });
         }
-        notes.push(format!("{name}: the gap varies with position; its schedule comes from {}", m.gap_source));
+        notes.push(Note::Scheduled { joint: name(), from: m.gap_source.clone() });
         return Some(BacklashOffset::symmetric(curve));
     }
     if let Some(s) = &g.sides {
-        notes.push(format!(
-            "{name}: the sides of its gap differ: {} moving up, {} moving down",
-            shown(s.positive, joint),
-            shown(s.negative, joint)
-        ));
+        notes.push(Note::SidesDiffer { joint: name(), kind, positive: s.positive, negative: s.negative });
         let [positive, negative] = [s.positive, s.negative].map(GapCurve::Constant);
         return Some(BacklashOffset { positive, negative });
     }
     let d = minimax::constant_gap(g.half_gap, &m.points);
     if d != g.half_gap {
-        notes.push(format!(
-            "{name}: the gaps at its reversals differ by more than their uncertainty; {} leaves the smallest largest error (mean {})",
-            shown(d, joint),
-            shown(g.half_gap, joint)
-        ));
+        notes.push(Note::NotTheMean { joint: name(), kind, offset: d, mean: g.half_gap });
     }
     Some(BacklashOffset::symmetric(GapCurve::Constant(d)))
 }
@@ -258,27 +224,19 @@ fn friction(
     joint: &Joint,
     form: Form,
     known: &mut JointEvidence,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<Option<FrictionOffset>> {
-    let name = &joint.name;
+    let (name, kind) = (|| joint.name.clone(), joint.kind);
     let Some(s) = &m.stiction else {
-        if let Some(p) = m.stiction_p {
-            let why = if p < 0.01 {
-                "the apparent stiction cannot be distinguished from other misfit"
-            } else {
-                "the log shows no stiction"
-            };
-            notes.push(format!("{name}: no friction term: {why} (p = {p:.2})"));
-        }
+        notes.extend(m.stiction_p.map(|p_value| match p_value < 0.01 {
+            true => Note::StictionLikeMisfit { joint: name(), p_value },
+            false => Note::NoStiction { joint: name(), p_value },
+        }));
         return Ok(None);
     };
     let uncertainty = (s.ci95[1] - s.ci95[0]) / 2.0;
     if s.spike <= uncertainty || s.ci95[0] <= 0.0 {
-        notes.push(format!(
-            "{name}: friction term of {} is left out because it is not larger than its uncertainty of {}",
-            shown(s.spike, joint),
-            shown(uncertainty, joint)
-        ));
+        notes.push(Note::FrictionUncertain { joint: name(), kind, spike: s.spike, uncertainty });
         return Ok(None);
     }
     known.gain_ci95 = Some(s.ci95);
@@ -287,11 +245,7 @@ fn friction(
     }
     let (gain, decay) = prudent(s);
     if gain < s.spike {
-        notes.push(format!(
-            "{name}: friction gain {} is used instead of the spike {}, because it is at the end of the uncertainty that does less harm",
-            shown(gain, joint),
-            shown(s.spike, joint)
-        ));
+        notes.push(Note::PrudentGain { joint: name(), kind, gain, spike: s.spike });
     }
     let Form::Poses { spacing_s } = form else {
         return Ok(Some(FrictionOffset { gain, shape: FrictionShape::Decay(decay) }));
@@ -310,7 +264,7 @@ fn over_poses(
     decay: Decay,
     spacing_s: f64,
     worth: f64,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<Option<FrictionOffset>> {
     let name = &joint.name;
     let Decay::Time(tau_s) = decay else {
@@ -323,16 +277,11 @@ fn over_poses(
     let f = poses::fit(gain, tau_s, spacing_s);
     let d = poses::distance(gain, tau_s, spacing_s, f.gain, f.exponent, f.poses);
     if d.largest >= worth || d.energy >= 1.0 {
-        notes.push(format!(
-            "{name}: friction term is left out because points {spacing_s:.2} s apart cannot follow a decay of {tau_s:.2} s"
-        ));
+        notes.push(Note::PointsTooFarApart { joint: name.clone(), spacing_s, decay_s: tau_s });
         return Ok(None);
     }
-    notes.push(format!(
-        "{name}: {{g, l, k_t}} leave at most {} of the decay of {tau_s:.2} s at points {spacing_s:.2} s apart; they hold for that \
-         spacing only",
-        shown(f.largest_left, joint)
-    ));
+    let (joint, kind) = (name.clone(), joint.kind);
+    notes.push(Note::LeftByPoints { joint, kind, left: f.largest_left, decay_s: tau_s, spacing_s });
     Ok(Some(FrictionOffset { gain: f.gain, shape: FrictionShape::Poses { exponent: f.exponent, poses: f.poses } }))
 }
 

@@ -3,7 +3,7 @@
 //! What a kind of test knows beyond them is appended to the document by that identification ([`super::file::extend`]).
 
 use super::file::{NameAndHash, SCHEMA, in_user_unit, keyed, keyed_list, number};
-use super::{Distrust, GapPoint, Gaps, JointGap, Registered, StictionFound, estimate};
+use super::{Distrust, GapPoint, Gaps, JointGap, Note, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
 use crate::io::keyed::Keyed;
 use crate::robot::file::FrameFile;
@@ -25,7 +25,7 @@ struct Document<'a> {
     estimate: Option<estimate::TopFields<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     distrust: Option<&'a Distrust>,
-    notes: &'a [String],
+    notes: &'a [Note],
 }
 
 #[derive(Serialize)]

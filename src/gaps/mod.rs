@@ -2,7 +2,7 @@
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
 //! [`estimate`] holds what a joint estimate over all logs of a machine adds; [`after_reversal`] its curve over time.
-//! Values are SI (rad or m, s); [`document`] turns them into the document's units, [`mod@file`] into text, [`read`] back.
+//! [`mod@note`] holds what a reader should know. Values are SI (rad or m, s); [`document`] turns them into the document's units, [`mod@file`] into text, [`read`] back.
 //!
 //! # Example
 //!
@@ -31,10 +31,12 @@ pub mod after_reversal;
 pub mod document;
 pub mod estimate;
 pub mod file;
+pub mod note;
 pub mod read;
 
 use crate::log::plausibility::AnotherArm;
 pub use crate::log::registration::Registered;
+pub use note::Note;
 
 use crate::effects::{Decay, GapCurve};
 use crate::log::Log;
@@ -64,7 +66,7 @@ pub struct Gaps {
     /// Why the gaps cannot be trusted, where they cannot.
     pub distrust: Option<Distrust>,
     /// What a reader should know: dropped cycles, joints left out and why.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 impl Gaps {
@@ -90,7 +92,7 @@ impl Gaps {
             && let Some(why) = crate::log::plausibility::distrust(logs, robot)
         {
             let why = Distrust::AnotherArm(why);
-            self.notes.insert(0, why.to_string());
+            self.notes.insert(0, Note::Distrust(why.clone()));
             self.distrust = Some(why);
         }
     }

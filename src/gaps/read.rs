@@ -5,7 +5,7 @@
 
 use super::estimate::{self, Estimate};
 use super::file::SCHEMA;
-use super::{Distrust, GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
+use super::{Distrust, GapPoint, Gaps, JointGap, LogRef, Note, Registered, Sides, StictionFound};
 use crate::effects::curve::Pchip;
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
@@ -64,7 +64,11 @@ impl Gaps {
             joints: top.joints()?,
             tcp_speed_m_s: top.optional("tcp_speed_mm_s")?.map(|v| v * 1e-3),
             distrust: top.distrust()?,
-            notes: top.children("notes")?.iter().filter_map(|n| n.value.as_str().map(str::to_string)).collect(),
+            notes: top
+                .children("notes")?
+                .iter()
+                .filter_map(|n| n.value.as_str().map(|s| Note::Read(s.into())))
+                .collect(),
         })
     }
 }

@@ -4,6 +4,7 @@
 //! encoders and sensors are therefore added up before anything is identified, and the arm is that of [`Robot::of_gears`]. Half gaps,
 //! and the positions of those that vary, come out by gears, as `rewrite` applies them.
 
+use crate::gaps::Note;
 use crate::log::Log;
 use crate::robot::Robot;
 use std::borrow::Cow;
@@ -16,7 +17,7 @@ pub(crate) struct Geared<'a> {
     /// Columns added up.
     pub logs: Cow<'a, [Log]>,
     /// What a reader should know.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// The robot and its logs by gears; as they are where every gear turns by its own axis.
@@ -25,7 +26,7 @@ pub(crate) fn geared<'a>(robot: &'a Robot, logs: &'a [Log]) -> Geared<'a> {
         return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes: Vec::new() };
     }
     let Some(of_gears) = robot.of_gears() else {
-        let notes = robot.by_joints_alone().into_iter().collect();
+        let notes = robot.by_joints_alone().map(Note::JointsAlone).into_iter().collect();
         return Geared { robot: Cow::Borrowed(robot), logs: Cow::Borrowed(logs), notes };
     };
     let logs = logs.iter().map(|log| log.by_gears(robot)).collect();

@@ -3,7 +3,7 @@
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
 //! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), `rests` (the same
 //! from tests that move one joint after another), `failure` (why there is no fit),
-//! [`mod@write`] (the rows of the joined log).
+//! [`mod@write`] (the rows of the joined log), [`mod@note`] (what a reader should know).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
 //! smallest residual is taken; stamps as they are where the difference is small.
@@ -20,6 +20,7 @@
 mod clock;
 pub mod failure;
 pub mod fit;
+pub mod note;
 mod play;
 mod rests;
 mod search;
@@ -27,6 +28,7 @@ mod suspect;
 pub mod write;
 
 pub use fit::Estimate;
+pub use note::{AlignedBy, Note};
 
 use crate::error::{Error, Place, Result};
 use crate::log::columns::Meaning;
@@ -96,7 +98,8 @@ pub struct Report {
     /// The tracker's recording.
     pub tracker: Part,
     /// `cmd` or `enc`: by which the path was computed.
-    pub aligned_by: &'static str,
+    #[schemars(with = "String")]
+    pub aligned_by: AlignedBy,
     /// Controller's time minus the tracker's at `at_tracker_s`.
     pub offset_ms: Interval,
     /// Tracker time to which the offset refers, s.
@@ -114,7 +117,8 @@ pub struct Report {
     /// Number of rows without a reading of the tracker.
     pub rows_without_reading: usize,
     /// What a user should know about the joined log.
-    pub notes: Vec<String>,
+    #[schemars(with = "Vec<String>")]
+    pub notes: Vec<Note>,
 }
 
 /// One of the two files.
@@ -182,16 +186,13 @@ impl<'a> Geared<'a> {
 }
 
 /// What a reader of the offset should know.
-fn notes(aligned_by: &str, fit: &fit::Fit) -> Vec<String> {
+fn notes(aligned_by: AlignedBy, fit: &fit::Fit) -> Vec<Note> {
     let mut notes = Vec::new();
-    if aligned_by == "cmd" {
-        notes.push("the offset contains the lag of the servo; encoders (enc_) of all joints in the controller's file would separate the two".into());
+    if aligned_by == AlignedBy::Cmd {
+        notes.push(Note::ContainsServoLag);
     }
     if fit.offset_s.half_95 > 1e-3 {
-        notes.push(format!(
-            "the motion determines the clock offset only within {:.1} ms: move faster, or longer",
-            fit.offset_s.half_95 * 1e3
-        ));
+        notes.push(Note::OffsetUncertain { half_95_s: fit.offset_s.half_95 });
     }
     notes
 }
@@ -376,7 +377,7 @@ fn clocks(of: &Recording, stamps: &[f64]) -> Result<Vec<Clock>> {
 }
 
 /// Encoders where the controller recorded all of them throughout, else commands; per axis.
-fn joints(robot: &Robot, controller: &Recording) -> Result<(&'static str, Vec<Vec<f64>>)> {
+fn joints(robot: &Robot, controller: &Recording) -> Result<(AlignedBy, Vec<Vec<f64>>)> {
     let all = |of: fn(usize) -> Meaning| -> Option<Vec<Vec<f64>>> {
         let whole = |v: &&[f64]| v.iter().all(|x| x.is_finite());
         (0..robot.dof()).map(|a| controller.values(of(a)).filter(whole).map(<[f64]>::to_vec)).collect()
@@ -389,9 +390,11 @@ fn joints(robot: &Robot, controller: &Recording) -> Result<(&'static str, Vec<Ve
     // an encoder of a prismatic joint may count from elsewhere
     let turning = robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
     if let Some(enc) = all(Meaning::Encoder).filter(|_| turning) {
-        return Ok(("enc", enc));
+        return Ok((AlignedBy::Enc, enc));
     }
-    all(Meaning::Command).map(|c| ("cmd", c)).ok_or_else(|| missing(controller, "of commands without empty cells"))
+    all(Meaning::Command)
+        .map(|c| (AlignedBy::Cmd, c))
+        .ok_or_else(|| missing(controller, "of commands without empty cells"))
 }
 
 fn part(of: &Recording, clock: &Clock) -> Part {

@@ -60,7 +60,7 @@ pub(super) fn refuse(
     let alike: Vec<&(Fault, f64)> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).collect();
     let Some(first) = alike.first().filter(|_| least <= LEFT && least <= EXPLAINED * misfit) else { return Ok(()) };
     let file = if first.0.is_of_commands() { recorded.controller } else { recorded.tracker };
-    let words: Vec<String> = alike.iter().map(|t| t.0.said(robot)).collect();
+    let words: Vec<String> = alike.iter().map(|t| t.0.named(robot).to_string()).collect();
     let found = format!(
         "a motion that both recordings show only if {} ({} instead of {} of the path's size is left)",
         words.join("; or if "),

@@ -1,6 +1,6 @@
 //! What was learned, as JSON (`lostmotion/learning/1`) and as a table in the manner of Cursi (2022) Table II.
 
-use super::{LETTERS, Rmse, TrainingResult};
+use super::{LETTERS, Note, Rmse, TrainingResult};
 use crate::error::Result;
 use crate::error::counted;
 use crate::gaps::file::{number, value};
@@ -21,7 +21,8 @@ pub(crate) struct Learning<'a> {
     seed: u64,
     rows: TrainAndTest<usize>,
     coordinates: Map<String, Value>,
-    notes: &'a [String],
+    #[schemars(with = "Vec<String>")]
+    notes: &'a [Note],
 }
 
 #[derive(Serialize, schemars::JsonSchema)]

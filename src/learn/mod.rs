@@ -10,7 +10,7 @@
 //! - [`mod@train`]: the cost and its minimiser.
 //! - [`kinematics`]: what was learned; [`mod@file`]: the document `lostmotion/kinematics/1`.
 //! - [`measure`]: errors on rows, of the learned and of the nominal kinematics.
-//! - [`document`]: what was done, as JSON and as a table.
+//! - [`document`]: what was done, as JSON and as a table; [`mod@note`]: what a reader should know.
 //!
 //! Assumptions: the TCP is a function of the commands. Lost motion is not: it is averaged over, or taken out beforehand
 //! (compensated runs, with the desired commands as inputs). Outside the range of the training the networks are not valid.
@@ -26,9 +26,11 @@ pub mod file;
 pub mod kinematics;
 pub mod measure;
 pub mod network;
+pub mod note;
 pub mod train;
 
 pub use kinematics::{Evidence, Input, Kind, LETTERS, Learned, Rmse};
+pub use note::Note;
 
 use crate::error::{Error, Place, Result, counted};
 use crate::gaps::LogRef;
@@ -88,7 +90,7 @@ pub struct TrainingResult {
     /// Distances of the test rows (of the training rows where there are none) from the learned position, m.
     pub distances_m: Vec<f64>,
     /// What a user should know about the result.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// Errors of the nominal kinematics.
@@ -150,7 +152,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
     if inputs.iter().all(|i| i.half_range == 0.0) {
         return Err(Error::bad(Place::file(name), "commands that never change", "a log in which joints move"));
     }
-    let mut notes = still(robot, &inputs);
+    let mut notes = Vec::from_iter(still(robot, &inputs));
     let mut learned = Learned {
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
@@ -166,7 +168,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
     learned.networks = networks;
     for (&c, t) in options.coordinates.iter().zip(&training) {
         if t.reason == TerminationReason::StepLimit {
-            notes.push(format!("{}: stopped after {} steps while the cost was still decreasing", LETTERS[c], t.steps));
+            notes.push(Note::Stopped { coordinate: LETTERS[c], steps: t.steps });
         }
     }
     let of = |r: &Row| (learned.position_m(&r.q), r.speed.as_ref().map(|(dq, _)| measure::speed(&learned, &r.q, dq)));
@@ -174,7 +176,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
     let (train_rmse, _) = measure::rmse(&train_rows, at, of);
     let (test_rmse, mut distances_m) = measure::rmse(&test_rows, at, of);
     if test_rows.is_empty() {
-        notes.push("no test rows: the errors are those of the training".into());
+        notes.push(Note::NoTest);
         distances_m = measure::rmse(&train_rows, at, of).1;
     }
     let nominal = measure::nominal(robot, &train_rows, &test_rows, at);
@@ -204,16 +206,10 @@ fn ranges(robot: &Robot, rows: &[Row]) -> Vec<Input> {
         .collect()
 }
 
-fn still(robot: &Robot, inputs: &[Input]) -> Vec<String> {
-    let still: Vec<&str> =
-        robot.axis_joints().zip(inputs).filter(|(_, i)| i.half_range == 0.0).map(|(j, _)| j.name.as_str()).collect();
-    if still.is_empty() {
-        return Vec::new();
-    }
-    vec![format!(
-        "{} stand still in the logs: the learned kinematics are valid only for this position of these joints",
-        still.join(", ")
-    )]
+fn still(robot: &Robot, inputs: &[Input]) -> Option<Note> {
+    let still = robot.axis_joints().zip(inputs).filter(|(_, i)| i.half_range == 0.0);
+    let joints: Vec<String> = still.map(|(j, _)| j.name.clone()).collect();
+    (!joints.is_empty()).then_some(Note::StandStill { joints })
 }
 
 /// Samples of one coordinate, scaled.

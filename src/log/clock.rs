@@ -62,7 +62,7 @@ pub(super) fn refused(log: &Log, what: &str, shift_s: f64) -> Error {
 }
 
 /// On which side of the commands a measurement lies that fits with this shift.
-pub(super) fn side(shift_s: f64) -> &'static str {
+fn side(shift_s: f64) -> &'static str {
     if shift_s > 0.0 { "ahead of" } else { "behind" }
 }
 

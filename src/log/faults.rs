@@ -3,6 +3,7 @@
 //! Each fault is tried alone, over some hundred rows with a measured TCP. How it fails: two faults at once are neither.
 
 use super::Log;
+use super::note::Mistake;
 use super::shape::{Fit, fit, spread};
 use crate::robot::{JointKind, Robot};
 use nalgebra::Vector3;
@@ -232,20 +233,16 @@ impl Fault {
         }
     }
 
-    pub fn said(self, robot: &Robot) -> String {
-        let name = |a: usize| robot.axis(a).name.as_str();
+    pub fn named(self, robot: &Robot) -> Mistake {
+        let name = |a: usize| robot.axis(a).name.clone();
         match self {
-            Self::Tcp { unit: "micrometres", .. } => {
-                "x, y and z are in micrometres, or the lengths of the robot file in metres".into()
-            }
-            Self::Tcp { unit, .. } => format!("x, y and z are in {unit}"),
-            Self::Mirrored => {
-                "the measured frame is mirrored: two of x, y and z are swapped, or one has the wrong sign".into()
-            }
-            Self::Command { axis: None, unit, .. } => format!("the commands are in {unit}"),
-            Self::Command { axis: Some(a), unit, .. } => format!("the commands of {} are in {unit}", name(a)),
-            Self::Sign(a) => format!("the commands of {} have the wrong sign", name(a)),
-            Self::Swapped(a, b) => format!("the commands of {} and {} are swapped", name(a), name(b)),
+            Self::Tcp { unit: "micrometres", .. } => Mistake::Thousandfold,
+            Self::Tcp { unit, .. } => Mistake::TcpUnit { unit },
+            Self::Mirrored => Mistake::Mirrored,
+            Self::Command { axis: None, unit, .. } => Mistake::CommandUnit { unit },
+            Self::Command { axis: Some(a), unit, .. } => Mistake::JointUnit { joint: name(a), unit },
+            Self::Sign(a) => Mistake::Sign { joint: name(a) },
+            Self::Swapped(a, b) => Mistake::Swapped { joints: [name(a), name(b)] },
         }
     }
 }

@@ -14,6 +14,7 @@
 //! changes no value by more than that digit.
 
 use super::Log;
+use super::note::{Columns, Note};
 use crate::numerics::robust::{lower_quantile, median_of};
 use crate::numerics::series::Series;
 use std::ops::Range;
@@ -33,25 +34,27 @@ const EVEN_ROWS: f64 = 1.2;
 const OUTSIDE: f64 = 0.02;
 
 /// Takes back what holding did; one note for each group of columns.
-pub(super) fn undo(log: &mut Log) -> Vec<String> {
+pub(super) fn undo(log: &mut Log) -> Vec<Note> {
     let mut notes = Vec::new();
     if log.poses {
         return notes;
     }
     let t_s = &log.t_s;
     if let Some(held) = Held::find(t_s, |i| log.cmd.iter().any(|c| c[i] != c[i - 1])) {
-        notes.push(held.note("joint positions", "interpolated between them"));
+        notes.push(held.note(Columns::Commands));
         let lost = held.unknown_end(|from, to| log.cmd.iter().any(|c| c[from] != c[to]));
         log.cmd = held.between(t_s, &log.cmd);
         log.tcp_m.iter_mut().skip(lost).for_each(|p| *p = None);
         log.instruments.singles_mut().for_each(|c| c.iter_mut().skip(lost).for_each(|v| *v = None));
     }
-    for (what, group) in [("encoders", &mut log.enc), ("screws", &mut log.screw), ("joint sensors", &mut log.meas)] {
+    let groups =
+        [(Columns::Encoders, &mut log.enc), (Columns::Screws, &mut log.screw), (Columns::JointSensors, &mut log.meas)];
+    for (columns, group) in groups {
         // a sensor that misses rows has no rows in a row
         let mut whole: Vec<&mut Vec<Option<f64>>> =
             group.iter_mut().flatten().filter(|c| c.iter().all(Option::is_some)).collect();
         let Some(held) = Held::find(t_s, |i| whole.iter().any(|c| c[i] != c[i - 1])) else { continue };
-        notes.push(held.note(what, "interpolated between them"));
+        notes.push(held.note(columns));
         let values: Vec<Vec<f64>> = whole.iter().map(|c| c.iter().copied().flatten().collect()).collect();
         for (column, values) in whole.iter_mut().zip(held.between(t_s, &values)) {
             **column = values.into_iter().map(Some).collect();
@@ -60,7 +63,7 @@ pub(super) fn undo(log: &mut Log) -> Vec<String> {
     if log.tcp_m.len() == t_s.len()
         && let Some(held) = Held::find(t_s, |i| log.tcp_m[i].is_none() || log.tcp_m[i] != log.tcp_m[i - 1])
     {
-        notes.push(held.note("TCP positions", "repeated values are left out"));
+        notes.push(held.note(Columns::Tcp));
         let mut fresh = vec![false; t_s.len()];
         held.readings.iter().for_each(|i| fresh[*i] = true);
         log.tcp_m.iter_mut().zip(&fresh).filter(|(_, fresh)| !**fresh).for_each(|(p, _)| *p = None);
@@ -100,9 +103,8 @@ impl Held {
         Some(Self { readings, every_s, every_rows, rows: t_s.len() })
     }
 
-    fn note(&self, what: &str, done: &str) -> String {
-        let Self { every_rows, every_s, .. } = self;
-        format!("{what} change only every {every_rows:.1} rows ({every_s:.3} s): {done}")
+    fn note(&self, columns: Columns) -> Note {
+        Note::Held { columns, every_rows: self.every_rows, every_s: self.every_s }
     }
 
     /// First of the last rows of which it is not known how the joints move on, where `moved` from one row to another.
@@ -298,10 +300,8 @@ mod tests {
     fn a_tcp_that_repeats_counts_once() {
         let mut held = log(50.0, 50.0, 10.0);
         let notes = undo(&mut held);
-        assert!(
-            notes.len() == 1 && notes[0].starts_with("TCP positions change only every 5.0 rows (0.100 s)"),
-            "{notes:?}"
-        );
+        let [note] = &notes[..] else { panic!("{notes:?}") };
+        assert!(note.to_string().starts_with("TCP positions change only every 5.0 rows (0.100 s)"), "{note}");
         assert_eq!(held.tcp_m.iter().flatten().count(), 240);
         assert!(off(&held, 24.0, 0.0) < 1e-6);
     }

@@ -12,6 +12,7 @@
 //!   plausibility checks.
 //! - `prepare`: what every command does with a log first; `held`: readings that rows repeat; `gross`: rows far off the others.
 //! - `clock`: measurements by another clock than the commands.
+//! - [`mod@note`]: what a reader of a log should know.
 //! - `gears`: what the gears turn by, where they turn by sums of axes.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
@@ -30,6 +31,7 @@ mod held;
 pub mod instruments;
 pub mod maps;
 mod meaning;
+pub mod note;
 mod number;
 pub mod plausibility;
 mod prepare;
@@ -44,6 +46,7 @@ pub mod write;
 
 pub use columns::ColumnMap;
 pub use instruments::Instruments;
+pub use note::Note;
 
 use nalgebra::Vector3;
 

@@ -19,6 +19,7 @@
 //! How it fails: two faults at once may be reported as a path of another robot.
 
 use super::faults::{Fault, Sample};
+use super::note::{ClocksApart, Explained, Note, millimetres};
 use super::shape::{fit, fit_with_free_tool, spread};
 use super::side_columns;
 use super::{Log, clock};
@@ -64,8 +65,8 @@ pub struct Plausibility {
     pub misfit_m: Option<f64>,
     /// 75th percentile of the distance from the path's centre, metres.
     pub spread_m: f64,
-    /// Suspicions that do not stop the work, one sentence each.
-    pub notes: Vec<String>,
+    /// Suspicions that do not stop the work.
+    pub notes: Vec<Note>,
     /// Why results from this log cannot be trusted: the robot file seems to be that of another arm.
     pub distrust: Option<AnotherArm>,
 }
@@ -123,11 +124,11 @@ pub(crate) fn distrust(logs: &[Log], robot: &Robot) -> Option<AnotherArm> {
 }
 
 /// A measurement that another clock explains: a note, or refused where the clocks are far apart.
-fn shifted(log: &Log, shift_s: f64) -> Result<String> {
+fn shifted(log: &Log, shift_s: f64) -> Result<Note> {
     if shift_s.abs() > clock::APART_S {
         return Err(clock::refused(log, "measured positions", shift_s));
     }
-    Ok(format!("measured positions about {:.2} s {} the commands", shift_s.abs(), clock::side(shift_s)))
+    Ok(Note::ClocksApart(ClocksApart { by_s: shift_s }))
 }
 
 /// What a log is expected to hold.
@@ -153,15 +154,15 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     };
     let known = kinematics == Kinematics::OfFile;
     let units: Vec<(Fault, f64)> = tried.iter().copied().filter(|t| known || t.0.is_of_units(log)).collect();
-    if let Some(text) = explained(&units, robot, as_read.misfit_m) {
-        return refused(text);
+    if let Some((why, first)) = explained(&units, robot, as_read.misfit_m) {
+        return refused((why.to_string(), first));
     }
     if !known {
         if let Some(text) = of_another_size(&units, robot, sample, &computed) {
             return refused(text);
         }
-        if let Some((text, _)) = explained(&tried, robot, as_read.misfit_m) {
-            found.notes.push(text);
+        if let Some((why, _)) = explained(&tried, robot, as_read.misfit_m) {
+            found.notes.push(Note::Explained(why));
             return Ok(());
         }
     }
@@ -186,16 +187,11 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
 /// A note where the path differs by more than an arm's calibration errors, but not so much that it is certainly another arm's.
 fn another_arm(robot: &Robot, sample: &Sample, computed: &[Vector3<f64>], found: &mut Plausibility) {
     let freed = Freed::of(robot, sample, computed);
-    let by = if freed.misfit_m > CALIBRATION_M {
-        "check that the file describes this robot (model, lengths) and that its zero positions are right".to_string()
-    } else {
-        format!("the path fits if the TCP is {} from the robot file's `tool`: check `tool`", freed.offset())
-    };
-    found.notes.push(format!(
-        "the measured path differs by {} (75th percentile) from the path computed with the robot file, on a path of {}; calibration errors are at most a few millimetres: {by}",
-        millimetres(found.misfit_m.unwrap_or(0.0)),
-        millimetres(found.spread_m)
-    ));
+    found.notes.push(Note::Uncalibrated {
+        misfit_m: found.misfit_m.unwrap_or(0.0),
+        path_m: found.spread_m,
+        tool_off_m: if freed.misfit_m > CALIBRATION_M { None } else { Some(freed.offset_m.into()) },
+    });
     found.distrust = freed.distrust(robot, found.spread_m);
 }
 
@@ -212,11 +208,6 @@ impl Freed {
         let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
         let (fit, offset_m) = fit_with_free_tool(computed, &frames, &sample.measured);
         Self { misfit_m: fit.misfit_m, offset_m }
-    }
-
-    fn offset(&self) -> String {
-        let o = self.offset_m * 1e3;
-        format!("{:.1}, {:.1}, {:.1} mm", o.x, o.y, o.z)
     }
 
     /// Another arm: whatever TCP is tried, the path differs by more than calibration errors; or only a TCP fits that no tool has.
@@ -245,19 +236,12 @@ fn foreign_path(
 ) -> Result<()> {
     let (misfit_m, size) = (found.misfit_m.unwrap_or(0.0), found.spread_m);
     if !known {
-        found.notes.push(format!(
-            "the measured path does not match the path computed with the robot file ({} of misfit on a path of {}): either the machine has other kinematics, or the robot file, or the units, the order or the clock of the columns do not belong to this log",
-            millimetres(misfit_m),
-            millimetres(size)
-        ));
+        found.notes.push(Note::OtherShape { misfit_m, path_m: size });
         return Ok(());
     }
     let freed = Freed::of(robot, sample, computed);
     if freed.misfit_m <= 0.5 * FOREIGN * size {
-        found.notes.push(format!(
-            "the measured point is {} from the robot file's `tool` (in the axes of the tool): check `tool`",
-            freed.offset()
-        ));
+        found.notes.push(Note::OtherTool { tool_off_m: freed.offset_m.into() });
         found.distrust = freed.distrust(robot, size);
         return Ok(());
     }
@@ -273,19 +257,13 @@ fn foreign_path(
     ))
 }
 
-/// The faults that explain the difference, in words.
-fn explained(tried: &[(Fault, f64)], robot: &Robot, misfit_m: f64) -> Option<(String, Fault)> {
+/// The faults that explain the difference, and the first of them.
+fn explained(tried: &[(Fault, f64)], robot: &Robot, misfit_m: f64) -> Option<(Explained, Fault)> {
     let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
     let alike: Vec<Fault> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).map(|t| t.0).collect();
     let first = *alike.first().filter(|_| least <= EXPLAINED * misfit_m)?;
-    let said: Vec<String> = alike.iter().map(|f| f.said(robot)).collect();
-    let text = format!(
-        "a measured path that fits only if {} ({} instead of {} of misfit)",
-        said.join("; or if "),
-        millimetres(least),
-        millimetres(misfit_m)
-    );
-    Some((text, first))
+    let mistakes = alike.iter().map(|f| f.named(robot)).collect();
+    Some((Explained { mistakes, left_m: least, misfit_m }, first))
 }
 
 /// Units that make paths of one size out of two that are far apart, and that leave a path and not noise.
@@ -305,17 +283,13 @@ fn of_another_size(
         t.1 <= CORRELATED * measured && t.0.ratio(robot, sample, computed).is_some_and(|r| apart(r) <= ALIKE)
     };
     let found: Vec<Fault> = units.iter().filter(right).map(|t| t.0).collect();
-    let said: Vec<String> = found.iter().map(|f| f.said(robot)).collect();
+    let said: Vec<String> = found.iter().map(|f| f.named(robot).to_string()).collect();
     let text = format!(
         "a measured path {} times the size of the computed one: {}",
         if as_read < 0.1 { format!("{as_read:.4}") } else { format!("{as_read:.1}") },
         said.join("; or ")
     );
     found.first().map(|first| (text, *first))
-}
-
-fn millimetres(m: f64) -> String {
-    if m >= 0.01 { format!("{:.0} mm", m * 1e3) } else { format!("{:.3} mm", m * 1e3) }
 }
 
 /// Shift in s of the commands that fits the measurement best, and the misfit it leaves.

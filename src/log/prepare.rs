@@ -1,6 +1,7 @@
 //! What every command does with a log before it computes anything: what the recorder did is taken back, what cannot be right is refused.
 
 use super::Log;
+use super::note::Note;
 use super::plausibility::{self, Kinematics};
 use super::{gross, held};
 use crate::error::Result;
@@ -11,16 +12,13 @@ impl Log {
     ///
     /// # Errors
     /// Bad input, as [`plausibility::check_for`].
-    pub fn prepare(&mut self, robot: &Robot, kinematics: Kinematics) -> Result<Vec<String>> {
+    pub fn prepare(&mut self, robot: &Robot, kinematics: Kinematics) -> Result<Vec<Note>> {
         let mut notes = held::undo(self);
         notes.extend(plausibility::check_for(self, robot, kinematics)?.notes);
         if kinematics == Kinematics::OfFile
             && let Some((rows, limit_m)) = gross::leave_out(self, robot)
         {
-            let [differ, their, are] =
-                if rows == 1 { ["row differs", "its", "is"] } else { ["rows differ", "their", "are"] };
-            let mm = limit_m * 1e3;
-            notes.push(format!("{rows} {differ} by more than {mm:.2} mm from {their} neighbours and {are} left out"));
+            notes.push(Note::GrossErrors { rows, limit_m });
         }
         Ok(notes)
     }

@@ -4,6 +4,7 @@
 //! that one jump is no suspicion; limits row by row.
 
 use super::Log;
+use super::note::Note;
 use crate::error::{Error, Place, Result};
 use crate::numerics::robust::lower_quantile;
 use crate::robot::{JointKind, Robot};
@@ -14,7 +15,7 @@ const FEWEST: usize = 10;
 const SURELY_MILLISECONDS_S: f64 = 25.0;
 
 /// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted.
-pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
+pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<Note>) -> Result<()> {
     for (what, columns) in [("enc", &log.enc), ("screw", &log.screw), ("meas", &log.meas)] {
         for (axis, column) in columns.iter().enumerate() {
             let Some(column) = column else { continue };
@@ -45,16 +46,13 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Resu
                 return Err(Error::bad(Place::file(&log.name), text, expected));
             }
             if is(-1.0) && correlation < -0.99 {
-                notes
-                    .push(format!("{name} moves against the commands of {}: does it have the wrong sign?", joint.name));
+                notes.push(Note::AgainstCommand { column: name, joint: joint.name.clone() });
                 continue;
             }
             let apart: Vec<f64> = pairs.iter().map(|(c, v)| (v - c).abs()).collect();
             let (usual, travel) = (lower_quantile(&apart, 0.5), log.travel(axis));
             if travel > 0.0 && usual > 0.05 * travel {
-                let shown = joint.kind.to_user_unit(usual);
-                notes
-                    .push(format!("{name} differs from the command by {shown:.3} {} in the median", joint.kind.unit()));
+                notes.push(Note::OffCommand { column: name, kind: joint.kind, median: usual });
             }
         }
     }
@@ -75,7 +73,7 @@ const IMPOSSIBLE: f64 = 3.0;
 const IMPOSSIBLE_SHARE: f64 = 0.25;
 
 /// Times in another unit than seconds, as far as speeds show it.
-pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
+pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<Note>) -> Result<()> {
     if log.poses || log.len() < FEWEST {
         return Ok(());
     }
@@ -102,12 +100,7 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
                     format!("`t_s` in seconds, rows in the order of time, commands in {unit}"),
                 ));
             }
-            notes.push(format!(
-                "{} moves at {:.3e} {unit}/s, but its limit is {:.0}: is `t_s` in seconds, and are the commands in {unit}?",
-                joint.name,
-                joint.kind.to_user_unit(fast),
-                joint.kind.to_user_unit(max)
-            ));
+            notes.push(Note::TooFast { joint: joint.name.clone(), kind: joint.kind, speed: fast, limit: max });
         }
         // 0.1 deg/s or mm/s with a row a second: rarely a program, often milliseconds read as seconds
         slow &= joint.kind.to_user_unit(fast) < 0.1;
@@ -121,9 +114,7 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
         ));
     }
     if usual >= 1.0 && slow {
-        notes.push(format!(
-            "rows are {usual} s apart and no joint is faster than 0.1 deg/s or mm/s: is `t_s` in milliseconds?"
-        ));
+        notes.push(Note::SlowRows { apart_s: usual });
     }
     Ok(())
 }
@@ -133,7 +124,7 @@ const SAMPLED_ROWS: usize = 500;
 const SAMPLED_STEP: f64 = 0.02;
 
 /// Rows without times that follow each other as the samples of a motion do: they count as settled poses, which they may not be.
-pub(super) fn samples_without_times(log: &Log, notes: &mut Vec<String>) {
+pub(super) fn samples_without_times(log: &Log, notes: &mut Vec<Note>) {
     let moving = log.moving_axes();
     if !log.poses || log.len() < SAMPLED_ROWS || moving.is_empty() {
         return;
@@ -143,30 +134,19 @@ pub(super) fn samples_without_times(log: &Log, notes: &mut Vec<String>) {
         lower_quantile(&steps, 0.99) <= SAMPLED_STEP * log.travel(axis)
     };
     if moving.into_iter().all(small) {
-        notes.push(format!(
-            "{} rows without `t_s` follow each other in small steps, like the samples of a motion, but count as settled poses: \
-             if they are samples, name their time column `t_s`, or map it to `t_s` with a column map",
-            log.len()
-        ));
+        notes.push(Note::SamplesWithoutTimes { rows: log.len() });
     }
 }
 
 /// Commands beyond the limits of the robot file.
-pub(super) fn limits(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
+pub(super) fn limits(log: &Log, robot: &Robot, notes: &mut Vec<Note>) {
     for (axis, joint) in robot.axis_joints().enumerate() {
         let Some([lo, hi]) = joint.limits else { continue };
         let slack = 1e-6 * (hi - lo);
         if let Some(row) = log.cmd[axis].iter().position(|&v| v < lo - slack || v > hi + slack) {
-            let edge = |v: f64| joint.kind.to_user_unit(v);
-            notes.push(format!(
-                "line {}: {} is commanded to {:.3} {}, outside its limits {:.1} to {:.1}",
-                log.line[row],
-                joint.name,
-                edge(log.cmd[axis][row]),
-                joint.kind.unit(),
-                edge(lo),
-                edge(hi)
-            ));
+            let (line, at) = (log.line[row], log.cmd[axis][row]);
+            let (joint, kind) = (joint.name.clone(), joint.kind);
+            notes.push(Note::OutsideLimits { line, joint, kind, at, limits: [lo, hi] });
         }
     }
 }

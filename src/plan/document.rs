@@ -1,6 +1,7 @@
 //! The plan as it is written: `lostmotion/plan/1`, and the program.
 
 use super::motions::Motion;
+use super::note::{Note, Reason};
 use super::path::{DECIMALS, Envelope};
 use super::question::Set;
 use super::reasons::With;
@@ -42,12 +43,14 @@ pub struct Plan {
     /// Every motion of the library, best first: of those that are enough, the one that no other effect comes near.
     pub motions: Vec<Entry>,
     /// Why no motion is enough; null where one is.
-    pub reason: Option<String>,
+    #[schemars(with = "Option<String>")]
+    pub reason: Option<Reason>,
     /// What a further channel would give, where no motion is enough.
     pub channels: Vec<ChannelShown>,
     /// The channel that has to be logged for the proposal to decide.
     pub needs_channel: Option<String>,
-    pub notes: Vec<String>,
+    #[schemars(with = "Vec<String>")]
+    pub notes: Vec<Note>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
@@ -243,17 +246,17 @@ fn empty(question: QuestionKind, bench: &Experiment) -> Plan {
 /// The document where a diagnosis has no set.
 pub fn of_nothing(bench: &Experiment) -> Plan {
     let mut plan = empty(QuestionKind::Diagnosis, bench);
-    plan.reason = Some("no round of the diagnosis has a set of two or more: there is nothing to decide".into());
+    plan.reason = Some(Reason::NothingToDecide);
     plan
 }
 
 /// Why the pair with the least evidence cannot be distinguished.
-fn hardest_pair(worth: &DesignScore, sets: &[Set], bench: &Experiment) -> String {
+fn hardest_pair(worth: &DesignScore, sets: &[Set], bench: &Experiment) -> Reason {
     let Some(c) = worth.comparisons.iter().min_by(|a, b| a.evidence.total_cmp(&b.evidence)) else {
-        return "one alternative is a special case of the other, whatever the log".into();
+        return Reason::SpecialCase;
     };
     let (a, b) = (&sets[c.set].alternatives[c.truth], &sets[c.set].alternatives[c.other]);
-    format!("{} and {}: {}", a.name, b.name, reasons::reason(a, b, bench.model))
+    Reason::Alike { first: a.name.clone(), second: b.name.clone(), why: reasons::reason(a, b, bench.model) }
 }
 
 fn channels_shown(answer: &Separation) -> Vec<ChannelShown> {
@@ -282,33 +285,27 @@ pub fn of_separation<'a>(
     };
     plan.motions = answer.singles.iter().map(|j| shown(&j.motion, &j.worth)).collect();
     if sets.iter().flat_map(|s| &s.alternatives).any(|r| r.effects.len() > MOST_EFFECTS) {
-        plan.notes.push(format!(
-            "a diagnosis searches for at most {MOST_EFFECTS} effects: put the larger alternative into a model and compare"
-        ));
+        plan.notes.push(Note::ManyEffects);
     }
     let Some(best) = answer.best() else {
         plan.verdict = Verdict::Inseparable;
-        plan.reason = Some("no motion of the library fits into the duration and the ranges of the joints".into());
+        plan.reason = Some(Reason::NoMotion);
         return (plan, None);
     };
     if answer.pair.is_some() {
-        plan.notes.push("no single motion is enough: one program contains two motions, one after the other".into());
+        plan.notes.push(Note::TwoMotions);
     }
     if best.worth.evidence >= NEEDED {
         plan.verdict = Verdict::Separable;
         plan.best = Some(shown(&best.motion, &best.worth));
         if let Some((_, what)) = best.worth.outside.as_ref().filter(|o| o.0 < NEEDED) {
-            plan.notes.push(format!(
-                "the motion decides between the alternatives, but the effect may be confused with another one: {what}"
-            ));
+            plan.notes.push(Note::OtherEffect { effect: what.clone() });
         }
         return (plan, Some(&best.motion));
     }
     plan.channels = channels_shown(answer);
     if best.worth.evidence >= LEAST {
-        let times = (NEEDED / best.worth.evidence).ceil();
-        plan.notes
-            .push(format!("evidence grows with time: {times:.0} times the duration (or less noise) would be enough"));
+        plan.notes.push(Note::MoreTime { times: (NEEDED / best.worth.evidence).ceil() });
         plan.verdict = Verdict::Weak;
         plan.best = Some(shown(&best.motion, &best.worth));
         return (plan, Some(&best.motion));
@@ -348,12 +345,12 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Optio
     plan.motions = answer.iter().map(shown).collect();
     let Some(best) = answer.first() else {
         plan.verdict = Verdict::Inseparable;
-        plan.reason = Some("no motion of the library fits into the duration and the ranges of the joints".into());
+        plan.reason = Some(Reason::NoMotion);
         return (plan, None);
     };
     plan.best = Some(shown(best));
     plan.verdict = if best.worst >= 1.0 { Verdict::Observable } else { Verdict::PartlyObservable };
-    let hidden: Vec<String> = best
+    let effects: Vec<String> = best
         .seen
         .iter()
         .filter(|x| {
@@ -361,16 +358,8 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Optio
         })
         .map(|x| format!("{} {}", x.effect, x.target))
         .collect();
-    if !hidden.is_empty() {
-        plan.reason = Some(format!(
-            "{} cannot be detected by any motion: {}",
-            hidden.join(", "),
-            if bench.model.registration.is_none() {
-                "the estimated frame can move in the same way; measure the base"
-            } else {
-                "they do not move the TCP"
-            }
-        ));
+    if !effects.is_empty() {
+        plan.reason = Some(Reason::Hidden { effects, frame_known: bench.model.registration.is_some() });
     }
     (plan, Some(&best.motion))
 }

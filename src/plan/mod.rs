@@ -9,6 +9,7 @@
 //! - [`path`]: commands from rest to rest within limits; [`motions`]: the library, one function per motion.
 //! - [`mod@separate`]: the expected evidence of a motion for a set; [`mod@observe`]: what a motion shows of the catalogue.
 //! - [`reasons`]: where nothing separates: why, and which measurement would.
+//! - [`mod@note`]: what a reader of a plan should know.
 //! - [`recording`]: programs to record, with the precision to expect of every gap.
 //! - [`document`]: the result as it is written; [`display`]: for a terminal.
 //!
@@ -46,6 +47,8 @@ pub(crate) mod display;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod document;
 pub mod motions;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+pub(crate) mod note;
 pub(crate) mod observe;
 pub mod path;
 pub mod question;

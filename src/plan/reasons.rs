@@ -78,8 +78,59 @@ pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[S
         .collect()
 }
 
-/// Why a recording does not tell two alternatives apart, in a sentence.
-pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
+/// Why two alternatives look the same in every log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Alike {
+    /// Gaps in series.
+    #[error(
+        "gaps in series act as one gap of their sum. Only a sensor between the two gaps (for example between motor shaft and screw) can distinguish them, and no log of this tool contains one"
+    )]
+    GapsInSeries,
+    /// The zero of the first joint, and the frame.
+    #[error(
+        "a zero offset of the first joint turns the whole robot about that joint, and so does the frame between base and tracker, which \
+         is estimated from the same log"
+    )]
+    FirstZero,
+    /// The frame, or the noise, hides the effect.
+    #[error("the estimated frame absorbs the effect, or the effect is too small compared with the noise")]
+    Absorbed,
+    /// The zero of the last joint, and the tool.
+    #[error(
+        "a zero offset of the last joint turns the TCP about its axis, and so does a different tool if only one point of it is measured"
+    )]
+    LastZero,
+    /// Lengths along parallel axes.
+    #[error(
+        "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum has an effect"
+    )]
+    ParallelLengths,
+    /// A lag and a clock.
+    #[error(
+        "a lag of all {joints} joints by the same time and a shifted clock both delay the path; they differ only where a joint accelerates"
+    )]
+    Delay {
+        /// Number of joints.
+        joints: usize,
+    },
+    /// Errors of the geometry over a small travel.
+    #[error(
+        "both change the path in the same way over the allowed travel; {} may distinguish them",
+        if *kind == JointKind::Revolute { "wider angles" } else { "longer strokes" }
+    )]
+    Geometry {
+        /// Kind of the first joint.
+        kind: JointKind,
+    },
+    /// Nothing is known of why.
+    #[error(
+        "their errors at the TCP are the same on every motion of the library once the frame and the size of the alternative are fitted"
+    )]
+    AnyMotion,
+}
+
+/// Why a recording does not tell two alternatives apart.
+pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> Alike {
     let plays = |r: &Alternative| {
         r.effects.iter().filter(|p| matches!(p.effect.nature(), Nature::Gap | Nature::GapOverPosition)).count()
     };
@@ -97,36 +148,29 @@ pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
         && plays(a) != plays(b)
         && plays(a).min(plays(b)) > 0
     {
-        return "gaps in series act as one gap of their sum. Only a sensor between the two gaps (for example between motor shaft and screw) can distinguish them, and no log of this tool contains one"
-            .into();
+        return Alike::GapsInSeries;
     }
     let named_nothing = |r: &Alternative| r.effects.is_empty();
     if either(&|x, y| named_nothing(y) && only(x, &|p| zero(p, 0))) && model.registration.is_none() {
-        return "a zero offset of the first joint turns the whole robot about that joint, and so does the frame between base \
-                and tracker, which is estimated from the same log"
-            .into();
+        return Alike::FirstZero;
     }
     if either(&|x, y| named_nothing(y) && !x.effects.is_empty()) {
-        return "the estimated frame absorbs the effect, or the effect is too small compared with the noise".into();
+        return Alike::Absorbed;
     }
     if either(&|x, y| only(x, &|p| zero(p, last)) && only(y, &tool)) {
-        return "a zero offset of the last joint turns the TCP about its axis, and so does a different tool if only one point of it is measured".into();
+        return Alike::LastZero;
     }
     if only(a, &link_d) && only(b, &link_d) {
-        return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum has an effect".into();
+        return Alike::ParallelLengths;
     }
     let lag = |p: &EffectInstance| p.effect.nature() == Nature::Lag;
     let clock = |p: &EffectInstance| p.target == Target::Log;
     if either(&|x, y| only(x, &lag) && only(y, &clock)) {
-        let moving = model.robot.dof();
-        return format!(
-            "a lag of all {moving} joints by the same time and a shifted clock both delay the path; they differ only where a joint accelerates"
-        );
+        return Alike::Delay { joints: model.robot.dof() };
     }
     let geometry = |r: &Alternative| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
     if geometry(a) && geometry(b) {
-        let kind = if model.robot.axis(0).kind == JointKind::Revolute { "wider angles" } else { "longer strokes" };
-        return format!("both change the path in the same way over the allowed travel; {kind} may distinguish them");
+        return Alike::Geometry { kind: model.robot.axis(0).kind };
     }
-    "their errors at the TCP are the same on every motion of the library once the frame and the size of the alternative are fitted".into()
+    Alike::AnyMotion
 }

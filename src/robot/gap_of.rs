@@ -16,12 +16,18 @@ pub struct GapOf {
     pub others: Vec<(usize, f64)>,
 }
 
+/// A method takes joints alone although a gear turns by a sum of axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another axis of the sum moves, its gear \
+     moves too, and part of its gap is counted as the gap of that axis"
+)]
+pub struct JointsAlone;
+
 impl Robot {
     /// What a method that takes joints alone notes where a gear turns by a sum of axes.
-    pub(crate) fn by_joints_alone(&self) -> Option<String> {
-        let note = "a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone: where another axis of the \
-                    sum moves, its gear moves too, and part of its gap is counted as the gap of that axis";
-        self.has_sums().then(|| note.into())
+    pub(crate) fn by_joints_alone(&self) -> Option<JointsAlone> {
+        self.has_sums().then_some(JointsAlone)
     }
 
     /// Whether any gear turns by a sum of axes.

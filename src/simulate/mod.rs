@@ -32,10 +32,12 @@
 
 pub mod motion;
 pub mod noise;
+pub mod note;
 pub mod predicted;
 pub mod timing;
 
 pub use motion::Motion;
+pub use note::Note;
 pub use predicted::Written;
 pub use timing::Timing;
 

@@ -12,6 +12,7 @@
 mod plan;
 
 use super::noise::Noise;
+use super::note::Note;
 use super::{Motion, Options};
 use crate::effects::without_columns;
 use crate::error::{Error, Place, Result, one_line};
@@ -38,7 +39,7 @@ pub struct Written {
     /// Number of rows.
     pub rows: usize,
     /// What a user should know about the log.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// Where a column comes from.
@@ -107,7 +108,12 @@ pub fn write_program_log(
         plan.rows(row, rows, &[], &mut noise, out)?;
         row += rows;
     }
-    Ok(Written { rows: motion.len(), notes: without_columns(&model.effects, robot, &[&motion.drive]) })
+    Ok(Written { rows: motion.len(), notes: idle(model, motion) })
+}
+
+/// Effects that follow columns which the motion does not have.
+fn idle(model: &Model, motion: &Motion) -> Vec<Note> {
+    without_columns(&model.effects, &model.robot, &[&motion.drive]).into_iter().map(Note::Idle).collect()
 }
 
 /// What is predicted in a column's place; `None`: a reflector that the robot file has not.
@@ -131,7 +137,7 @@ fn columns_again(
     used: Option<&[TextColumn]>,
     model: &Model,
     options: &Options,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Vec<Named> {
     let mut columns: Vec<Named> = Vec::new();
     for (i, name) in header.iter().enumerate() {
@@ -147,7 +153,7 @@ fn columns_again(
         };
         match predicted_in(what, i, model.robot.reflectors_m.len()) {
             Some(source) => columns.push((name.clone(), source, unit)),
-            None => notes.push(format!("column {} left out: the robot file has no such reflector", one_line(name))),
+            None => notes.push(Note::NoReflector { column: one_line(name) }),
         }
     }
     let has = |is: fn(&Source) -> bool| columns.iter().any(|(_, source, _)| is(source));
@@ -177,8 +183,7 @@ pub fn write_log_again(
 ) -> Result<Written> {
     let broken = |e: csv::Error| Error::bad(Place::file(&text.input.name), e.to_string(), "CSV");
     let (header, used) = text.used(&model.robot)?;
-    let notes = without_columns(&model.effects, &model.robot, &[&motion.drive]);
-    let mut written = Written { rows: motion.len(), notes };
+    let mut written = Written { rows: motion.len(), notes: idle(model, motion) };
     let used = mapped.then_some(used.as_slice());
     let columns = columns_again(&header, used, model, options, &mut written.notes);
     let style = Style { separator: text.separator, decimal: text.decimal };

@@ -187,9 +187,9 @@ fn a_machine_without_gaps_leaves_its_chords_and_nothing_beyond() {
 #[test]
 fn one_revolution_and_an_arc_say_what_they_cannot_tell() {
     let (_, one) = gantry(45.0, 360.0, GAP_ON_X);
-    assert!(one.notes.iter().any(|n| n.starts_with("1.00 revolutions")), "{:?}", one.notes);
+    assert!(one.notes.iter().any(|n| n.to_string().starts_with("1.00 revolutions")), "{:?}", one.notes);
     let (_, arc) = gantry(45.0, 200.0, GAP_ON_X);
-    assert!(arc.notes.iter().any(|n| n.contains("an arc of 200.0 deg")), "{:?}", arc.notes);
+    assert!(arc.notes.iter().any(|n| n.to_string().contains("an arc of 200.0 deg")), "{:?}", arc.notes);
     assert_eq!(arc.nominal.reversals.len(), 2);
     assert!((arc.before.circle.radius_m - 0.1).abs() < 1e-4);
 }

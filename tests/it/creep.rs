@@ -116,7 +116,11 @@ fn a_dwell_that_is_too_short_says_so_and_tells_the_dwell_that_is_needed() {
     let a1 = &short.joints[0].summary;
     let creep = a1.creep.as_ref().expect("the readings of A1 creep");
     assert!(creep.needed_dwell_s > 4.0, "{}", creep.needed_dwell_s);
-    assert!(short.gaps.notes.iter().any(|n| n.starts_with("A1: the readings still creep")), "{:?}", short.gaps.notes);
+    assert!(
+        short.gaps.notes.iter().any(|n| n.to_string().starts_with("A1: the readings still creep")),
+        "{:?}",
+        short.gaps.notes
+    );
     // a dwell of the length that it asks for leaves a narrow interval
     let long = found(&model, 15.0, 3);
     let width = |f: &Found| f.gaps.joints[0].ci95[1] - f.gaps.joints[0].ci95[0];

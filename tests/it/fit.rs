@@ -66,7 +66,7 @@ fn terms_that_are_not_known_are_left_out_and_the_notes_say_why() {
         "A4: half gap 0.00020 deg is left out",
         "A2: at 1 tested positions",
     ] {
-        assert!(c.evidence.notes.iter().any(|n| n.starts_with(words)), "{words}: {:?}", c.evidence.notes);
+        assert!(c.evidence.notes.iter().any(|n| n.to_string().starts_with(words)), "{words}: {:?}", c.evidence.notes);
     }
 }
 
@@ -105,7 +105,7 @@ fn points_too_far_apart_for_a_decay_leave_the_friction_out() {
     let robot = kuka();
     let c = fit(&robot, &[document(&robot, PATH)], Form::Poses { spacing_s: 200.0 }).unwrap();
     assert!(c.on(0).unwrap().friction.is_none(), "{:?}", c.on(0));
-    assert!(c.evidence.notes.iter().any(|n| n.contains("cannot follow a decay")));
+    assert!(c.evidence.notes.iter().any(|n| n.to_string().contains("cannot follow a decay")));
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_half_gap_below_zero_is_left_out_and_called_no_gap() {
         "A1: half gap -0.00280 deg is left out: the joint overshoots its command",
         "A2: half gap -0.00010 deg is left out because it is not larger",
     ] {
-        assert!(c.evidence.notes.iter().any(|n| n.starts_with(words)), "{words}: {:?}", c.evidence.notes);
+        assert!(c.evidence.notes.iter().any(|n| n.to_string().starts_with(words)), "{words}: {:?}", c.evidence.notes);
     }
 }
 

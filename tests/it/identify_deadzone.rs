@@ -332,7 +332,11 @@ fn a_sine_that_does_not_grow_gives_its_two_places_and_says_so() {
     let model = instrument();
     let steady = elbow(601, |t| 20.0 * (std::f64::consts::TAU * t / 20.0).sin(), &model.robot);
     let found = identify(&model.robot, &[run(&model, &steady, 50.0, 1)], &Options::default()).unwrap();
-    assert!(found.gaps.notes.iter().any(|n| n.contains("the sweep does not grow")), "{:?}", found.gaps.notes);
+    assert!(
+        found.gaps.notes.iter().any(|n| n.to_string().contains("the sweep does not grow")),
+        "{:?}",
+        found.gaps.notes
+    );
     assert!(found.joints[0].deadzones.len() >= 10);
 }
 

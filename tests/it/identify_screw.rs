@@ -46,7 +46,7 @@ fn one(found: &Found) -> &Series {
 }
 
 fn notes(found: &Found) -> String {
-    found.gaps.notes.join("\n")
+    found.gaps.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
 fn truth(name: &str) -> Value {

@@ -38,7 +38,7 @@ fn a_bumped_cycle_is_left_out_and_said() {
     let first = &found.joints[0].summary.angles[0];
     assert_eq!((first.cycles.len(), first.dropped.len()), (3, 1));
     assert!((found.gaps.joints[0].half_gap.to_degrees() - 0.003).abs() < 1e-4);
-    assert!(found.gaps.notes.iter().any(|n| n.contains("gross errors")), "{:?}", found.gaps.notes);
+    assert!(found.gaps.notes.iter().any(|n| n.to_string().contains("gross errors")), "{:?}", found.gaps.notes);
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn two_cycles_that_disagree_are_kept_and_flagged() {
     let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
     let first = &found.joints[0].summary.angles[0];
     assert_eq!((first.cycles.len(), first.flagged), (2, true));
-    assert!(found.gaps.notes.iter().any(|n| n.contains("do not trust this value")));
+    assert!(found.gaps.notes.iter().any(|n| n.to_string().contains("do not trust this value")));
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_missing_cycle_and_a_lost_reflector_leave_the_rest_standing() {
     assert_eq!(cycles, [3, 4, 3, 4]);
     assert_eq!(found.joints[0].unpaired, 1);
     assert!((found.gaps.joints[0].half_gap.to_degrees() - 0.003).abs() < 1e-4);
-    let notes = found.gaps.notes.join("\n");
+    let notes = found.gaps.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(notes.contains("because they have no reading") && notes.contains("without a partner"), "{notes}");
 }
 
@@ -97,7 +97,7 @@ fn an_approach_from_one_side_gives_no_gap_and_says_so() {
     let found = identify(&bench.robot, &logs, &Options::default()).unwrap();
     assert_eq!(found.gaps.joints.len(), 1);
     assert!(
-        found.gaps.notes.iter().any(|n| n.starts_with("A1:") && n.contains("one side only")),
+        found.gaps.notes.iter().any(|n| n.to_string().starts_with("A1:") && n.to_string().contains("one side only")),
         "{:?}",
         found.gaps.notes
     );
@@ -114,7 +114,7 @@ fn a_gantry_has_gaps_in_millimetres_even_from_one_axis_alone() {
     let found = identify(&bench.robot, std::slice::from_ref(&log), &Options::default()).unwrap();
     assert!((found.gaps.joints[0].half_gap - 50e-6).abs() < 0.5e-6, "{}", found.gaps.joints[0].half_gap);
     assert!(
-        found.gaps.notes.iter().any(|n| n.contains("one line")),
+        found.gaps.notes.iter().any(|n| n.to_string().contains("one line")),
         "the frame is not determined about the axis, and a note reports it"
     );
     let doc = document::document(&found, &bench.robot);
@@ -148,7 +148,7 @@ fn a_log_without_noise_gives_the_gap_and_does_not_take_rounding_for_a_shape() {
     let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
     let j = &found.gaps.joints[0];
     assert!((j.half_gap.to_degrees() - 0.003).abs() < 1e-5 && j.schedule.is_none());
-    assert!(found.gaps.notes.iter().any(|n| n.contains("last digit")));
+    assert!(found.gaps.notes.iter().any(|n| n.to_string().contains("last digit")));
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn few_places_of_a_gap_that_varies_are_joined_and_not_smoothed() {
     let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
     let Some(GapCurve::Pchip(curve)) = &found.gaps.joints[0].schedule else { panic!("no schedule") };
     assert_eq!(curve.knots().len(), 3);
-    assert!(found.gaps.notes.iter().any(|n| n.contains("too few to smooth")));
+    assert!(found.gaps.notes.iter().any(|n| n.to_string().contains("too few to smooth")));
 }
 
 #[test]

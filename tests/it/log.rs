@@ -115,7 +115,7 @@ fn rows_of_a_carriage(time: &str, step: usize) -> String {
 fn samples_of_a_motion_without_their_time_are_noted() {
     let (robot, poses) = (gantry(), "like the samples of a motion");
     let notes = |text: String| plausibility::check(&parse(text, &robot), &robot).unwrap().notes;
-    let noted = |text: String| notes(text).iter().any(|n| n.contains(poses));
+    let noted = |text: String| notes(text).iter().any(|n| n.to_string().contains(poses));
     assert!(noted(rows_of_a_carriage("time", 1)), "samples under another name of time");
     assert!(!noted(rows_of_a_carriage("t_s", 1)), "with times");
     assert!(!noted(rows_of_a_carriage("time", 37)), "settled poses, far from each other");
@@ -285,7 +285,7 @@ fn hygiene_sees_clocks_apart() {
     log.tcp_m.rotate_right(5);
     log.tcp_m[..5].fill(None);
     let found = plausibility::check(&log, &robot()).unwrap();
-    assert!(found.notes.iter().any(|n| n.contains("about 0.20 s behind")), "{:?}", found.notes);
+    assert!(found.notes.iter().any(|n| n.to_string().contains("about 0.20 s behind")), "{:?}", found.notes);
     log.tcp_m.rotate_right(45);
     log.tcp_m[..50].fill(None);
     let refused = plausibility::check(&log, &robot()).unwrap_err().to_string();
@@ -341,9 +341,9 @@ fn hygiene_compares_encoders_with_commands() {
         plausibility::check(&with(JointKind::Revolute.si_per_user_unit(), 0.0), &robot()).unwrap_err().to_string();
     assert!(refused.contains("enc_A1_deg") && refused.contains("radians"), "{refused}");
     let against = plausibility::check(&with(-1.0, 0.0), &robot()).unwrap();
-    assert!(against.notes.iter().any(|n| n.contains("wrong sign")), "{:?}", against.notes);
+    assert!(against.notes.iter().any(|n| n.to_string().contains("wrong sign")), "{:?}", against.notes);
     let apart = plausibility::check(&with(1.0, 0.2), &robot()).unwrap();
-    assert!(apart.notes.iter().any(|n| n.contains("differs from the command")), "{:?}", apart.notes);
+    assert!(apart.notes.iter().any(|n| n.to_string().contains("differs from the command")), "{:?}", apart.notes);
 }
 
 #[test]
@@ -357,7 +357,10 @@ fn hygiene_notes_speeds_and_limits_that_cannot_be() {
         some.t_s[i] = t;
     }
     let fast = plausibility::check(&some, &robot()).unwrap().notes;
-    assert!(fast.iter().any(|n| n.contains("A1 moves at") && n.contains("its limit is 136")), "{fast:?}");
+    assert!(
+        fast.iter().any(|n| n.to_string().contains("A1 moves at") && n.to_string().contains("its limit is 136")),
+        "{fast:?}"
+    );
     log.t_s.iter_mut().for_each(|t| *t *= 1e-3);
     let refused = plausibility::check(&log, &robot()).unwrap_err().to_string();
     assert!(refused.contains("A1 at more than 3 times its largest speed, 136 deg/s"), "{refused}");
@@ -365,7 +368,7 @@ fn hygiene_notes_speeds_and_limits_that_cannot_be() {
     let step_s = log.t_s[1] - log.t_s[0];
     let slow = match plausibility::check(&log, &robot()) {
         Err(refused) => refused.to_string(),
-        Ok(found) => found.notes.join("; "),
+        Ok(found) => found.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "),
     };
     assert!(slow.contains("milliseconds"), "{step_s}: {slow}");
     // slower rows are refused, faster ones noted
@@ -381,7 +384,10 @@ fn hygiene_notes_speeds_and_limits_that_cannot_be() {
     });
     let notes = plausibility::check(&beyond, &robot()).unwrap().notes;
     assert!(
-        notes.iter().any(|n| n.starts_with("line ") && n.contains("A2") && n.contains("outside its limits")),
+        notes
+            .iter()
+            .map(ToString::to_string)
+            .any(|n| { n.starts_with("line ") && n.contains("A2") && n.contains("outside its limits") }),
         "{notes:?}"
     );
 }

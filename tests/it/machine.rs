@@ -307,7 +307,10 @@ fn local_and_global_estimates_are_compared_and_the_document_says_which_is_used()
         let apart = (a.single - a.all_logs).abs();
         let [both, one] = [a.all_logs_ci95, a.single_ci95].map(|ci| 0.5 * (ci[1] - ci[0]));
         assert_eq!(a.agree, apart <= both.hypot(one) * (1.0 + 1e-9), "{name}: {a:?}");
-        let said = gaps.notes.iter().any(|n| n.starts_with(&format!("{name}: the lost motion after single reversals")));
+        let said = gaps
+            .notes
+            .iter()
+            .any(|n| n.to_string().starts_with(&format!("{name}: the lost motion after single reversals")));
         assert_eq!(said, !a.agree, "{name}: {:?}", gaps.notes);
     }
     assert!(text.contains("used: all_logs"), "{text}");

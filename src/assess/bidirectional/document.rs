@@ -5,7 +5,7 @@ use super::data::Errors;
 use super::degree::LackOfFit;
 use super::equation::{self, um_per_mm, unit};
 use super::terms::StateTest;
-use super::{Assessment, Line, Model, Pose};
+use super::{Assessment, Line, Model, Note, Pose};
 use crate::error::Result;
 use crate::gaps::file::{number, value};
 use serde::Serialize;
@@ -21,7 +21,8 @@ pub(crate) struct Document<'a> {
     poses: Vec<PoseJson>,
     line: Vec<LineJson>,
     model: Option<ModelJson<'a>>,
-    notes: &'a [String],
+    #[schemars(with = "Vec<String>")]
+    notes: &'a [Note],
 }
 
 #[derive(Serialize, schemars::JsonSchema)]

@@ -13,6 +13,7 @@ use super::{Assessment, Model, Pose, Refusal, equation};
 use crate::effects::curve::Pchip;
 use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
+use crate::gaps::note::line::Note;
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::numerics::{legendre, student};
 use crate::robot::Robot;
@@ -49,7 +50,7 @@ impl Mapping {
 }
 
 /// Refuses a line that lies beyond the limits of the joint that moves it; notes one that reaches beyond them.
-pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
+pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, notes: &mut Vec<Note>) -> Result<()> {
     let joint = robot.axis(mapping.axis);
     let Some([least, most]) = joint.limits else { return Ok(()) };
     let at = result.poses.iter().map(|p| p.position_m);
@@ -60,13 +61,13 @@ pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, note
         return Ok(());
     }
     let (edge, unit) = (|v: f64| digits(joint.kind.to_user_unit(v), 6), joint.kind.unit());
-    let text = format!("a line from {} to {} {unit} of {}", edge(lo), edge(hi), joint.name);
-    let limits = format!("its limits {} to {} {unit}", edge(least), edge(most));
+    let (line, limits) = ([lo, hi].map(edge), [least, most].map(edge));
     if hi < least || lo > most {
-        let expected = format!("a line within {limits}");
-        return Err(Error::bad(Place::file(&result.file), text, expected).mended_by(&["joint", "origin", "lever_mm"]));
+        let found = format!("a line from {} to {} {unit} of {}", line[0], line[1], joint.name);
+        let expected = format!("a line within its limits {} to {} {unit}", limits[0], limits[1]);
+        return Err(Error::bad(Place::file(&result.file), found, expected).mended_by(&["joint", "origin", "lever_mm"]));
     }
-    notes.push(format!("{text} reaches beyond {limits}: check the joint, its origin and its lever"));
+    notes.push(Note::BeyondLimits { joint: joint.name.clone(), unit, line, limits });
     Ok(())
 }
 
@@ -86,7 +87,7 @@ fn positions(result: &Assessment, state: usize) -> Result<Vec<f64>> {
 }
 
 /// Half gap over the joint's position in a state: constant where the backlash does not vary with position.
-fn curve(model: &Model, state: usize, mapping: &Mapping, notes: &mut Vec<String>) -> GapCurve {
+fn curve(model: &Model, state: usize, mapping: &Mapping, notes: &mut Vec<Note>) -> GapCurve {
     let turn = |k: usize| if mapping.lever < 0.0 && k % 2 == 1 { -mapping.scale() } else { mapping.scale() };
     let terms: Vec<f64> = model.legendre_of(state).iter().enumerate().map(|(k, c)| c * turn(k)).collect();
     let range = mapping.range(model.range_m);
@@ -97,7 +98,7 @@ fn curve(model: &Model, state: usize, mapping: &Mapping, notes: &mut Vec<String>
     if polynomial.smallest() >= 0.0 {
         return polynomial;
     }
-    notes.push("the half gap is set to 0 where its curve is negative".into());
+    notes.push(Note::CutAtZero);
     let step = (range[1] - range[0]) / (KNOTS - 1) as f64;
     let places = (0..KNOTS).map(|k| range[0] + step * k as f64);
     let knots: Vec<[f64; 2]> = places.map(|p| [p, polynomial.at(p).max(0.0)]).collect();
@@ -138,14 +139,14 @@ pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping,
     let ci95 = scaled([y - half, y + half], scale);
     let varies = model.given || model.varies_p_value.is_some_and(|p| p < result.alpha);
     if !varies && model.degree > 0 {
-        notes.push("the backlash does not vary with position: the result is one half gap without a schedule".into());
+        notes.push(Note::Constant);
     }
     let schedule = (varies && model.degree > 0).then(|| curve(model, state, mapping, &mut notes));
     let text = result.states.text(state);
     if !text.is_empty() {
-        notes.push(format!("state: {text}"));
+        notes.push(Note::State(text));
     }
-    notes.push(format!("assess bidirectional, backlash of the line in um over mm: {}", equation::of(model)));
+    notes.push(Note::Equation(equation::of(model)));
     Ok(Gaps {
         estimate: None,
         distrust: None,
@@ -166,7 +167,7 @@ pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping,
             stiction_p_value: None,
         }],
         tcp_speed_m_s: speed_m_s(result, state),
-        notes,
+        notes: notes.into_iter().map(Into::into).collect(),
     })
 }
 
@@ -176,7 +177,7 @@ pub fn over_position(
     model: &Model,
     state: usize,
     mapping: &Mapping,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<EffectInstance> {
     let (y, _) = model.mean_over(state, &positions(result, state)?);
     if y * mapping.scale() < 0.0 {
@@ -205,7 +206,7 @@ pub fn over_speed(
     result: &Assessment,
     model: &Model,
     mapping: &Mapping,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<EffectInstance> {
     let file = || Place::file(&result.file);
     let Some((k, _)) = speed_column(result) else {
@@ -247,11 +248,10 @@ pub fn over_speed(
     }
     let off = points.iter().map(|p| (half_gap + slope * p[0] - p[1]).abs()).fold(0.0, f64::max);
     if points.len() > 2 {
-        let um = off * mapping.lever.abs() * 1e6;
-        notes.push(format!("backlash_speed is a straight line over {n} speeds, with an error of at most {um:.1} um"));
+        notes.push(Note::OverSpeed { speeds: points.len(), error_m: off * mapping.lever.abs() });
     }
     if model.degree > 0 {
-        notes.push("backlash_speed contains the mean over the line, not the variation of the gap with position".into());
+        notes.push(Note::MeanOverLine);
     }
     Ok(EffectInstance::on_axis(mapping.axis, BacklashSpeed { half_gap, slope }))
 }

@@ -12,6 +12,7 @@
 //!
 //! Files beside:
 //! - `digits`: numbers as a report prints them
+//! - [`mod@note`]: what a reader should know
 
 pub(crate) mod columns;
 pub(crate) mod data;
@@ -23,6 +24,7 @@ pub mod equation;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod gap;
 pub mod model;
+pub mod note;
 pub(crate) mod poses;
 pub mod readings;
 pub(crate) mod state;
@@ -30,11 +32,13 @@ pub(crate) mod terms;
 
 pub use data::{Errors, Options};
 pub use model::Model;
+pub use note::Note;
 pub use poses::{Line, Pose};
 pub use readings::Readings;
 
 use crate::error::{Error, Result};
 use model::NoModel;
+use note::{PoseName, PoseRemark};
 use state::States;
 
 /// Why an assessment gives no gap.
@@ -86,7 +90,7 @@ pub struct Assessment {
     /// Level of significance of all tests.
     pub alpha: f64,
     /// What a reader should know.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// Assesses readings; `reference` chooses the reference state by `column=value` pairs.
@@ -100,8 +104,7 @@ pub fn assess(readings: Readings, reference: &[(String, String)], options: &Opti
     let model = match fitted {
         Ok(model) => Some(model),
         Err(NoModel::NoPureError) => {
-            let text = "only one repeat: there is no pure error, so no degree can be tested and no repeatability can be reported; repeat the run, or give the degree for a curve without this test";
-            notes.push(text.into());
+            notes.push(Note::NoPureError);
             None
         }
     };
@@ -122,44 +125,27 @@ pub fn assess(readings: Readings, reference: &[(String, String)], options: &Opti
     })
 }
 
-fn at(p: &Pose, states: &States) -> String {
-    let state = states.text(p.state);
-    let position = digits::digits(p.position_m * 1e3, 9);
-    if state.is_empty() { format!("{position} mm") } else { format!("{position} mm ({state})") }
-}
-
-fn listed(poses: &[&Pose], states: &States) -> String {
-    const SHOWN: usize = 6;
-    let mut text: Vec<String> = poses.iter().take(SHOWN).map(|p| at(p, states)).collect();
-    if poses.len() > SHOWN {
-        text.push(format!("{} more", poses.len() - SHOWN));
-    }
-    text.join(", ")
-}
-
 /// What is not as it should be at single poses.
-fn about_poses(poses: &[Pose], states: &States, notes: &mut Vec<String>) {
-    let mut note = |which: &dyn Fn(&Pose) -> bool, text: &str| {
-        let found: Vec<&Pose> = poses.iter().filter(|p| which(p)).collect();
+fn about_poses(poses: &[Pose], states: &States, notes: &mut Vec<Note>) {
+    let name = |p: &Pose| PoseName { position_m: p.position_m, state: states.text(p.state) };
+    let mut note = |which: &dyn Fn(&Pose) -> bool, remark: PoseRemark| {
+        let found: Vec<PoseName> = poses.iter().filter(|p| which(p)).map(name).collect();
         if !found.is_empty() {
-            notes.push(format!("{text}: {}", listed(&found, states)));
+            notes.push(Note::Poses { remark, poses: found });
         }
     };
-    note(&|p| p.forward.is_none() && p.backward.is_none(), "no reading, so it is left out");
-    note(&|p| p.forward.is_some() != p.backward.is_some(), "only one direction, so no backlash");
-    note(&|p| p.by_order, "paired by their order, because the repeats have no names in common");
-    note(
-        &|p| p.backlash.is_some() && p.unpaired > 0,
-        "readings without a partner in the same repeat count for means and repeatability, not for the model",
-    );
+    note(&|p| p.forward.is_none() && p.backward.is_none(), PoseRemark::NoReading);
+    note(&|p| p.forward.is_some() != p.backward.is_some(), PoseRemark::OneDirection);
+    note(&|p| p.by_order, PoseRemark::PairedByOrder);
+    note(&|p| p.backlash.is_some() && p.unpaired > 0, PoseRemark::Unpaired);
     let one = |p: &Pose| p.backlash.is_some() && p.bidirectional_m(1.0).is_none();
     if poses.iter().any(|p| p.bidirectional_m(1.0).is_some()) {
-        note(&one, "only one reading of a direction, so no repeatability");
+        note(&one, PoseRemark::OneReading);
     }
 }
 
 /// State columns that cannot be distinguished, and those that never change.
-fn about_states(states: &States, order: &[usize], notes: &mut Vec<String>) {
+fn about_states(states: &States, order: &[usize], notes: &mut Vec<Note>) {
     let varying = states.varying();
     for (i, &a) in varying.iter().enumerate() {
         for &b in &varying[i + 1..] {
@@ -168,10 +154,7 @@ fn about_states(states: &States, order: &[usize], notes: &mut Vec<String>) {
             let same = |v: &[&state::Level], i: usize, j: usize| v[i] == v[j];
             let together = (0..x.len()).all(|i| (0..i).all(|j| same(&x, i, j) == same(&y, i, j)));
             if together {
-                let (a, b) = (&states.names[a], &states.names[b]);
-                notes.push(format!(
-                    "{a} and {b} always change together, so the effect of one of them cannot be determined"
-                ));
+                notes.push(Note::ChangeTogether { columns: [a, b].map(|k| states.names[k].clone()) });
             }
         }
     }

@@ -19,6 +19,7 @@
 
 use super::data::{Data, Options, Reference, Scatter, design};
 use super::degree::{self, LackOfFit};
+use super::note::Note;
 use super::poses::Pose;
 use super::state::States;
 use super::terms::{StateTest, Terms};
@@ -124,7 +125,7 @@ pub fn fit(
     states: &States,
     options: &Options,
     file: &str,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<std::result::Result<Model, NoModel>> {
     let reference = Reference::new(poses, order, states, file)?;
     let (base, range) = (&reference.base, reference.range);
@@ -203,15 +204,12 @@ impl Curve {
         Ok(Ok(Self { degree, adequate, table, varies_p_value, tried }))
     }
 
-    fn note(&self, base: &Data, options: &Options, notes: &mut Vec<String>) {
+    fn note(&self, base: &Data, options: &Options, notes: &mut Vec<Note>) {
         if self.adequate == Some(false) && options.degree.is_none() {
-            let (tried, n, degree) = (self.tried, base.y.len(), self.degree);
-            notes.push(format!(
-                "no degree up to {tried} explains the backlash at {n} poses: degree {degree} is kept, and its lack of fit is significant"
-            ));
+            notes.push(Note::LackOfFit { tried: self.tried, poses: base.y.len(), degree: self.degree });
         }
         if base.pure_dof() > 0.0 && base.pure == 0.0 {
-            notes.push("the repeats agree to the last digit, so there is no pure error to compare with".into());
+            notes.push(Note::RepeatsAgree);
         }
     }
 }
@@ -222,15 +220,12 @@ fn over_all_states(
     data: &Data,
     degree: usize,
     options: &Options,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Option<LackOfFit> {
     let dof = [data.y.len() as f64 - fit.coefficients.len() as f64, data.pure_dof()];
     let test = LackOfFit::new(degree, fit.residual, data.pure, dof, options.alpha)?;
     if !test.adequate {
-        notes.push(format!(
-            "over all states, the residual of the model is larger than the repeats explain (F = {:.2}, p = {:.2e}): the curve or the term of a state has another form; try a higher degree",
-            test.f, test.p_value
-        ));
+        notes.push(Note::LackOfFitOverStates { f: test.f, p_value: test.p_value });
     }
     Some(test)
 }

@@ -6,6 +6,7 @@
 
 use super::columns::{Column, Role, resolve};
 use super::direction;
+use super::note::Note;
 use super::state::{Level, States};
 use crate::error::{Error, Place, Result, counted};
 use crate::io::input::{self, Input};
@@ -59,7 +60,7 @@ pub struct Readings {
     /// Readings that are missing.
     pub missing: usize,
     /// What a reader should know of the file.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 impl Readings {
@@ -122,8 +123,7 @@ impl Readings {
         }
         self.check_sizes(&all, columns)?;
         if self.missing > 0 {
-            let are = if self.missing == 1 { "is" } else { "are" };
-            self.notes.push(format!("{} of {} readings {are} missing", self.missing, self.rows.len()));
+            self.notes.push(Note::Missing { missing: self.missing, readings: self.rows.len() });
         }
         self.refuse_twice()
     }
@@ -173,16 +173,10 @@ impl Readings {
             ));
         }
         if hi > lo && hi - lo < SHORT_LINE_M {
-            let text = format!(
-                "the line is {:.4} mm long: are its positions in mm? A column map with `unit: m` reads metres",
-                (hi - lo) * 1e3
-            );
-            self.notes.push(text);
+            self.notes.push(Note::ShortLine { length_m: hi - lo });
         }
         if largest > 0.0 && largest < SUSPICIOUSLY_SMALL_M {
-            let text =
-                format!("the largest error is {:.4} um: if it is in mm, name its column error_mm", largest * 1e6);
-            self.notes.push(text);
+            self.notes.push(Note::SmallErrors { largest_m: largest });
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 //! equations 16 and 20).
 
 use super::data::{Data, Options, Reference, Scatter, design};
+use super::note::Note;
 use super::poses::Pose;
 use super::state::States;
 use crate::numerics::{legendre, linear, student};
@@ -39,14 +40,13 @@ impl Terms {
         states: &States,
         degree: usize,
         options: &Options,
-        notes: &mut Vec<String>,
+        notes: &mut Vec<Note>,
     ) -> Self {
         let mut terms = Self { tests: Vec::new(), kept: Vec::new(), present: vec![reference.state] };
         for &state in &order[1..] {
             let data = Data::of(poses, reference.range, &[reference.state, state]);
             if data.y.len() == reference.base.y.len() {
-                let name = states.text(state);
-                notes.push(format!("{name}: no pose with a repeat in both directions; left out of the model"));
+                notes.push(Note::StateLeftOut { state: states.text(state) });
                 continue;
             }
             terms.present.push(state);
@@ -63,14 +63,12 @@ impl Terms {
         name: &str,
         degree: usize,
         term: impl Fn(usize) -> Option<StateTest>,
-        notes: &mut Vec<String>,
+        notes: &mut Vec<Note>,
     ) {
         for k in 0..=degree {
             let Some(test) = term(k) else {
                 if k == 0 {
-                    notes.push(format!(
-                        "{name}: too few poses for a Student test of its offset (no degree of freedom is left)"
-                    ));
+                    notes.push(Note::TooFewPoses { state: name.into() });
                 }
                 return;
             };
@@ -82,10 +80,7 @@ impl Terms {
                 && degree > 0
                 && let Some(slope) = term(1).filter(|t| t.significant)
             {
-                notes.push(format!(
-                    "{name}: no offset, but its slope would be significant (t = {:.2}): it turns the curve about the middle of the line",
-                    slope.t
-                ));
+                notes.push(Note::SlopeAlone { state: name.into(), t: slope.t });
             }
             self.tests.push(test);
             if !significant {

@@ -1,6 +1,6 @@
 //! The document `lostmotion/circle/1` (contract, section 8): degrees, millimetres, micrometres.
 
-use super::{Assessment, Measured, SMOOTHING_S, WINDOW_DEG};
+use super::{Assessment, Measured, Note, SMOOTHING_S, WINDOW_DEG};
 use crate::io::keyed::Keyed;
 use crate::robot::Robot;
 use serde::Serialize;
@@ -19,7 +19,8 @@ pub struct Document {
     /// Null without a log after compensation.
     after: Option<Half>,
     histogram: HistogramShown,
-    notes: Vec<String>,
+    #[schemars(with = "Vec<String>")]
+    notes: Vec<Note>,
 }
 
 /// A robot or a log.

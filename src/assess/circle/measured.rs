@@ -2,6 +2,7 @@
 
 use super::fit::CircleFit;
 use super::nominal::{Nominal, NominalReversal};
+use super::note::Remark;
 use super::{SMOOTHING_S, WINDOW_DEG};
 use crate::assess::rigid;
 use crate::error::{Error, Place, Result};
@@ -57,7 +58,7 @@ pub struct Measured {
     /// Deviations over the angle, for pictures.
     pub trace: Trace,
     /// What a reader should know of the log.
-    pub notes: Vec<String>,
+    pub notes: Vec<Remark>,
     pub(super) totals_m: Vec<f64>,
 }
 
@@ -104,7 +105,7 @@ impl Measured {
             .ok_or_else(|| Error::bad(place(), "measured positions without a circle", "positions along a circle"))?;
         let mut notes = Vec::new();
         let averaged_rows = if log.poses {
-            notes.push(format!("no `t_s`: errors of single rows, not averaged over {SMOOTHING_S} s"));
+            notes.push(Remark::SingleRows);
             1
         } else {
             (SMOOTHING_S / median_interval(&registered.t_s).unwrap_or(f64::INFINITY)).round().max(1.0) as usize
@@ -114,7 +115,7 @@ impl Measured {
         let covered_deg = errors.phase_deg.iter().fold([f64::MAX, f64::MIN], |[l, h], &p| [l.min(p), h.max(p)]);
         let (asked, has) = (nominal.to_deg - nominal.from_deg, covered_deg[1] - covered_deg[0]);
         if has < 0.98 * asked {
-            notes.push(format!("covers {has:.1} of {asked:.1} deg of the revolution"));
+            notes.push(Remark::Covers { measured_deg: has, assessed_deg: asked });
         }
         Ok(Self {
             name: log.name.clone(),

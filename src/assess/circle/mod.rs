@@ -16,6 +16,7 @@
 //! - [`measured`]: one log against it.
 //! - [`joints`]: joint errors against the nominal program at the same place.
 //! - [`document`]: the result as JSON.
+//! - [`mod@note`]: what a reader should know.
 
 pub(crate) mod document;
 pub(crate) mod fit;
@@ -23,10 +24,12 @@ pub(crate) mod fit;
 pub(crate) mod joints;
 pub(crate) mod measured;
 pub(crate) mod nominal;
+pub mod note;
 
 pub use fit::CircleFit;
 pub use measured::{Measured, ReversalError, Trace};
 pub use nominal::Nominal;
+pub use note::{Note, Remark};
 
 use crate::error::Result;
 use crate::log::Log;
@@ -51,7 +54,7 @@ pub struct Assessment {
     /// How often deviations of each size occur, before and after.
     pub histogram: Histogram,
     /// What cannot be determined, and why.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// Total errors of all rows, counted in bins from 0.
@@ -73,7 +76,7 @@ pub fn assess(robot: &Robot, program: &Program, before: &Log, after: Option<&Log
     let histogram = Histogram::new(&before, after.as_ref());
     let mut notes = notes_on(&nominal);
     for m in [Some(&before), after.as_ref()].into_iter().flatten() {
-        notes.extend(m.notes.iter().map(|n| format!("{}: {n}", m.name)));
+        notes.extend(m.notes.iter().map(|remark| Note::Log { log: m.name.clone(), remark: remark.clone() }));
     }
     Ok(Assessment { nominal, before, after, histogram, notes })
 }
@@ -94,21 +97,16 @@ impl Assessment {
     }
 }
 
-fn notes_on(nominal: &Nominal) -> Vec<String> {
+fn notes_on(nominal: &Nominal) -> Vec<Note> {
     let mut notes = Vec::new();
     let turns = nominal.revolutions();
     if !nominal.closed() {
-        notes.push(format!(
-            "the program runs an arc of {:.1} deg: its radius and centre depend on this arc alone, and reversals outside it are not assessed",
-            nominal.travel_deg
-        ));
+        notes.push(Note::Arc { travel_deg: nominal.travel_deg });
     } else if turns < 2.0 - 1e-4 {
-        notes.push(format!(
-            "{turns:.2} revolutions: the joints leave the middle of their gaps in the assessed part, so the error before the first reversal of a joint is not its steady error (run two revolutions)"
-        ));
+        notes.push(Note::FewRevolutions { revolutions: turns });
     }
     if nominal.reversals.is_empty() {
-        notes.push("no joint reverses in the assessed part".into());
+        notes.push(Note::NoReversal);
     }
     notes
 }

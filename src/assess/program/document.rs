@@ -1,6 +1,6 @@
 //! The document `lostmotion/program-assessment/1`.
 
-use super::{Assessment, AtTargets, Figures, ReversalError};
+use super::{Assessment, AtTargets, Figures, Note, ReversalError};
 use crate::error::counted;
 use crate::io::keyed::Keyed;
 use crate::program::Moves;
@@ -55,7 +55,8 @@ pub struct Document {
     /// How much of a vendor program is in the verdict.
     #[serde(skip_serializing_if = "Option::is_none")]
     moves: Option<MovesShown>,
-    notes: Vec<String>,
+    #[schemars(with = "Vec<String>")]
+    notes: Vec<Note>,
     #[serde(flatten)]
     figures: FiguresShown,
 }

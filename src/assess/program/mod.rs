@@ -19,12 +19,14 @@
 //! Files beside:
 //! - `document`: the document `lostmotion/program-assessment/1`
 //! - `frame`: the frame of a log, across the path
+//! - `note`: what a reader should know
 //! - `source`: what is compared
 //! - `targets`: the error where the robot stops or is taught
 //! - `stretches`: programs of which parts are not known, stretch by stretch
 
 pub(crate) mod document;
 mod frame;
+pub mod note;
 pub(crate) mod path;
 pub(crate) mod runs;
 mod source;
@@ -33,13 +35,14 @@ mod targets;
 pub(crate) mod text;
 pub(crate) mod verdict;
 
+pub use note::Note;
 pub use runs::{Measured, Run};
 pub use source::{Options, Source};
 pub use verdict::{AtTargets, Figures, Verdict, judge};
 
 use crate::compensator::from_model::part_of_geometry;
 use crate::effects::{Effect, Nature, Stage};
-use crate::error::{Error, Place, Result, counted};
+use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
 use crate::numerics::parallel::ParMap;
@@ -74,7 +77,7 @@ pub struct Assessment {
     pub verdict: Verdict,
     /// How much of the program before is in the verdict; `None`: all of it, rows of joints or a log.
     pub moves: Option<Moves>,
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 impl Assessment {
@@ -108,9 +111,7 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
     }
     let mut found = by_axes(model, before, after, options)?;
     if model.robot.has_sums() {
-        found
-            .notes
-            .push("a gap that belongs to a sum of axes (`gap_of`) is treated as a gap of its joint alone".into());
+        found.notes.push(Note::JointsAlone);
     }
     Ok(found)
 }
@@ -176,21 +177,17 @@ fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) ->
 }
 
 /// At which speed a program runs that does not state one.
-fn speed_note(before: &Source, options: &Options) -> Option<String> {
+fn speed_note(before: &Source, options: &Options) -> Option<Note> {
     let Source::Program(p) = before else { return None };
     if options.at_speed {
         return None;
     }
-    let mm_s = options.speed_m_s * 1e3;
+    let speed_m_s = options.speed_m_s;
     match (&p.t_s, &p.script) {
-        (None, Some(_)) => Some(format!(
-            "not every move states its speed: the whole program runs at {mm_s} mm/s, because no other speed is given"
-        )),
-        (None, None) => {
-            Some(format!("the program contains no times: it runs at {mm_s} mm/s, because no other speed is given"))
-        }
+        (None, Some(_)) => Some(Note::SpeedNotStated { speed_m_s }),
+        (None, None) => Some(Note::NoTimes { speed_m_s }),
         (Some(_), Some(s)) if s.moves.unknown_speed > 0 => {
-            Some(format!("{} of unknown speed: {}", counted(s.moves.unknown_speed, "move"), s.assumed))
+            Some(Note::UnknownSpeed { moves: s.moves.unknown_speed, assumed: s.assumed })
         }
         _ => None,
     }
@@ -203,7 +200,7 @@ struct Part {
     reversals: Vec<ReversalError>,
     /// Errors at the targets, before and after, m.
     targets: Vec<[f64; 2]>,
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 impl Part {
@@ -263,11 +260,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     let second = Run::new(after.name(), &measured[1], &reference);
     let off = (first.length_m - second.length_m).abs();
     if off > path::SLACK_M.max(0.01 * reference.length_m()) {
-        notes.push(format!(
-            "the commanded paths differ in length by {:.2} mm of {:.1} mm: check that both programs follow the same path",
-            off * 1e3,
-            reference.length_m() * 1e3
-        ));
+        notes.push(Note::LengthsDiffer { off_m: off, length_m: reference.length_m() });
     }
     let reversals = reversals(&wanted, &first, &second);
     Ok(Part { before: first, after: second, reversals, targets, notes })

@@ -4,9 +4,9 @@
 //! program before belongs to the next one of the program after that starts and ends where it does, within [`APART_M`], or has about its
 //! length. One without a partner is left out, and that is noted. So is one in which the TCP does not move: it has no path.
 
+use super::note::Note;
 use super::path::lengths;
 use super::source::Source;
-use crate::error::counted;
 use crate::program::Program;
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -56,7 +56,7 @@ impl Stretch {
 }
 
 /// The stretches of two programs that belong together; `None`: at least one is a log, or both are known from end to end.
-pub fn of(robot: &Robot, before: &Source, after: &Source, notes: &mut Vec<String>) -> Option<Vec<Pair>> {
+pub fn of(robot: &Robot, before: &Source, after: &Source, notes: &mut Vec<Note>) -> Option<Vec<Pair>> {
     let (Source::Program(before), Source::Program(after)) = (before, after) else { return None };
     let [ours, theirs] = [before.stretches(), after.stretches()];
     if ours.len() == 1 && theirs.len() == 1 {
@@ -78,8 +78,7 @@ pub fn of(robot: &Robot, before: &Source, after: &Source, notes: &mut Vec<String
         });
     }
     if pairs.len() < ours.len() {
-        let lost = counted(ours.len() - pairs.len(), "stretch");
-        notes.push(format!("{lost} of the program before not found in the program after, and left out of the verdict"));
+        notes.push(Note::StretchesLeftOut { stretches: ours.len() - pairs.len() });
     }
     Some(pairs)
 }

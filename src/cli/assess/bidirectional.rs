@@ -3,11 +3,12 @@
 use crate::assess::bidirectional::digits::digits;
 use crate::assess::bidirectional::equation::{self, um_per_mm};
 use crate::assess::bidirectional::gap::{self, Mapping};
-use crate::assess::bidirectional::{Assessment, Errors, Model, Options, Readings, assess};
+use crate::assess::bidirectional::{Assessment, Errors, Model, Note, Options, Readings, assess};
 use crate::cli::exit::bad;
 use crate::cli::print::{print, print_json, table};
 use crate::cli::{page, paths};
 use crate::error::{Place, is_stdio};
+use crate::gaps;
 use crate::gaps::file::{document, to_json, to_yaml};
 use crate::io::output::{self, Output};
 use crate::log::ColumnMap;
@@ -123,10 +124,11 @@ fn write_joint(
     mapping: &Mapping,
     output: &mut Option<Output>,
     model_out: &mut Option<Output>,
-) -> Result<Vec<String>> {
-    let mut notes = Vec::new();
+) -> Result<Vec<gaps::Note>> {
+    let (mut notes, mut of_curve) = (Vec::new(), Vec::new());
     let model = needed(result)?;
-    gap::within_limits(result, mapping, robot, &mut notes)?;
+    gap::within_limits(result, mapping, robot, &mut of_curve)?;
+    notes.extend(of_curve.drain(..).map(gaps::Note::from));
     let at = pairs("--at-state", &args.at_state)?;
     let state = if at.is_empty() { model.reference } else { result.states.named(&at, &result.order, &result.file)? };
     if let (Some(path), Some(out)) = (&args.output, output) {
@@ -138,13 +140,14 @@ fn write_joint(
     }
     if let Some(out) = model_out {
         let effect = match args.effect {
-            EffectArg::BacklashPosition => gap::over_position(result, model, state, mapping, &mut notes)?,
-            EffectArg::BacklashSpeed => gap::over_speed(result, model, mapping, &mut notes)?,
+            EffectArg::BacklashPosition => gap::over_position(result, model, state, mapping, &mut of_curve)?,
+            EffectArg::BacklashSpeed => gap::over_speed(result, model, mapping, &mut of_curve)?,
         };
         let mut machine = Machine::ideal(robot.clone());
         machine.effects.push(effect);
         out.put(machine.to_yaml_inline()?.as_bytes())?;
     }
+    notes.extend(of_curve.into_iter().map(gaps::Note::from));
     Ok(notes)
 }
 
@@ -177,6 +180,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut result = assess(readings, &reference, &options)?;
     if let (Some(robot), Some(mapping)) = (&robot, &mapping) {
         for note in write_joint(&args, &result, robot, mapping, &mut output, &mut model_out)? {
+            let note = Note::Gap(note);
             if !result.notes.contains(&note) {
                 result.notes.push(note);
             }

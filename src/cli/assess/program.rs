@@ -2,7 +2,7 @@
 
 use crate::assess::program::document::{Document, MovesShown};
 use crate::assess::program::text::{TextDifference, difference};
-use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
+use crate::assess::program::{Assessment, Note, Options, Source, Verdict, assess};
 use crate::cli::exit::{bad, no};
 use crate::cli::print::{print, print_json, table};
 use crate::cli::{page, paths};
@@ -120,7 +120,7 @@ pub fn run(args: Args) -> Result<()> {
         if let Loaded::Program(program) = loaded
             && let Some(waiting) = program.script.as_ref().and_then(ScriptPath::waiting)
         {
-            let note = format!("{}: {waiting}", program.name);
+            let note = Note::Waiting { program: program.name.clone(), waiting };
             if !result.notes.contains(&note) {
                 result.notes.push(note);
             }

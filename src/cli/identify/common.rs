@@ -4,6 +4,7 @@ use crate::cli::exit::bad;
 use crate::cli::plan_recording::three;
 use crate::cli::{page, paths};
 use crate::error::{Place, is_stdio};
+use crate::gaps::Note;
 use crate::gaps::file::{to_json, to_yaml};
 use crate::identify::scalar::Setup;
 use crate::io::output::{self, Output, write_whole};
@@ -146,7 +147,7 @@ pub struct ResultArgs {
 pub struct Shown<'a> {
     pub document: &'a Value,
     pub table: &'a str,
-    pub notes: &'a [String],
+    pub notes: &'a [Note],
 }
 
 /// The files of a result, opened and not yet in place.

@@ -3,7 +3,7 @@
 use crate::assess::bidirectional::digits::digits;
 use crate::assess::bidirectional::equation::{self, um_per_mm};
 use crate::assess::bidirectional::poses::Way;
-use crate::assess::bidirectional::{Assessment, Model};
+use crate::assess::bidirectional::{Assessment, Model, Note};
 use crate::error::counted;
 use crate::report::number::{interval, number, p_value};
 use crate::report::{
@@ -45,7 +45,7 @@ pub fn of_assessment(result: &Assessment, robot: Option<&Robot>) -> Page {
             page.tile(Tile::number(name("largest R"), r * 1e6, 1, "µm").with_detail(iso));
         }
     }
-    page.warnings = result.notes.clone();
+    page.warnings = result.notes.iter().map(Note::to_string).collect();
     page.section(
         "Reading of each direction at each pose",
         "Mean of the repeats and 3 standard deviations on both sides.",

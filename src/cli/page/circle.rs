@@ -1,7 +1,7 @@
 //! Sections about a circle: reversals (Zhang (2023) Table 5), path in space, polar plots, histogram (Figures 11 and 12).
 
 use super::EXAGGERATION;
-use crate::assess::circle::{Assessment, Measured, Nominal};
+use crate::assess::circle::{Assessment, Measured, Nominal, Note};
 use crate::report::{
     AngleMark, HistogramRun, HistogramView, Page, PathMark, PathRun, PathView, PolarRun, PolarView, ReversalRow,
     ReversalValue, ReversalsView, Role, Run, Tile, Tone, method,
@@ -204,7 +204,7 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
     table(&mut page, robot, &result.nominal, &runs);
     figures(&mut page, robot, &result.nominal, &runs);
     if !result.notes.is_empty() {
-        page.section("", "", result.notes.clone());
+        page.section("", "", result.notes.iter().map(Note::to_string).collect::<Vec<_>>());
     }
     page.section("", "", methods());
     page

@@ -1,7 +1,7 @@
 //! Sections about a compensator: its offsets, and what was left out and why.
 
 use super::{milli, milli2};
-use crate::compensator::{Compensator, FrictionShape, JointCompensator};
+use crate::compensator::{Compensator, FrictionShape, JointCompensator, Note};
 use crate::effects::{Decay, GapCurve};
 use crate::report::{BarRow, BarsView, CompensatorRow, Page, Role, Run, Tone, method};
 use crate::robot::Robot;
@@ -15,7 +15,8 @@ pub fn sections(page: &mut Page, robot: &Robot, compensator: &Compensator) {
         rows,
     );
     if !compensator.evidence.notes.is_empty() {
-        page.section("Decisions of the fit", "", compensator.evidence.notes.clone());
+        let notes: Vec<String> = compensator.evidence.notes.iter().map(Note::to_string).collect();
+        page.section("Decisions of the fit", "", notes);
     }
 }
 

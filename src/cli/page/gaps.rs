@@ -3,10 +3,11 @@
 
 use super::{milli, milli2};
 use crate::effects::Decay;
-use crate::gaps::{Gaps, JointGap};
+use crate::gaps::{Gaps, JointGap, Note};
 use crate::identify::deadzone;
 use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
+use crate::report::views::file_name;
 use crate::report::{
     BarRow, BarsView, GapPointView, GapRow, GapsOver, GapsView, JointGapView, JointTraces, Page, Role, Run,
     ScheduleView, StictionRow, Tile, Tone, TraceMark, TracePanel, TraceRun, TracesView, method,
@@ -37,13 +38,21 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
     }
     page.section(format!("Half gaps from {from}"), unit, rows);
     if !gaps.notes.is_empty() {
-        // a note on a log begins with its file
-        let notes = gaps.notes.iter().map(|n| match n.split_once(": ") {
-            Some((file, text)) => format!("{}: {text}", crate::report::views::file_name(file)),
-            None => n.clone(),
-        });
-        page.section(format!("Notes on {from}"), "", notes.collect::<Vec<_>>());
+        page.section(format!("Notes on {from}"), "", gaps.notes.iter().map(shown).collect::<Vec<_>>());
     }
+}
+
+/// A note in words; one on a log names its file without the folder. What was read from a document begins with the file, too.
+fn shown(note: &Note) -> String {
+    if let Note::Read(text) = note {
+        let split = text.split_once(": ").map(|(file, rest)| format!("{}: {rest}", file_name(file)));
+        return split.unwrap_or_else(|| text.clone());
+    }
+    let mut note = note.clone();
+    if let Some(log) = note.log_mut() {
+        *log = file_name(log);
+    }
+    note.to_string()
 }
 
 /// A bar for each joint's half gap, where nothing else is drawn: readings of a ballbar or a gauge give no positions. Joints of each kind

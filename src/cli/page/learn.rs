@@ -45,7 +45,7 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
         "Root mean square errors. The nominal kinematics are placed in the frame that fits the training rows best.";
     page.section("Errors in the manner of Table II", how, errors(lesson));
     if !lesson.notes.is_empty() {
-        page.section("", "", lesson.notes.clone());
+        page.section("", "", lesson.notes.iter().map(ToString::to_string).collect::<Vec<_>>());
     }
     let text = match l.kind {
         Kind::Plain => {

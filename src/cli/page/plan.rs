@@ -29,7 +29,8 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &E
             page.tile(Tile::number("named alone", 100.0 * e.probability_named, 1, "% of logs"));
         }
     }
-    let notes: Vec<String> = plan.reason.iter().chain(&plan.notes).cloned().collect();
+    let reason = plan.reason.iter().map(ToString::to_string);
+    let notes: Vec<String> = reason.chain(plan.notes.iter().map(ToString::to_string)).collect();
     if !notes.is_empty() {
         page.section("To know", "", notes);
     }

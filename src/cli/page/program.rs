@@ -1,7 +1,7 @@
 //! Sections about a program before and after it was changed: errors along the path, at the reversals, their distribution.
 
 use super::start;
-use crate::assess::program::{Assessment, ReversalError, Run as ProgramRun, Verdict};
+use crate::assess::program::{Assessment, Note, ReversalError, Run as ProgramRun, Verdict};
 use crate::report::{BarRow, BarsView, HistogramRun, HistogramView, Page, Role, Run, TableView, Tile, Tone};
 use crate::robot::Robot;
 
@@ -52,7 +52,7 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
     );
     page.section("Reversals", "Largest error from 0.1 s before to 4 s after each reversal.", reversals(robot, result));
     if !result.notes.is_empty() {
-        page.section("Notes", "", result.notes.clone());
+        page.section("Notes", "", result.notes.iter().map(Note::to_string).collect::<Vec<_>>());
     }
     page
 }

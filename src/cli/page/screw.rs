@@ -1,6 +1,7 @@
 //! Page of `identify screw`: the gaps of coupling and nut, and their loops over the joint's position (Gantry (2015) Figures 6 and 9).
 
 use super::{milli, milli2};
+use crate::gaps::Note;
 use crate::identify::screw::flanks::Known;
 use crate::identify::screw::loops::Loop;
 use crate::identify::screw::{Found, Series};
@@ -37,7 +38,7 @@ pub fn of_screw(robot: &Robot, found: &Found) -> Page {
         table(robot, found),
     );
     if !found.gaps.notes.is_empty() {
-        page.section("Notes", "", found.gaps.notes.clone());
+        page.section("Notes", "", found.gaps.notes.iter().map(Note::to_string).collect::<Vec<_>>());
     }
     page.section("", "", vec![method::TWO_FLANKS, method::PLAY]);
     page

@@ -4,7 +4,7 @@ use crate::error::counted;
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
 use crate::model::Model;
-use crate::program::{Program, ScriptPath};
+use crate::program::{Program, ScriptPath, note::Note};
 use crate::report::{JointTraces, PathMark, PathRun, PathView, Role, Run, TracePanel, TraceRun, TracesView};
 use crate::report::{Page, TableView, Tile, Tone};
 use crate::robot::Robot;
@@ -128,7 +128,7 @@ pub fn of_program(robot: &Robot, program: &Program) -> Page {
     draw(&mut page, robot, &motion, Vec::new());
     let notes = program.script.as_ref().map(ScriptPath::left).unwrap_or_default();
     if !notes.is_empty() {
-        page.section("Notes", "", notes);
+        page.section("Notes", "", notes.iter().map(Note::to_string).collect::<Vec<_>>());
     }
     page
 }

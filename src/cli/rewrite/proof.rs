@@ -8,7 +8,7 @@
 use super::Args;
 use super::job::Source;
 use crate::assess::program::document::{MovesShown, ReversalShown};
-use crate::assess::program::{self, Assessment, Figures, ReversalError, Verdict, document};
+use crate::assess::program::{self, Assessment, Figures, Note, ReversalError, Verdict, document};
 use crate::cli::page::rewrite::Shown;
 use crate::compensator::Predicted;
 use crate::error::is_stdio;
@@ -51,7 +51,7 @@ pub(super) struct Proven {
     expected: Option<(f64, String)>,
     /// Error after each reversal.
     reversals: Vec<ReversalError>,
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 /// The path error to expect of the robot itself: the machine of the verdict has the very gaps of the compensator, and `identify` predicts
@@ -166,7 +166,7 @@ impl Proven {
         let expected = self.expected.as_ref();
         let expected =
             expected.map(|(rms_m, why)| format!("expect about {:.1} um rms from the robot itself: {why}", rms_m * 1e6));
-        let lines = partly.map(|m| m.text()).into_iter().chain(expected).chain(self.notes.iter().cloned());
+        let lines = partly.map(|m| m.text()).into_iter().chain(expected).chain(self.notes.iter().map(Note::to_string));
         lines.map(|line| format!("  about the verdict: {line}\n")).collect()
     }
 }
@@ -187,7 +187,7 @@ pub(super) enum PathError {
         /// Path error to expect of the robot itself, um rms.
         #[serde(skip_serializing_if = "Option::is_none")]
         expected_rms_um: Option<f64>,
-        notes: Vec<String>,
+        notes: Vec<Note>,
     },
     Unknown {
         /// Null.

@@ -15,6 +15,7 @@ pub(crate) mod sensors;
 mod thin;
 
 use crate::diagnose::noise;
+use crate::diagnose::note::{Note, OfInstrument};
 use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::forward::{Hypothesis, LogData, Problem, State};
 use crate::diagnose::problem::layout::{Group, Sensor};
@@ -56,7 +57,7 @@ fn problem_of(
     logs: &[Log],
     thinned: impl Fn(&Model, &Log) -> (Log, Option<Fine>),
 ) -> Result<(Problem, Hypothesis)> {
-    let mut notes: Vec<String> = model.robot.by_joints_alone().into_iter().collect();
+    let mut notes: Vec<Note> = model.robot.by_joints_alone().map(Note::JointsAlone).into_iter().collect();
     let sits = orientation::probe(model, logs, &mut notes);
     let log_data = |log: &Log| {
         let (log, fine) = thinned(model, log);
@@ -64,7 +65,7 @@ fn problem_of(
     };
     let logs = logs.iter().map(log_data).collect::<Result<Vec<LogData>>>()?;
     let drives: Vec<&dyn Inputs> = logs.iter().map(|l| &l.drive as &dyn Inputs).collect();
-    notes.extend(without_columns(&model.effects, &model.robot, &drives));
+    notes.extend(without_columns(&model.effects, &model.robot, &drives).into_iter().map(Note::Idle));
     let mut robot = model.robot.clone();
     if let Some(sits) = &sits {
         robot.reflectors_m = points_m(&robot, sits);
@@ -135,9 +136,10 @@ fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
     sensors::choose(problem, h);
     group(problem);
     if problem.n == 0 {
+        let notes: Vec<String> = problem.notes.iter().map(Note::to_string).collect();
         return Err(Error::bad(
             Place::file(logs_named(problem)),
-            format!("encoders alone, and {}", problem.notes.join("; ")),
+            format!("encoders alone, and {}", notes.join("; ")),
             "x_mm, y_mm, z_mm, or r_mm, r_um, dial_um, or meas_<joint>",
         ));
     }
@@ -146,30 +148,21 @@ fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
         h.frames[0] = register(problem, h, None)?;
     }
     if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
-        problem.notes.push(
-            "the zero of each joint sensor is fitted for each log: a joint_zero_offset cannot be distinguished from it"
-                .into(),
-        );
+        problem.notes.push(Note::SensorZeros);
     }
     for log in &problem.logs {
         let Some(reading) = &log.reading else { continue };
-        problem.notes.push(format!("{}: {}", log.log.name, said_of(reading.instrument())));
+        let (log, instrument) = (log.log.name.clone(), estimated_of(reading.instrument()));
+        problem.notes.push(Note::SingleReadings { log, instrument });
     }
     Ok(())
 }
 
-/// What a reader should know of an instrument with one reading a row.
-fn said_of(instrument: &Instrument) -> String {
-    let one = "a reading shows one part of the motion of the TCP: what moves the TCP across it, and geometry errors that it shows as it shows \
-               others, cannot be found";
+/// What is estimated of an instrument with one reading a row.
+fn estimated_of(instrument: &Instrument) -> OfInstrument {
     match instrument {
-        Instrument::Distance { centre_m: c } => format!(
-            "centre (near {:.1}, {:.1}, {:.1} mm) and length of the ballbar are estimated as far as its path tells them; {one}",
-            c.x * 1e3,
-            c.y * 1e3,
-            c.z * 1e3
-        ),
-        _ => format!("zero and tilt of the dial are estimated; {one}"),
+        Instrument::Distance { centre_m } => OfInstrument::Ballbar { centre_m: (*centre_m).into() },
+        _ => OfInstrument::Dial,
     }
 }
 
@@ -264,9 +257,7 @@ fn separate_frames(problem: &mut Problem, h: &mut Hypothesis) {
         for (l, log) in problem.logs.iter_mut().enumerate() {
             log.frame = l;
         }
-        problem
-            .notes
-            .push("the logs are not in one frame: the tracker was moved, and each log gets its own frame".into());
+        problem.notes.push(Note::OwnFrames);
     }
 }
 

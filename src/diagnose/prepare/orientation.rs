@@ -2,6 +2,7 @@
 //!
 //! Assumptions: one probe for all logs, which does not move on the tool; logs in which it sits otherwise tell no orientation. Logs with further reflectors have their orientation already.
 
+use crate::diagnose::note::Note;
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
 use crate::model::Model;
@@ -19,32 +20,24 @@ const MOST_APART_RAD: f64 = 2e-3;
 
 /// How the probe sits on the tool; `None` where no log has an orientation beside its points, where there are further reflectors, or
 /// where the orientations cannot be those of the tool. Notes what a reader should know.
-pub(super) fn probe(model: &Model, logs: &[Log], notes: &mut Vec<String>) -> Option<Rotation3<f64>> {
+pub(super) fn probe(model: &Model, logs: &[Log], notes: &mut Vec<Note>) -> Option<Rotation3<f64>> {
     if logs.iter().any(|l| !l.reflectors_m.is_empty()) {
         return None;
     }
     let found = logs.iter().find_map(|log| probe_of(model, log))?;
     let worst = logs.iter().filter_map(|log| apart(model, log, &found)).fold(0.0, f64::max);
     if worst > MOST_RAD {
-        notes.push(format!(
-            "the orientations qw, qx, qy, qz are not used: they contradict the joints by {:.0} deg; expected: the tool's axes in the frame of x, y, z, of a probe that does not move on the tool",
-            worst.to_degrees()
-        ));
+        notes.push(Note::OrientationContradicts { by_rad: worst });
         return None;
     }
     let means: Vec<(&Log, Rotation3<f64>)> = logs.iter().filter_map(|log| Some((log, probe_of(model, log)?))).collect();
     let from_first = |(log, sits): &(&Log, Rotation3<f64>)| (log.name.clone(), angle(sits, &found));
     let moved = means.iter().map(from_first).max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((name, angle)) = moved.filter(|(_, angle)| *angle > MOST_APART_RAD) {
-        notes.push(format!(
-            "the orientations qw, qx, qy, qz are not used: the probe sits otherwise on the tool in {name} than in the log before it, by {:.2} deg; expected: one probe that is not clamped anew between the logs",
-            angle.to_degrees()
-        ));
+    if let Some((log, by_rad)) = moved.filter(|(_, angle)| *angle > MOST_APART_RAD) {
+        notes.push(Note::ProbeMoved { log, by_rad });
         return None;
     }
-    notes.push(
-        "the orientation of the tool is used; how its probe sits on the tool is fitted, and micrometres are those of the TCP".into(),
-    );
+    notes.push(Note::OrientationUsed);
     Some(found)
 }
 

@@ -12,13 +12,13 @@
 //! smooth motion does not have.
 
 use crate::diagnose::candidates;
+use crate::diagnose::note::{Lead, Note};
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::layout::Sensor;
 use crate::diagnose::problem::normal::dot;
 use crate::diagnose::problem::normal::{orthonormal, project_off};
 use crate::machine::{self, CommandTrajectory};
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
-use crate::robot::JointKind;
 
 /// Better by this factor counts as better.
 const CLEARLY: f64 = 0.98;
@@ -76,17 +76,6 @@ fn filled(log: &crate::diagnose::problem::forward::LogData, axis: usize) -> Opti
     )
 }
 
-fn name(problem: &Problem, axis: usize) -> &str {
-    &problem.robot.axis(axis).name
-}
-
-/// rms in the edge unit with its name.
-fn size(problem: &Problem, axis: usize, rms: f64) -> String {
-    let kind = problem.robot.axis(axis).kind;
-    let unit = if kind == JointKind::Revolute { "deg" } else { "mm" };
-    format!("{:.4} {unit}", rms / kind.si_per_user_unit())
-}
-
 /// rms about the mean.
 fn scatter(values: &[f64]) -> f64 {
     let n = values.len().max(1) as f64;
@@ -100,7 +89,7 @@ fn by_joints(
     residual: &[f64],
     l: usize,
     enc: &[Option<Vec<f64>>],
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Vec<bool> {
     let log = &problem.logs[l];
     let mut found: Vec<Option<bool>> = vec![None; enc.len()];
@@ -114,13 +103,13 @@ fn by_joints(
         let (c, e) = (scatter(by_command), scatter(&by_encoder));
         found[a] = Some(e < CLEARLY * c);
         if e > c / CLEARLY {
-            notes.push(format!(
-                "{}: enc of {} contradicts its meas, which differs from enc by {} rms and from cmd by {}; cmd is used",
-                log.log.name,
-                name(problem, a),
-                size(problem, a, e),
-                size(problem, a, c)
-            ));
+            notes.push(Note::EncoderAgainstSensor {
+                log: log.log.name.clone(),
+                joint: problem.robot.axis(a).name.clone(),
+                kind: problem.robot.axis(a).kind,
+                encoder: e,
+                command: c,
+            });
         }
     }
     let yes = found.iter().filter(|f| **f == Some(true)).count();
@@ -135,7 +124,7 @@ fn by_points(
     residual: &[f64],
     l: usize,
     enc: &[Option<Vec<f64>>],
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Vec<bool> {
     let log = &problem.logs[l];
     let state = problem.evaluate(h);
@@ -169,25 +158,24 @@ fn by_points(
     let by_command = typical(residual.to_vec());
     let by_encoder = typical(residual.iter().zip(&change).map(|(r, c)| r - c).collect());
     if by_encoder > by_command / CLEARLY {
-        notes.push(format!(
-            "{}: the enc columns contradict the measured points: with the geometry fitted, the points differ from enc by {:.0} um per coordinate and from cmd by {:.0} um; cmd is used{}",
-            log.log.name,
-            by_encoder * 1e6,
-            by_command * 1e6,
-            if log.log.poses { " (were the joints read before the arm had settled?)" } else { "" }
-        ));
+        notes.push(Note::EncodersAgainstPoints {
+            log: log.log.name.clone(),
+            encoder_m: by_encoder,
+            command_m: by_command,
+            settled: log.log.poses,
+        });
     }
     enc.iter().map(|e| e.is_some() && by_encoder < CLEARLY * by_command).collect()
 }
 
 /// Axes whose encoder follows the command as a servo does: not one of them leads.
-fn followed(problem: &Problem, l: usize, enc: &[Option<Vec<f64>>], notes: &mut Vec<String>) -> Vec<bool> {
+fn followed(problem: &Problem, l: usize, enc: &[Option<Vec<f64>>], notes: &mut Vec<Note>) -> Vec<bool> {
     let log = &problem.logs[l];
     let mut motors = vec![false; enc.len()];
     if log.log.poses {
         return motors;
     }
-    let mut leads: Vec<String> = Vec::new();
+    let mut leads: Vec<Lead> = Vec::new();
     for (a, column) in enc.iter().enumerate() {
         let Some(column) = column else { continue };
         let cmd = &log.log.cmd[a];
@@ -200,22 +188,14 @@ fn followed(problem: &Problem, l: usize, enc: &[Option<Vec<f64>>], notes: &mut V
         let share = slope * slope * dot(&speed, &speed) / dot(&centred, &centred).max(1e-300);
         motors[a] = true;
         if slope > 0.0 && share > LEADS && scatter(&off) > QUIET * noise_of(column) {
-            leads.push(format!(
-                "{} by {:.1} ms, rms {}",
-                name(problem, a),
-                slope * 1e3,
-                size(problem, a, scatter(&off))
-            ));
+            let joint = problem.robot.axis(a);
+            leads.push(Lead { joint: joint.name.clone(), kind: joint.kind, by_s: slope, rms: scatter(&off) });
         }
     }
     if leads.is_empty() {
         return motors;
     }
-    notes.push(format!(
-        "{}: the motor encoders lead the commands ({}), as with feed-forward: the servo stage is not diagnosed",
-        log.log.name,
-        leads.join("; ")
-    ));
+    notes.push(Note::EncodersLead { log: log.log.name.clone(), leads });
     vec![false; enc.len()]
 }
 

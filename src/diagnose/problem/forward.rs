@@ -10,6 +10,7 @@
 
 mod change;
 
+use crate::diagnose::note::Note;
 use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::orientation::{self, Orientation};
@@ -135,7 +136,7 @@ pub struct Problem {
     /// The places of the second and further reflectors in the flange are estimated.
     pub points_free: bool,
     /// What a reader should know about the channels.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Most cycles over the travel that the places of each axis tell from fewer, and the travel, rad or m.
     pub told: OnceLock<Vec<(f64, f64)>>,
 }

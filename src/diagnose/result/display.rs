@@ -29,7 +29,7 @@ pub fn story(d: &Diagnosis) -> String {
         let _ = writeln!(out, "{} left out, in disagreement with the neighbours", counted(d.outliers, "sample"));
     }
     for note in &d.notes {
-        paragraph(&mut out, "", note);
+        paragraph(&mut out, "", &note.to_string());
     }
     let frame = if unit == GapUnit::MICROMETRE {
         format!(", {} with the frame fitted", unit.said(d.gap.nuisance_only_rms_um))

@@ -5,6 +5,7 @@
 
 mod hidden;
 
+use crate::diagnose::note::Note;
 use crate::diagnose::problem::layout::Sensor;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::problem::residual::largest;
@@ -54,7 +55,8 @@ pub struct Diagnosis {
     /// Effects that this log does not show whatever their size.
     pub blind_spots: Vec<BlindSpot>,
     /// What a reader should know.
-    pub notes: Vec<String>,
+    #[schemars(with = "Vec<String>")]
+    pub notes: Vec<Note>,
     /// The logs contradict what the model takes as known; the first notes say how.
     #[serde(skip)]
     pub contradicted: bool,
@@ -323,8 +325,8 @@ fn unit(outcome: &Outcome) -> GapUnit {
     }
 }
 
-fn notes(outcome: &Outcome) -> Vec<String> {
-    let mut notes: Vec<String> = outcome.contradictions.iter().map(|c| c.said.clone()).collect();
+fn notes(outcome: &Outcome) -> Vec<Note> {
+    let mut notes: Vec<Note> = outcome.contradictions.iter().map(|c| c.note.clone()).collect();
     notes.extend(outcome.notes.iter().cloned());
     for p in outcome
         .fit
@@ -333,37 +335,27 @@ fn notes(outcome: &Outcome) -> Vec<String> {
         .map(|&i| &outcome.fit.hypothesis.effects[i])
         .filter(|p| p.effect.nature() == Nature::Ripple && p.effect.of_its_logs_alone())
     {
-        notes.push(format!(
-            "{} {} has a different phase in each log, as if angles count from the start of each log: the written model does not contain it",
-            p.effect.name(),
-            p.target_text(&outcome.problem.robot)
-        ));
+        let target = p.target_text(&outcome.problem.robot);
+        notes.push(Note::PhaseOfEachLog { effect: p.effect.name(), target });
     }
-    notes.extend(steps_said(outcome));
+    notes.extend(frame_jumps(outcome));
     if let Some(slow) = &outcome.slow {
-        notes.push(format!(
-            "{:.1} um of what remains vary more slowly than the instrument scatters ({:.1} um from one sample to the next): the noise of this diagnosis includes them as wander of arm and air, but they may be structure, most of all with {}",
-            slow.rms * UM,
-            slow.instrument * UM,
-            verdict::structure_said(outcome, &slow.ratio)
-        ));
+        notes.push(Note::SlowRemainder {
+            slow_m: slow.rms,
+            instrument_m: slow.instrument,
+            structure: verdict::structure_said(outcome, &slow.ratio),
+        });
     }
     if unit(outcome) == GapUnit::DEGREE {
-        notes.push("only joints were measured: in the document, values in `_um` are microradians of a joint".into());
+        notes.push(Note::OnlyJoints);
     }
     notes
 }
 
-/// Steps of the tracker's frame in words: another log does not have them.
-fn steps_said(outcome: &Outcome) -> Vec<String> {
+/// Steps of the tracker's frame: another log does not have them.
+fn frame_jumps(outcome: &Outcome) -> Vec<Note> {
     let found = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
-    let step = |f: &TrackerFrame| {
-        format!(
-            "the frame of the tracker jumps by {:.0} um ({}), as after a lost beam: the log has a frame before it and another one after it; the written model does not contain the step",
-            f.translation_m.norm() * UM,
-            f.said().split(':').next().unwrap_or_default()
-        )
-    };
+    let step = |f: &TrackerFrame| Note::FrameJumps { by_m: f.translation_m.norm(), when: f.when() };
     found.filter_map(|p| p.effect.get::<TrackerFrame>()).filter(|f| f.only_log.is_some()).map(step).collect()
 }
 

@@ -1,6 +1,7 @@
 //! The rounds of settled poses of a real arm: its geometry as one group, gravity, a gap ([`crate::diagnose::search::geometry`] has the reasons).
 
 use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::note::Note;
 use crate::diagnose::search::direction;
 use crate::diagnose::search::finding::{Refined, Step};
 use crate::diagnose::search::fit::{self, Fit};
@@ -40,7 +41,7 @@ impl Search<'_> {
         whitening: &mut Whitening,
         steps: &mut Vec<Step>,
         gaps: &mut direction::Terms,
-        notes: &mut Vec<String>,
+        notes: &mut Vec<Note>,
     ) -> Fit {
         let p = self.problem;
         let mut again = |fit: &Fit| {
@@ -63,9 +64,9 @@ impl Search<'_> {
         }
         self.only = None;
         *gaps = direction::directions(p, &fit, &noise, self.candidates);
-        let (found, said) = direction::gaps(p, gaps);
-        notes.push(direction::terms_said(p, &gaps.terms));
-        notes.extend(said);
+        let (found, none) = direction::gaps(p, gaps);
+        notes.push(direction::note_of(p, &gaps.terms));
+        notes.extend(none);
         if !found.is_empty() {
             steps.extend(found.iter().map(|gap| Step::new(gap.effect.name(), gap.target_text(&p.robot))));
             let mut h = fit.hypothesis.clone();

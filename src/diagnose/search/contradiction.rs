@@ -6,6 +6,7 @@
 
 use crate::diagnose::candidates::structure::Ratio;
 use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::note::{Note, OtherSize};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::problem::normal::{orthonormal, project_off};
@@ -30,8 +31,8 @@ const STEPS: usize = 4;
 /// What the logs say against what was taken as known.
 #[derive(Debug, Clone)]
 pub struct Contradiction {
-    /// One sentence.
-    pub said: String,
+    /// What it is.
+    pub note: Note,
     pub ratio: Ratio,
     /// What it explains of the gap, rms per coordinate, m (rad for joints).
     pub rms: f64,
@@ -71,21 +72,15 @@ fn stations(problem: &Problem, fit: &Fit) -> Option<Contradiction> {
     let free = problem.n.saturating_sub(basis.len()).max(1) as f64;
     let gain = (before - after) * free / after.max(f64::MIN_POSITIVE);
     let p_value = fisher::tail(gain / dof as f64, dof as f64, free);
-    let um = 1e6;
-    let said = format!(
-        "the logs are not in one frame: the residual is {:.1} um with one frame per log, and {:.1} um with one common frame; diagnose the logs one by one, or measure again from one station",
-        own * um,
-        shared * um
-    );
     Some(Contradiction {
-        said,
+        note: Note::NotInOneFrame { own_m: own, shared_m: shared },
         ratio: Ratio { axis: None, aspect: None, gain, dof, p_value },
         rms: (shared * shared - own * own).sqrt(),
     })
 }
 
 /// The model's registration, where another frame alone explains as much as the effects that were found.
-pub(in crate::diagnose) fn registration(problem: &Problem, fit: &Fit, known: usize) -> Option<String> {
+pub(in crate::diagnose) fn registration(problem: &Problem, fit: &Fit, known: usize) -> Option<Note> {
     if problem.frames_free || fit.free.is_empty() || !problem.groups.iter().any(|g| g.dims == 3) {
         return None;
     }
@@ -103,15 +98,12 @@ pub(in crate::diagnose) fn registration(problem: &Problem, fit: &Fit, known: usi
     }
     let (other, found) = (rms(problem, &state.residual), rms(problem, &fit.state.residual));
     let moved = first.inverse() * h.frames[0];
-    (other < AS_GOOD * found || other < NEARLY_ALL * given).then(|| {
-        format!(
-            "another frame alone ({:.3} mm and {:.4} deg from the model's registration) would reduce the residual to {:.1} um of {:.1}; the found effects reduce it to {:.1} um: if the registration may be wrong, leave it out of the model, and the frame is estimated",
-            moved.translation.vector.norm() * 1e3,
-            moved.rotation.angle().to_degrees(),
-            other * 1e6,
-            given * 1e6,
-            found * 1e6
-        )
+    (other < AS_GOOD * found || other < NEARLY_ALL * given).then(|| Note::OtherFrame {
+        moved_m: moved.translation.vector.norm(),
+        turned_rad: moved.rotation.angle(),
+        left_m: other,
+        given_m: given,
+        found_m: found,
     })
 }
 
@@ -135,22 +127,21 @@ fn sizes(problem: &Problem, fit: &Fit, known: usize) -> Option<Contradiction> {
     let free = problem.n.saturating_sub(best.parameters()).max(1) as f64;
     let gain = (before * before / (after * after) - 1.0) * free;
     let p_value = fisher::tail(gain / dof as f64, dof as f64, free);
-    let sizes: Vec<String> = old
+    let sizes: Vec<OtherSize> = old
         .keys(&problem.robot)
         .into_iter()
         .zip(old.effect.values().iter().zip(new.effect.values()))
-        .map(|((key, factor), (old, new))| format!("{key} {:.5} instead of {:.5}", new * factor, old * factor))
+        .map(|((key, factor), (old, new))| OtherSize { key, fitted: new * factor, given: old * factor })
         .collect();
-    let said = format!(
-        "{} {} of the model does not fit this log: with {} an rms of {:.1} um remains, now {:.1} um; remove it from the model, or correct it",
-        old.effect.name(),
-        old.target_text(&problem.robot),
-        sizes.join(", "),
-        after * 1e6,
-        before * 1e6
-    );
+    let note = Note::KnownEffectDiffers {
+        effect: old.effect.name(),
+        target: old.target_text(&problem.robot),
+        sizes,
+        left_m: after,
+        given_m: before,
+    };
     Some(Contradiction {
-        said,
+        note,
         ratio: Ratio { axis: old.axis(), aspect: None, gain, dof, p_value },
         rms: (before * before - after * after).sqrt(),
     })

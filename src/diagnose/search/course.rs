@@ -2,6 +2,7 @@
 
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::note::Note;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::contradiction::{self, Contradiction};
 use crate::diagnose::search::finding::{Next, Refined, Step};
@@ -14,7 +15,7 @@ pub(in crate::diagnose) struct Course {
     pub(in crate::diagnose) fit: Fit,
     pub(in crate::diagnose) whitening: Whitening,
     pub(in crate::diagnose) steps: Vec<Step>,
-    pub(in crate::diagnose) notes: Vec<String>,
+    pub(in crate::diagnose) notes: Vec<Note>,
     /// The geometry of a real arm, found as one.
     pub(in crate::diagnose) group: Option<geometry::Group>,
     /// Gaps that settled poses show by the side of the approach.

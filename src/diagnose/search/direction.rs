@@ -11,6 +11,7 @@ use crate::diagnose::candidates::is_geometry;
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::note::Note;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
@@ -155,8 +156,8 @@ fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The joints that have a gap beyond what misfit does, and what to say where none has.
-pub fn gaps(problem: &Problem, found: &Terms) -> (Vec<EffectInstance>, Option<String>) {
+/// The joints that have a gap beyond what misfit does, and what to note where none has.
+pub fn gaps(problem: &Problem, found: &Terms) -> (Vec<EffectInstance>, Option<Note>) {
     let terms = &found.terms;
     let decoy = terms.iter().map(|t| t.z).fold(0.0, f64::max);
     let enough = found.poses_per_parameter >= LEAST_POSES;
@@ -171,23 +172,21 @@ pub fn gaps(problem: &Problem, found: &Terms) -> (Vec<EffectInstance>, Option<St
         return (Vec::new(), None);
     };
     let joint = problem.robot.axis(most.axis);
-    let few = match enough {
-        true => String::new(),
-        false => format!("; {:.1} poses per parameter of the nuisance are too few", found.poses_per_parameter),
+    let none = Note::NoGapNamed {
+        joint: joint.name.clone(),
+        kind: joint.kind,
+        half_gap: -most.size,
+        z: -most.z,
+        wrong_z: decoy,
+        few_poses: (!enough).then_some(found.poses_per_parameter),
     };
-    let said = format!(
-        "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm ({:.1} standard uncertainties), but terms of the wrong sign, which play never has, reach {decoy:.1}{few}",
-        joint.name,
-        -most.size / joint.kind.si_per_user_unit(),
-        -most.z
-    );
-    (Vec::new(), Some(said))
+    (Vec::new(), Some(none))
 }
 
-/// Direction terms in words.
-pub fn terms_said(problem: &Problem, terms: &[Term]) -> String {
-    let each: Vec<String> = terms.iter().map(|t| format!("{} {:.1}", problem.robot.axis(t.axis).name, -t.z)).collect();
-    format!("direction terms in standard uncertainties, positive as of play: {}", each.join(", "))
+/// Direction terms as a note.
+pub fn note_of(problem: &Problem, terms: &[Term]) -> Note {
+    let term = |t: &Term| (problem.robot.axis(t.axis).name.clone(), -t.z);
+    Note::DirectionTerms { terms: terms.iter().map(term).collect() }
 }
 
 /// A gap by its direction term: several joints may have one, so that none is another's alternative.

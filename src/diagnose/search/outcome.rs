@@ -4,6 +4,7 @@ use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::Score;
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::note::Note;
 use crate::diagnose::problem::forward::{Problem, State};
 use crate::diagnose::search::contradiction::Contradiction;
 use crate::diagnose::search::finding::{Alternative, Next, Step};
@@ -30,7 +31,7 @@ pub struct Outcome {
     /// The geometry of a real arm, found as one: the first of the free effects.
     pub group: Option<geometry::Group>,
     /// What a reader should know about the channels, and about what was not named.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Alternatives of each found effect, with the found one among them, best first.
     pub alternatives: Vec<Vec<Alternative>>,
     /// Sizes and nested fits where everything was fitted together.

@@ -4,6 +4,7 @@ use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::note::Note;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::finding::Next;
@@ -108,7 +109,7 @@ pub(in crate::diagnose) fn beyond_limit(
     next: Option<Next>,
     fit: &Fit,
     most: usize,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> (Option<Next>, Option<Next>) {
     let Some(n) = next else { return (None, None) };
     let repeats =
@@ -116,10 +117,6 @@ pub(in crate::diagnose) fn beyond_limit(
     if repeats {
         return (Some(n), None);
     }
-    notes.push(format!(
-        "a diagnosis names at most {most} effects if structure remains; a further round would name {} {}: write the model and diagnose again with it",
-        n.effect,
-        n.target
-    ));
+    notes.push(Note::BeyondLimit { most, effect: n.effect, target: n.target.clone() });
     (None, Some(n))
 }

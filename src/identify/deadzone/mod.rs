@@ -17,7 +17,7 @@
 //!
 //! Files beside:
 //! - `joint`: the deadzones of one joint, through the steps above, and its half gap
-//! - `words`: what a reader of the sweeps should know, in words
+//! - `notes`: what a reader of the sweeps should know
 
 #[cfg(feature = "cli")]
 pub(crate) mod display;
@@ -26,14 +26,15 @@ pub(crate) mod edge;
 mod joint;
 pub(crate) mod map;
 pub(crate) mod motion;
+mod notes;
 pub(crate) mod printed;
 pub(crate) mod rest;
-mod words;
 
 use crate::effects::GapCurve;
 use crate::effects::curve::Pchip;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{GapPoint, Gaps, JointGap};
+use crate::gaps::note::deadzone::{NoDeadzone, Remark};
+use crate::gaps::{GapPoint, Gaps, JointGap, Note};
 use crate::log::Log;
 use crate::numerics::normal::Z95;
 use crate::numerics::parallel::ParMap;
@@ -46,7 +47,6 @@ use map::{Map, Sized};
 use motion::{Motions, Stretch};
 use nalgebra::Vector3;
 use std::collections::HashSet;
-use words::NoDeadzone;
 
 /// Settings of the identification; SI.
 #[derive(Debug, Clone, Default)]
@@ -145,28 +145,29 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     let stretches = sweeps(robot, logs, options)?;
     let mut gaps = Gaps::new(robot, logs);
-    gaps.notes.extend(robot.by_joints_alone());
+    gaps.notes.extend(robot.by_joints_alone().map(Note::JointsAlone));
     let mut joints = Vec::new();
     for axis in 0..robot.dof() {
         let own: Vec<&Stretch> = stretches.iter().filter(|s| s.axis == axis).collect();
         if own.is_empty() {
             continue;
         }
-        let name = &robot.axis(axis).name;
+        let note = |remark| Note::Deadzone { joint: robot.axis(axis).name.clone(), remark };
         match joint(robot, logs, &own, options) {
             Ok(found) => {
-                gaps.notes.extend(words::notes(robot, &found));
+                gaps.notes.extend(notes::notes(robot, &found).into_iter().map(note));
                 gaps.points.extend(found.deadzones.iter().map(point));
                 gaps.joints.push(joint_gap(&found));
                 joints.push(found);
             }
-            Err(why) => gaps.notes.push(format!("{name}: {why}")),
+            Err(why) => gaps.notes.push(note(Remark::None(why))),
         }
     }
     if joints.is_empty() {
         let expected =
             "sweeps of one joint at a time that reverse repeatedly with growing amplitude, larger than its deadzone";
-        let found = format!("no crossed deadzone ({})", gaps.notes.join("; "));
+        let why: Vec<String> = gaps.notes.iter().map(Note::to_string).collect();
+        let found = format!("no crossed deadzone ({})", why.join("; "));
         return Err(Error::bad(logs.first().map_or_else(Place::default, |l| Place::file(&l.name)), found, expected));
     }
     Ok(Found { gaps, joints })

@@ -55,16 +55,6 @@ pub fn aligned<'a>(robot: &Robot, logs: &'a [Log]) -> Result<Aligned<'a>> {
     Ok((out, found))
 }
 
-/// A log whose clocks were put together.
-pub fn note(log: &Log, by_s: f64) -> String {
-    let side = if by_s > 0.0 { "ahead of" } else { "behind" };
-    format!(
-        "{}: measured positions are {:.3} s {side} the commands; the commands were shifted by this time",
-        log.name,
-        by_s.abs()
-    )
-}
-
 /// By how much later the commands are to be taken, s; `None`: the clocks explain little of the deviation.
 fn apart(robot: &Robot, log: &Log, registered: &crate::gaps::Registered) -> Option<f64> {
     let to_base = frame::own_frame(robot, log, registered).ok()?;

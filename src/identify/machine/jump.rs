@@ -5,6 +5,7 @@
 //! stays so. Gaps come back at the next reversal, and wander does not jump.
 
 use super::problem::Problem;
+use crate::gaps::note::machine::Note;
 use nalgebra::Vector3;
 
 /// Bins whose mean is the level just beside a jump, and the level that stays.
@@ -18,19 +19,13 @@ const APART: f64 = 0.4;
 const MEDIAN_LENGTH: f64 = 1.538;
 
 /// Logs in which what is left jumps.
-pub fn notes(problem: &Problem) -> Vec<String> {
+pub fn notes(problem: &Problem) -> Vec<Note> {
     let note = |log: usize| {
         let (l, residual) = (&problem.logs[log], problem.residual(log, &problem.responses(log, false)));
         let there: Vec<usize> = (0..l.len()).filter(|&k| l.whole && !l.missing[k]).collect();
         let points: Vec<Vector3<f64>> = there.iter().map(|&k| residual[k]).collect();
         let (at, by) = jump(&points)?;
-        Some(format!(
-            "{}: the frame of the tracker jumps by {:.0} um at {:.1} s, as after a lost beam; this log has a frame before it and another one \
-             after it: give its two parts as two logs, or record it again",
-            l.name,
-            by.norm() * 1e6,
-            l.t_s[there[at]]
-        ))
+        Some(Note::FrameJumps { log: l.name.clone(), by_m: by.norm(), at_s: l.t_s[there[at]] })
     };
     (0..problem.logs.len()).filter_map(note).collect()
 }

@@ -4,6 +4,7 @@
 //! corrected ones leaves more, beyond what both runs may scatter, the joint gets back the ones from before.
 
 use super::evidence::Reversal;
+use crate::compensator::note::{Change, Note};
 use crate::compensator::{Compensator, JointCompensator, JointEvidence, Replaced, RunLeft};
 use crate::robot::Robot;
 
@@ -33,13 +34,9 @@ pub fn restored(robot: &Robot, axis: usize, run: Option<RunLeft>, next: &mut Com
     if run.left_m2 - before.run.left_m2 <= WORSE * run.sigma_m2.hypot(before.run.sigma_m2) {
         return false;
     }
-    let um = |r: RunLeft| r.left_m2.max(0.0).sqrt() * 1e6;
-    let note = format!(
-        "{}: returned to the values before its last correction: {:.1} um left after its reversals with it, {:.1} um without",
-        robot.axis(axis).name,
-        um(run),
-        um(before.run)
-    );
+    let left_m = |r: RunLeft| r.left_m2.max(0.0).sqrt();
+    let change = Change::TakenBack { with_m: left_m(run), without_m: left_m(before.run) };
+    let note = Note::Run { joint: robot.axis(axis).name.clone(), change };
     let offsets = before.offsets.clone();
     known.run = Some(before.run);
     known.replaced = None;
@@ -124,7 +121,8 @@ mod tests {
         assert!(back && (half_gap(&c) - 1e-5).abs() < 1e-12, "{}", half_gap(&c));
         let known = &c.evidence.joints[0];
         assert!(known.replaced.is_none() && known.run.is_some_and(|r| r.left_m2 < (6e-6f64).powi(2)), "{known:?}");
-        assert!(c.evidence.notes[0].contains("12.0 um left after its reversals with it, 5.0 um without"), "{c:?}");
+        let words = c.evidence.notes[0].to_string();
+        assert!(words.contains("12.0 um left after its reversals with it, 5.0 um without"), "{words}");
     }
 
     #[test]

@@ -49,8 +49,9 @@ pub(crate) mod update;
 pub(crate) mod views;
 
 use crate::error::{Error, Place, Result};
-use crate::gaps::Gaps;
 use crate::gaps::estimate::JointEstimate;
+use crate::gaps::note::machine::Note;
+use crate::gaps::{self, Gaps};
 use crate::identify::gears::geared;
 use crate::identify::scalar::Setup;
 use crate::log::Log;
@@ -92,8 +93,10 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
         readings.extend(Readings::of_log(robot, log, &setup, registered.as_ref())?);
     }
     let Solved { problem, evidence, varies, apart } = solved(robot, &aligned, &readings)?;
-    let mut notes: Vec<String> = shifts.iter().map(|(log, by_s)| clock::note(&logs[*log], *by_s)).collect();
-    notes.extend(readings.iter().filter_map(Readings::note));
+    let shifted = |(log, by_s): &(usize, f64)| Note::ClocksApart { log: logs[*log].name.clone(), by_s: *by_s };
+    let first: Vec<gaps::Note> =
+        shifts.iter().map(|s| shifted(s).into()).chain(readings.iter().filter_map(Readings::note)).collect();
+    let mut notes = Vec::new();
     let mut gaps = Gaps {
         registration: registered,
         tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
@@ -101,7 +104,6 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     };
     let (mut estimates, undetermined) = (Vec::new(), unseen::undetermined(&problem));
     for (axis, p) in varies.into_iter().enumerate() {
-        let name = &robot.axis(axis).name;
         if let Some((_, sigma)) = undetermined.iter().find(|u| u.0 == axis) {
             notes.push(unseen::note(&problem, axis, *sigma));
             continue;
@@ -112,9 +114,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
                 gaps.points.extend(points);
                 estimates.push(estimate);
             }
-            None => {
-                notes.push(format!("{name}: never reverses in these logs, so its lost motion cannot be determined"))
-            }
+            None => notes.push(Note::NeverReverses { joint: robot.axis(axis).name.clone() }),
         }
     }
     if estimates.is_empty() {
@@ -129,54 +129,28 @@ fn of_axes(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let whole = estimate::whole(&problem, &evidence, estimates);
     notes.extend(whole.joints.iter().map(|j| trust_note(robot, j)));
     notes.extend(whole.joints.iter().filter_map(|j| disagreement(robot, j)));
-    for (log, before, after) in &whole.predicted {
-        let (before, after) = (before * 1e6, after * 1e6);
-        notes.push(format!(
-            "{log}: {before:.1} um rms off the path by lost motion, {after:.1} um predicted after compensation"
-        ));
+    for (log, before_m, after_m) in &whole.predicted {
+        notes.push(Note::OffPath { log: log.clone(), before_m: *before_m, after_m: *after_m });
     }
     notes.extend(apart.iter().filter_map(|axis| rest::note(&problem, *axis)));
     if rest::only_dwells(&problem) {
-        notes.push(
-            "these logs are tests of dwells alone, which do not separate a half gap from wind-up; the intervals are wide for that reason. \
-             `identify static` gives their sum, gap and wind-up together, with the precision that `plan-experiment static` states; a path or an \
-             excitation in addition separates the two"
-                .into(),
-        );
+        notes.push(Note::OnlyDwells);
     }
     notes.extend(jump::notes(&problem));
     gaps.estimate = Some(whole);
-    gaps.notes = notes;
+    gaps.notes = first.into_iter().chain(notes.into_iter().map(Into::into)).collect();
     Ok(gaps)
 }
 
-fn trust_note(robot: &Robot, joint: &JointEstimate) -> String {
-    let (name, t) = (&robot.axis(joint.axis).name, &joint.trust);
-    let (before, after) = (t.before_m * 1e6, t.after_m * 1e6);
-    if t.reversals == 0 {
-        return format!("{name}: compensation {}", t.reason);
-    }
-    format!(
-        "{name}: {before:.1} um at its {} reversals without compensation, {after:.1} um predicted with it; compensation {}",
-        t.reversals, t.reason
-    )
+fn trust_note(robot: &Robot, joint: &JointEstimate) -> Note {
+    Note::Trusted { joint: robot.axis(joint.axis).name.clone(), trust: joint.trust.clone() }
 }
 
 /// What to say where the single reversals of a joint do not agree with the fit of all logs.
-fn disagreement(robot: &Robot, joint: &JointEstimate) -> Option<String> {
-    let a = joint.agreement.as_ref().filter(|a| !a.agree)?;
-    let (name, kind) = (&robot.axis(joint.axis).name, robot.axis(joint.axis).kind);
-    let shown = |value: f64, [low, high]: [f64; 2]| {
-        let [value, low, high] = [value, low, high].map(|v| kind.to_user_unit(v));
-        format!("{value:.5} {} [{low:.5}, {high:.5}]", kind.unit())
-    };
-    let left = if a.single > 0.0 { 100.0 * (a.all_logs / a.single - 1.0).abs() } else { 100.0 };
-    Some(format!(
-        "{name}: the lost motion after single reversals, {}, is not that of all logs together, {}; {}. It leaves {left:.0} % of the error there",
-        shown(a.single, a.single_ci95),
-        shown(a.all_logs, a.all_logs_ci95),
-        a.reason()
-    ))
+fn disagreement(robot: &Robot, joint: &JointEstimate) -> Option<Note> {
+    let agreement = joint.agreement.filter(|a| !a.agree)?;
+    let joint = robot.axis(joint.axis);
+    Some(Note::Disagree { joint: joint.name.clone(), kind: joint.kind, agreement })
 }
 
 /// A machine's problem, solved.

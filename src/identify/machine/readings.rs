@@ -10,7 +10,7 @@
 
 use super::frame;
 use crate::error::{Error, Place, Result, counted};
-use crate::gaps::Registered;
+use crate::gaps::{Note, Registered};
 use crate::identify::scalar::{self, LEAST_ROWS, Setup};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
@@ -182,15 +182,11 @@ impl<'a> Readings<'a> {
     }
 
     /// What to say of an instrument that was fitted.
-    pub fn note(&self) -> Option<String> {
+    pub fn note(&self) -> Option<Note> {
         match self.instrument {
-            Instrument::Distance { centre_m: c } if !self.given => Some(format!(
-                "{}: centre of the ballbar estimated at {:.3}, {:.3}, {:.3} mm",
-                self.log.name,
-                c.x * 1e3,
-                c.y * 1e3,
-                c.z * 1e3
-            )),
+            Instrument::Distance { centre_m: c } if !self.given => {
+                Some(Note::BallbarCentre { log: self.log.name.clone(), centre_m: c.into() })
+            }
             _ => None,
         }
     }

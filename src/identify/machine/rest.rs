@@ -15,6 +15,7 @@ use super::law::{SPIKES, turns};
 use super::nuisance::{Column, Name};
 use super::problem::Problem;
 use super::solve::{self, Kept};
+use crate::gaps::note::machine::Note;
 use nalgebra::{DMatrix, DVector, Vector3};
 use std::ops::Range;
 
@@ -49,18 +50,14 @@ pub fn apart(problem: &mut Problem) -> Vec<usize> {
 }
 
 /// What was found at an axis that is apart.
-pub fn note(problem: &Problem, axis: usize) -> Option<String> {
+pub fn note(problem: &Problem, axis: usize) -> Option<Note> {
     let law = problem.laws[axis].as_ref()?;
     let differences = problem.names.iter().zip(&problem.nuisances);
     let difference: f64 =
         differences.filter(|(n, _)| matches!(n, Name::AtRest { axis: a, .. } if *a == axis)).map(|(_, v)| v).sum();
     let (motion, joint) = (law.spikes.iter().sum::<f64>(), problem.robot.axis(axis));
-    let [motion, dwells] = [motion, motion + difference].map(|v| joint.kind.to_user_unit(v));
-    let (name, unit) = (&joint.name, joint.kind.unit());
-    Some(format!(
-        "{name}: friction after a reversal is not the same in logs of dwells (spikes of {dwells:.5} {unit} together) as in logs of motion \
-         ({motion:.5} {unit}); each kind of log gets its own spikes, and compensation uses those of motion"
-    ))
+    let dwells = motion + difference;
+    Some(Note::FrictionApart { joint: joint.name.clone(), kind: joint.kind, dwells, motion })
 }
 
 /// Whether a log is a test of dwells for an axis: nothing moves at least half as often as the axis turns.

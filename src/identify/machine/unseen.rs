@@ -8,6 +8,7 @@ use super::estimate::mean_weights;
 use super::evidence;
 use super::law::{JointRows, turns};
 use super::problem::Problem;
+use crate::gaps::note::machine::Note;
 use crate::identify::scalar::DETERMINED;
 use crate::machine::measurement::Instrument;
 use crate::robot::JointKind;
@@ -47,12 +48,7 @@ pub fn undetermined(problem: &Problem) -> Vec<(usize, f64)> {
 }
 
 /// Why such a joint gets no estimate.
-pub fn note(problem: &Problem, axis: usize, sigma: f64) -> String {
+pub fn note(problem: &Problem, axis: usize, sigma: f64) -> Note {
     let joint = problem.robot.axis(axis);
-    format!(
-        "{}: not determined by these readings (standard deviation {:.4} {}): it hardly moves along them, or as other joints do",
-        joint.name,
-        joint.kind.to_user_unit(sigma),
-        joint.kind.unit()
-    )
+    Note::NotDetermined { joint: joint.name.clone(), kind: joint.kind, sigma }
 }

@@ -16,9 +16,10 @@ use super::problem::{Part, Problem};
 use super::readings::Readings;
 use super::solve::{self, Kept};
 use super::spline::Spline;
+use crate::compensator::note::Change;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{
-    BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator, Response, Spike, Windup,
+    BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator, Note, Response, Spike, Windup,
 };
 use crate::effects::{GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
@@ -115,18 +116,16 @@ fn corrected(
     let p = probability(problem, evidence, axis, before, after);
     let left = evidence.reversals.iter().filter(|r| r.axis == axis);
     let n = left.clone().count().max(1) as f64;
-    let left_um = (left.map(|r| r.left_m2).sum::<f64>() / n).max(0.0).sqrt() * 1e6;
-    if p >= SIGNIFICANT {
-        next.evidence.notes.push(format!("{}: kept: the run shows no significant correction (p = {p:.2})", joint.name));
-        return false;
-    }
-    let Some(gain) = gain else {
-        next.evidence.notes.push(format!("{}: kept: too few strokes in the run to judge a correction", joint.name));
-        return false;
+    let left_m = (left.map(|r| r.left_m2).sum::<f64>() / n).max(0.0).sqrt();
+    let note = |change| Note::Run { joint: joint.name.clone(), change };
+    let kept = match gain {
+        _ if p >= SIGNIFICANT => Some(Change::NotSignificant { p_value: p }),
+        None => Some(Change::TooFewStrokes),
+        Some(gain) if gain <= HELPS => Some(Change::DoesNotHelp { gain }),
+        Some(_) => None,
     };
-    if gain <= HELPS {
-        let kept = "kept: a correction by one half of its strokes does not improve the other half";
-        next.evidence.notes.push(format!("{}: {kept} (gain {gain:.1})", joint.name));
+    if let Some(change) = kept {
+        next.evidence.notes.push(note(change));
         return false;
     }
     let (a, b) = (DVector::from_vec(before.to_vec()), DVector::from_vec(after.to_vec()));
@@ -139,14 +138,14 @@ fn corrected(
         .zip(&before.gap)
         .map(|(a, b)| a - b)
         .fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m });
-    next.evidence.notes.push(format!(
-        "{}: half gap corrected by up to {:+.5} {unit}, spikes by {:+.5} {unit}, wind-up by {:+.5} {unit} (p = {p:.1e}); {left_um:.1} um left before",
-        joint.name,
-        joint.kind.to_user_unit(largest),
-        joint.kind.to_user_unit(law.spikes.iter().sum::<f64>() - before.spikes.iter().sum::<f64>()),
-        joint.kind.to_user_unit(law.windup() - before.windup()),
-        unit = joint.kind.unit()
-    ));
+    next.evidence.notes.push(note(Change::Corrected {
+        kind: joint.kind,
+        half_gap: largest,
+        spikes: law.spikes.iter().sum::<f64>() - before.spikes.iter().sum::<f64>(),
+        windup: law.windup() - before.windup(),
+        p_value: p,
+        left_m,
+    }));
     next.joints.retain(|j| j.axis != axis);
     next.joints.push(compensator_of(axis, &law, curve));
     next.joints.sort_by_key(|j| j.axis);

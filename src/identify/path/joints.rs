@@ -1,12 +1,12 @@
 //! From the selected fit to the document's entries: one half gap and one stiction per joint, with intervals.
 
 use super::interval::{self, Covariance};
-use super::note::Note;
 use super::problem::{Name, Problem};
 use super::reversal::Alike;
 use super::select::Selected;
 use super::{JointDetail, MISTRUST, Options, solve};
 use crate::effects::{Decay, GapCurve};
+use crate::gaps::note::path::Note;
 use crate::gaps::{JointGap, StictionFound};
 use crate::numerics::{chi_squared, student};
 use crate::robot::Robot;

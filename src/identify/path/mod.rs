@@ -5,7 +5,7 @@
 //! ([`nuisance`], [`problem`], `reduced`) instead of being fitted first, because a lag on a path that goes round in one direction looks like
 //! a turned frame; gaps, spikes and decays are fitted together ([`solve`]); tests say which of them the data ask for ([`select`]);
 //! intervals ([`interval`]), the gap at each reversal ([`reversal`]) and error traces ([`trace`]) follow. `joints` and `frame`
-//! turn the fit into entries of the document, `note` says in words what a reader should know.
+//! turn the fit into entries of the document.
 //!
 //! Assumes a joint command that is followed up to lag, play and rigid errors; noise with a correlation of less than some
 //! seconds. Drift of the tracker over minutes breaks the intervals (they cover the truth about half the time at a correlation of
@@ -19,7 +19,6 @@ pub(crate) mod interval;
 mod joints;
 mod medians;
 mod mirror;
-mod note;
 pub(crate) mod nuisance;
 pub(crate) mod prepare;
 pub(crate) mod problem;
@@ -32,7 +31,8 @@ pub(crate) mod trace;
 use crate::compensator::Compensator;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
+use crate::gaps::note::path::Note;
+use crate::gaps::{self, Distrust, GapPoint, Gaps, JointGap};
 use crate::identify::LEAST_LEVER;
 use crate::identify::gears::geared;
 use crate::log::Log;
@@ -40,7 +40,6 @@ use crate::model::Model;
 use crate::numerics::student;
 use crate::robot::Robot;
 use interval::StictionInterval;
-use note::Note;
 use problem::Problem;
 pub use reversal::Reversal;
 use select::Selected;
@@ -161,7 +160,8 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> 
     refuse_without_reversal(&problem, logs, options)?;
     let selected = select::select(&mut problem);
     refuse_unconverged(&selected, logs)?;
-    let distrust = distrust(&problem, &selected, &held, &mut notes)?;
+    let distrust = distrust(&problem, &selected, &held)?;
+    let first = about_residuals(&distrust, selected.inflation);
     let variance = selected.cost / selected.dof * selected.inflation;
     let t95 = student::factor(0.95, selected.dof);
     let (reversals, alike) = reversal::reversals(&problem, &selected.values, &selected.form.sticky, variance)
@@ -182,7 +182,7 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> 
     if details.iter().any(|d| d.shared_decay) {
         notes.push(Note::SharedDecay);
     }
-    notes.push(Note::LinkErrors { fitted: problem.links });
+    notes.push(if problem.links { Note::LinkErrors } else { Note::NoLinkErrors });
     if problem.logs().len() > 1 {
         notes.push(Note::SeveralFrames { logs: problem.logs().len() });
     }
@@ -194,7 +194,7 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> 
         joints,
         tcp_speed_m_s: crate::numerics::robust::median_of(&mut speeds),
         distrust,
-        notes: notes.iter().map(Note::to_string).collect(),
+        notes: first.into_iter().chain(notes.into_iter().map(Into::into)).collect(),
         ..Gaps::new(robot, logs)
     };
     let traces = trace::traces(&problem, &selected.values).into_iter().filter(|t| options.reports(t.axis)).collect();
@@ -233,7 +233,12 @@ fn binned(robot: &Robot, log: &Log, options: &Options, notes: &mut Vec<Note>) ->
     binned.joints = seen;
     for j in unseen.iter().filter(|j| free.contains(&j.axis)) {
         let joint = robot.axis(j.axis);
-        notes.push(Note::HardlyMoves { log: log.name.clone(), joint: joint.name.clone(), kind: joint.kind });
+        notes.push(Note::HardlyMoves {
+            log: log.name.clone(),
+            joint: joint.name.clone(),
+            kind: joint.kind,
+            least_lever: LEAST_LEVER,
+        });
     }
     for j in binned.joints.iter().filter(|j| !j.reverses() && free.contains(&j.axis)) {
         notes.push(Note::NeverReverses { log: log.name.clone(), joint: robot.axis(j.axis).name.clone() });
@@ -267,25 +272,23 @@ fn refuse_unconverged(selected: &Selected, logs: &[Log]) -> Result<()> {
 }
 
 /// Whether the gaps can be trusted, where the residuals are correlated strongly. Correlation widens intervals; a residual of
-/// another order than the noise shows that the model is that of something else. The note on it comes first.
-fn distrust(
-    problem: &Problem,
-    selected: &Selected,
-    held: &[(usize, GapCurve)],
-    notes: &mut Vec<Note>,
-) -> Result<Option<Distrust>> {
+/// another order than the noise shows that the model is that of something else.
+fn distrust(problem: &Problem, selected: &Selected, held: &[(usize, GapCurve)]) -> Result<Option<Distrust>> {
     let inflation = selected.inflation;
     if inflation <= MISTRUST {
         return Ok(None);
     }
     mirror::refuse(problem, selected, held)?;
-    if !gross(problem, selected) {
-        notes.insert(0, Note::IntervalsWidened { inflation });
-        return Ok(None);
+    let gaps_held = !held.is_empty();
+    Ok(gross(problem, selected).then_some(Distrust::ModelDoesNotDescribeLog { inflation, gaps_held }))
+}
+
+/// The note that comes first: what residuals that are correlated strongly mean.
+fn about_residuals(distrust: &Option<Distrust>, inflation: f64) -> Option<gaps::Note> {
+    match distrust {
+        Some(why) => Some(gaps::Note::Distrust(why.clone())),
+        None => (inflation > MISTRUST).then(|| Note::IntervalsWidened { inflation }.into()),
     }
-    let distrust = Distrust::ModelDoesNotDescribeLog { inflation, gaps_held: !held.is_empty() };
-    notes.insert(0, Note::Distrust(distrust.clone()));
-    Ok(Some(distrust))
 }
 
 /// The residual of a log is of another order than its noise: no colour of noise explains that.

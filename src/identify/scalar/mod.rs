@@ -16,7 +16,8 @@ pub(crate) mod design;
 pub(crate) mod solve;
 
 use crate::error::{Error, Place, Result, counted};
-use crate::gaps::{Gaps, JointGap};
+use crate::gaps::note::scalar::Note;
+use crate::gaps::{self, Gaps, JointGap};
 use crate::identify::gears::geared;
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
@@ -224,9 +225,9 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
     for log in logs.iter().filter(|l| l.instruments.has_scalar()) {
         plausible(robot, log, setup)?;
     }
-    let mut notes = Vec::new();
+    let mut notes: Vec<gaps::Note> = Vec::new();
     if fit.unsettled.is_some() {
-        notes.push("the fit did not settle: intervals hold what its last round still moved".to_string());
+        notes.push(Note::NotSettled.into());
     }
     let mut joints = Vec::new();
     let factor = student::factor(0.95, fit.dof.max(1.0));
@@ -238,24 +239,14 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
         if sigma > limit {
             if sigma > UNSEEN {
-                notes.push(format!("{}: not determined: the joint does not change this reading", joint.name));
+                notes.push(Note::NotSeen { joint: joint.name.clone() }.into());
                 continue;
             }
-            notes.push(format!(
-                "{}: not determined by this reading (standard deviation {:.4} {}): the joint hardly changes the reading, or changes it as other joints do",
-                joint.name,
-                joint.kind.to_user_unit(sigma),
-                joint.kind.unit()
-            ));
+            notes.push(Note::NotDetermined { joint: joint.name.clone(), kind: joint.kind, sigma }.into());
             continue;
         }
         if value + half < 0.0 {
-            notes.push(format!(
-                "{}: {:.5} {}, clearly below zero, which no gap can be: check the sign of the reading and the clocks of the columns",
-                joint.name,
-                joint.kind.to_user_unit(value),
-                joint.kind.unit()
-            ));
+            notes.push(Note::BelowZero { joint: joint.name.clone(), kind: joint.kind, half_gap: value }.into());
         }
         joints.push(JointGap {
             axis,
@@ -271,13 +262,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
     }
     for (log, track) in of_log.iter().map(|l| &logs[*l]).zip(&tracks) {
         if let (Instrument::Distance { centre_m: c }, true) = (track.instrument, setup.centre_m.is_none()) {
-            notes.push(format!(
-                "{}: centre of the ballbar estimated at {:.3}, {:.3}, {:.3} mm",
-                log.name,
-                c.x * 1e3,
-                c.y * 1e3,
-                c.z * 1e3
-            ));
+            notes.push(gaps::Note::BallbarCentre { log: log.name.clone(), centre_m: c.into() });
         }
     }
     let gaps = Gaps { joints, notes, ..Gaps::new(robot, logs) };

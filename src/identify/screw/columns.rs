@@ -1,10 +1,11 @@
 //! The columns of one joint of one log: what drives it, and what is measured after its motor.
 
 use super::flanks::{Flanks, Pair, fit};
-use super::reach::{Short, reach};
+use super::reach::reach;
 use super::strokes::Strokes;
-use super::{Output, OutputPositions, Series, off_scale, same_scale, words};
+use super::{Output, OutputPositions, Series, TrainGap, notes, off_scale, same_scale};
 use crate::error::{Error, Place, Result};
+use crate::gaps::note::screw::{Remark, Sensor, Short, Unseen};
 use crate::log::Log;
 use crate::robot::{Joint, JointKind, Robot};
 
@@ -27,15 +28,15 @@ impl<'a> Columns<'a> {
         log: &'a Log,
         axis: usize,
         tracked: &'a OutputPositions,
-        notes: &mut Vec<String>,
+        remarks: &mut Vec<Remark>,
     ) -> Option<Self> {
         let joint = robot.axis(axis);
         let output = match (&log.meas[axis], tracked) {
             (Some(meas), _) => Some((meas.as_slice(), Output::Sensor)),
             (None, Ok(seen)) => Some((seen.as_slice(), Output::Tracker)),
             (None, Err(why)) => {
-                if !why.is_empty() {
-                    notes.push(format!("{}: the tracker is not used: {why}", joint.name));
+                if *why != Unseen::NoCoordinates {
+                    remarks.push(Remark::TrackerNotUsed(why.clone()));
                 }
                 None
             }
@@ -69,21 +70,21 @@ impl<'a> Columns<'a> {
     /// short.
     pub(super) fn reach(
         &self,
-        what: &str,
+        what: Sensor,
         sensor: &[Option<f64>],
         series: &mut Series,
-        notes: &mut Vec<String>,
+        remarks: &mut Vec<Remark>,
     ) -> Result<Option<f64>> {
-        let revolute = self.joint.kind == JointKind::Revolute;
-        let why = match reach(&self.command, sensor, &self.strokes, revolute) {
+        let kind = self.joint.kind;
+        let why = match reach(&self.command, sensor, &self.strokes, kind == JointKind::Revolute) {
             Ok(way) => return Ok(Some(way)),
             Err(why) => why,
         };
-        let text = words::short(what, why, self.joint, &self.strokes);
-        if let Short::Slope(_) = why {
-            return Err(Error::bad(Place::file(&self.log.name), text, words::SCALE));
+        if let Short::Slope(m) = why {
+            let found = format!("{what} of {} moves by {m:.5} per command", self.joint.name);
+            return Err(Error::bad(Place::file(&self.log.name), found, notes::SCALE));
         }
-        notes.push(format!("{}: {text}", self.joint.name));
+        remarks.push(Remark::NotReached { sensor: what, kind, why });
         if let Short::NeverCrossed { way } = why {
             series.at_least = Some(series.at_least.map_or(way, |w: f64| w.max(way)));
         }
@@ -93,27 +94,32 @@ impl<'a> Columns<'a> {
     /// The flanks of the gap between two columns.
     fn gap(
         &self,
-        what: &str,
+        gap: TrainGap,
         [input, output]: [&[Option<f64>]; 2],
         from: f64,
         with_lag: bool,
-        notes: &mut Vec<String>,
+        remarks: &mut Vec<Remark>,
     ) -> Option<Flanks> {
         match fit(&Pair { t_s: &self.log.t_s, input, output, strokes: &self.strokes, from, with_lag }) {
             Ok(found) => {
-                words::flanks(&found, what, self.joint, notes);
+                remarks.extend(notes::flanks(&found, gap, self.joint.kind));
                 Some(found)
             }
             Err(why) => {
-                notes.push(format!("{}: no {what} gap: {}", self.joint.name, words::missing(why)));
+                remarks.push(Remark::NoGap { gap, why });
                 None
             }
         }
     }
 
     /// The gap of the coupling, between motor and screw.
-    pub(super) fn coupling(&self, screw: &[Option<f64>], from: f64, notes: &mut Vec<String>) -> Result<Option<Flanks>> {
-        let found = self.gap("coupling", [self.input(), screw], from, !self.has_encoder(), notes);
+    pub(super) fn coupling(
+        &self,
+        screw: &[Option<f64>],
+        from: f64,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Option<Flanks>> {
+        let found = self.gap(TrainGap::Coupling, [self.input(), screw], from, !self.has_encoder(), remarks);
         if found.as_ref().is_some_and(off_scale) {
             same_scale(self.log, self.joint, "screw", self.input(), screw, &self.strokes)?;
         }
@@ -125,11 +131,12 @@ impl<'a> Columns<'a> {
         &self,
         (carriage, kind): (&[Option<f64>], Output),
         from: f64,
-        notes: &mut Vec<String>,
+        remarks: &mut Vec<Remark>,
     ) -> (Option<Flanks>, Option<Flanks>) {
         let other_clock = kind == Output::Tracker;
-        let both = self.gap("total", [self.input(), carriage], from, other_clock || !self.has_encoder(), notes);
-        let nut = self.screw.and_then(|screw| self.gap("nut", [screw, carriage], from, other_clock, notes));
+        let both =
+            self.gap(TrainGap::Both, [self.input(), carriage], from, other_clock || !self.has_encoder(), remarks);
+        let nut = self.screw.and_then(|screw| self.gap(TrainGap::Nut, [screw, carriage], from, other_clock, remarks));
         (both, nut)
     }
 }

@@ -3,6 +3,7 @@
 use super::Found;
 use super::flanks::{Flanks, Known};
 use super::series::{Series, TrainGap};
+use crate::gaps::note::screw::shown;
 use crate::robot::{Joint, Robot};
 use comfy_table::{CellAlignment, Table, presets};
 
@@ -17,7 +18,7 @@ pub fn table(found: &Found, robot: &Robot) -> String {
             table.add_row(row(s, joint, gap, flanks));
         }
         if let Some(least) = s.at_least {
-            table.add_row(vec![joint.name.clone(), "both".into(), format!("> {}", super::words::shown(least, joint))]);
+            table.add_row(vec![joint.name.clone(), "both".into(), format!("> {}", shown(least, joint.kind))]);
         }
     }
     for column in 2..9 {

@@ -13,6 +13,7 @@
 //! Gross errors: rows farther from the lines than [`GROSS`] times the robust standard deviation are left out, and counted.
 
 use super::strokes::Strokes;
+pub use crate::gaps::note::screw::Missing;
 use crate::numerics::normal_equations::scaled_inverse;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::numerics::student;
@@ -93,15 +94,6 @@ impl Flanks {
     pub fn significant(&self) -> bool {
         self.total.ci95[0] > 0.0
     }
-}
-
-/// Why there is none.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Missing {
-    /// No stroke of some direction goes farther than this.
-    TooShort,
-    /// The lines have no slope that can be determined.
-    Singular,
 }
 
 /// Variance inflation from which on the lines have no slope that can be determined.

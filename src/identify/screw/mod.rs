@@ -20,7 +20,7 @@
 //! whose zero is free, the total is split evenly.
 //!
 //! Files beside:
-//! - `words`: what a reader of the figures should know, in words
+//! - `notes`: what a reader of the figures should know
 
 mod columns;
 #[cfg(feature = "cli")]
@@ -28,15 +28,16 @@ pub(crate) mod display;
 pub mod document;
 pub mod flanks;
 pub(crate) mod loops;
+mod notes;
 pub(crate) mod reach;
 pub mod series;
 pub mod start;
 pub(crate) mod strokes;
 pub(crate) mod tracker;
-mod words;
 
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Gaps, JointGap, Sides};
+use crate::gaps::note::screw::{Remark, Sensor};
+use crate::gaps::{Gaps, JointGap, Note, Sides};
 use crate::log::Log;
 use crate::robot::{Joint, Robot};
 use columns::Columns;
@@ -63,18 +64,15 @@ pub struct Found {
 /// Finds the gaps of `only` (an axis), or of every joint that moves.
 pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Found> {
     let mut gaps = Gaps::new(robot, logs);
-    gaps.notes.extend(robot.by_joints_alone());
+    gaps.notes.extend(robot.by_joints_alone().map(Note::JointsAlone));
     let mut found: BTreeMap<usize, Series> = BTreeMap::new();
     for (k, log) in logs.iter().enumerate() {
         let axes: Vec<usize> = log.moving_axes().into_iter().filter(|a| only.is_none_or(|o| o == *a)).collect();
         for series in of_log(robot, log, k, &axes, &mut gaps.notes)? {
-            let name = &robot.axis(series.axis).name;
             match found.get(&series.axis) {
                 Some(known) if !better(&series, known) => {
-                    gaps.notes.push(format!(
-                        "{name}: {} is not used, because {} contains more",
-                        log.name, logs[known.log].name
-                    ));
+                    let better = logs[known.log].name.clone();
+                    gaps.notes.push(note(robot, series.axis, Remark::LogNotUsed { log: log.name.clone(), better }));
                 }
                 _ => {
                     found.insert(series.axis, series);
@@ -91,9 +89,16 @@ pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Foun
         ));
     }
     for series in found.values() {
-        gaps.joints.extend(joint(robot, series, &mut gaps.notes));
+        gaps.joints.extend(joint(series));
+        if series.both.is_none() && series.coupling.is_some() {
+            gaps.notes.push(note(robot, series.axis, Remark::CouplingAlone));
+        }
     }
     Ok(Found { gaps, series: found.into_values().collect() })
+}
+
+fn note(robot: &Robot, axis: usize, remark: Remark) -> Note {
+    Note::Screw { joint: robot.axis(axis).name.clone(), remark }
 }
 
 /// More gaps, or the same known better.
@@ -108,7 +113,7 @@ fn better(a: &Series, b: &Series) -> bool {
 }
 
 /// The joints of one log.
-fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut Vec<String>) -> Result<Vec<Series>> {
+fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut Vec<Note>) -> Result<Vec<Series>> {
     let measured = log.meas.iter().chain(&log.screw).any(Option::is_some);
     if !measured && tracker::coordinates(log).is_empty() {
         return Err(Error::bad(
@@ -132,7 +137,7 @@ fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut V
                 motion[axis] = loops::carriage(log, axis, both);
             }
             if last {
-                notes.append(&mut of_round);
+                notes.extend(of_round.into_iter().map(|remark| note(robot, axis, remark)));
                 series.extend(one);
             }
         }
@@ -147,10 +152,10 @@ fn of_joint(
     number: usize,
     axis: usize,
     tracked: &OutputPositions,
-    notes: &mut Vec<String>,
+    remarks: &mut Vec<Remark>,
 ) -> Result<Option<Series>> {
     let joint = robot.axis(axis);
-    let Some(columns) = Columns::of(robot, log, axis, tracked, notes) else { return Ok(None) };
+    let Some(columns) = Columns::of(robot, log, axis, tracked, remarks) else { return Ok(None) };
     columns.check_encoder()?;
     let mut series = Series {
         axis,
@@ -166,34 +171,34 @@ fn of_joint(
     };
     let mut from = None;
     if let Some(screw) = columns.screw
-        && let Some(way) = columns.reach("the screw", screw, &mut series, notes)?
+        && let Some(way) = columns.reach(Sensor::Screw, screw, &mut series, remarks)?
     {
         from = Some(way);
-        series.coupling = columns.coupling(screw, way, notes)?;
+        series.coupling = columns.coupling(screw, way, remarks)?;
     }
     if let Some(output) = columns.output
-        && let Some(way) = columns.reach("the carriage", output.0, &mut series, notes)?
+        && let Some(way) = columns.reach(Sensor::Carriage, output.0, &mut series, remarks)?
     {
         from = Some(way);
-        (series.both, series.nut) = columns.carriage(output, way, notes);
+        (series.both, series.nut) = columns.carriage(output, way, remarks);
     }
     let carriage = columns.output.map(|o| o.0);
     let whole = series.both.as_ref().map(|b| (b, carriage.unwrap_or(&columns.command)));
     let read = whole.or(series.coupling.as_ref().zip(columns.screw));
     if let (Some((flanks, sensor)), Some(from)) = (read, from) {
         series.start = start::of(&columns.strokes, columns.input(), sensor, flanks, from);
-        notes.push(format!("{}: {}", joint.name, words::start(series.start, from, joint)));
+        remarks.push(Remark::Begins { start: series.start, kind: joint.kind, from });
     }
     let gaps = [&series.coupling, &series.nut, &series.both];
     series.loops = loops::of(log, axis, columns.input(), columns.screw, carriage, gaps);
-    words::of_series(&series, joint, notes);
+    remarks.extend(notes::of_series(&series, joint));
     Ok(Some(series))
 }
 
 /// The slope is surely none of the joint's scale.
 fn off_scale(flanks: &Flanks) -> bool {
-    [1.0 - words::LEAD, 1.0 + words::LEAD].iter().all(|edge| flanks.slope.excludes(*edge))
-        && (flanks.slope.value - 1.0).abs() > words::LEAD
+    [1.0 - notes::LEAD, 1.0 + notes::LEAD].iter().all(|edge| flanks.slope.excludes(*edge))
+        && (flanks.slope.value - 1.0).abs() > notes::LEAD
 }
 
 /// Refuses an encoder or screw that stands still, or that moves by another scale than its joint.
@@ -220,7 +225,7 @@ fn same_scale(
         return Ok(());
     }
     let text = format!("`{what}_{}` moves by {:.5} per command", joint.name, found.slope.value);
-    Err(Error::bad(Place::file(&log.name), text, words::SCALE))
+    Err(Error::bad(Place::file(&log.name), text, notes::SCALE))
 }
 
 /// Range of the readings.
@@ -243,16 +248,8 @@ pub fn sides(series: &Series) -> Option<Sides> {
 }
 
 /// What a compensator needs: the sum of both gaps.
-fn joint(robot: &Robot, series: &Series, notes: &mut Vec<String>) -> Option<JointGap> {
-    let name = &robot.axis(series.axis).name;
-    let Some(both) = &series.both else {
-        if series.coupling.is_some() {
-            notes.push(format!(
-                "{name}: the gap of the coupling alone is not the lost motion of the joint: the result contains no gap for `fit`"
-            ));
-        }
-        return None;
-    };
+fn joint(series: &Series) -> Option<JointGap> {
+    let both = series.both.as_ref()?;
     let half = both.total.ci95.map(|v| 0.5 * v);
     Some(JointGap {
         axis: series.axis,

@@ -6,6 +6,7 @@
 
 use super::flanks::{Flanks, Missing, Pair, fit};
 use super::strokes::Strokes;
+use crate::gaps::note::screw::Short;
 
 /// Parts of a stroke that are left out at first, in the order tried, and by how much that must exceed the lost motion.
 const TRIES: [(f64, f64); 3] = [(0.5, 1.1), (0.75, 1.1), (0.9, 1.02)];
@@ -17,23 +18,6 @@ const STANDS: f64 = 0.2;
 const STROKES: usize = 3;
 /// Way (m or rad) over which an output that does not follow is no matter of a gap: twice the catalogue's largest half gap.
 const NO_GAP: [f64; 2] = [0.2, 0.02];
-
-/// Why the gaps are not closed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Short {
-    /// The joint turns back only once or less: one direction has no stroke.
-    OneWay,
-    /// The output stands still over strokes of this way: the lost motion is larger.
-    NeverCrossed { way: f64 },
-    /// The output moves, but no stroke goes far enough beyond the gap.
-    HardlyCrossed { way: f64 },
-    /// The output does not move with the joint.
-    Dead { way: f64 },
-    /// The output moves by this much per command: another unit or lead.
-    Slope(f64),
-    /// Too few rows.
-    Rows,
-}
 
 /// Way into a stroke from which on rows count for `output`.
 pub fn reach(cmd: &[Option<f64>], output: &[Option<f64>], strokes: &Strokes, revolute: bool) -> Result<f64, Short> {
@@ -56,9 +40,10 @@ pub fn reach(cmd: &[Option<f64>], output: &[Option<f64>], strokes: &Strokes, rev
             return Ok((BEYOND * found.total.value.abs() + unsure).min(part * way));
         }
     }
+    let hardly = || Short::HardlyCrossed { way, longest: strokes.longest() };
     // the whole of the strokes tells whether the output moves at all
     let Ok(all) = fit(&Pair { from: 0.0, ..from(0.0) }) else {
-        return Err(if last.is_err() { Short::Rows } else { Short::HardlyCrossed { way } });
+        return Err(if last.is_err() { Short::Rows } else { hardly() });
     };
     let m = all.slope.value;
     let no_gap = NO_GAP[usize::from(!revolute)];
@@ -73,6 +58,6 @@ pub fn reach(cmd: &[Option<f64>], output: &[Option<f64>], strokes: &Strokes, rev
     } else if m.abs() < STANDS {
         Short::NeverCrossed { way }
     } else {
-        Short::HardlyCrossed { way }
+        hardly()
     })
 }

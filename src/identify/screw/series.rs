@@ -3,9 +3,11 @@
 use super::flanks::Flanks;
 use super::loops::Loop;
 use super::start::Start;
+pub use crate::gaps::note::screw::TrainGap;
+use crate::gaps::note::screw::Unseen;
 
 /// What a sensor says row by row (rad or m), or why there is nothing.
-pub type OutputPositions = std::result::Result<Vec<Option<f64>>, String>;
+pub type OutputPositions = std::result::Result<Vec<Option<f64>>, Unseen>;
 
 /// What is measured on the output side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,28 +16,6 @@ pub enum Output {
     Sensor,
     /// The tracker's coordinates.
     Tracker,
-}
-
-/// A gap of the train between motor and carriage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TrainGap {
-    /// Between motor and screw.
-    Coupling,
-    /// Between screw and carriage.
-    Nut,
-    /// Between motor and carriage.
-    Both,
-}
-
-impl TrainGap {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Coupling => "coupling",
-            Self::Nut => "nut",
-            Self::Both => "both",
-        }
-    }
 }
 
 /// One joint's gaps; rad or m.

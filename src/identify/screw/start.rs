@@ -7,6 +7,7 @@
 
 use super::flanks::Flanks;
 use super::strokes::Strokes;
+pub use crate::gaps::note::screw::Start;
 
 /// A first stroke below this part of the longest is a preload.
 const PRELOAD: f64 = 0.5;
@@ -16,19 +17,6 @@ const STILL: f64 = 0.15;
 const UNSURE: f64 = 0.15;
 /// Standard errors around a flank.
 const NEAR: f64 = 3.0;
-
-/// Where the joint stood.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Start {
-    /// The log begins with a move to this side that crosses the gap.
-    Move(i8),
-    /// The first rows stand on the flank of this direction.
-    Flank(i8),
-    /// Inside the gap, at this part of it from the flank of upward movement.
-    Inside(f64),
-    /// Nothing tells the flank.
-    Unknown,
-}
 
 impl Start {
     /// Side of the flank, -1 or 1; `None`: not known.

@@ -9,6 +9,7 @@
 //! are no lines. Both get no position, and a reason.
 
 use super::series::OutputPositions;
+use crate::gaps::note::screw::Unseen;
 use crate::log::Log;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::{JointKind, Robot};
@@ -32,21 +33,18 @@ pub fn coordinates(log: &Log) -> Vec<Vec<Option<f64>>> {
 
 /// Positions of the moving prismatic joints, m, up to a constant each; `motion[axis]` is what the joints do as far as is known.
 pub fn positions(robot: &Robot, log: &Log, motion: &[Vec<f64>]) -> Vec<OutputPositions> {
-    let none = |why: &str| -> Vec<OutputPositions> { (0..robot.dof()).map(|_| Err(why.to_string())).collect() };
+    let none = |why: Unseen| -> Vec<OutputPositions> { vec![Err(why); robot.dof()] };
     let seen = coordinates(log);
     if seen.is_empty() {
-        return none("");
+        return none(Unseen::NoCoordinates);
     }
     let kind = |axis: usize| robot.axis(axis).kind;
-    let turning: Vec<&str> = (0..robot.dof())
+    let joints: Vec<String> = (0..robot.dof())
         .filter(|&a| kind(a) == JointKind::Revolute && log.travel(a) > STILL_RAD)
-        .map(|a| robot.axis(a).name.as_str())
+        .map(|a| robot.axis(a).name.clone())
         .collect();
-    if !turning.is_empty() {
-        return none(&format!(
-            "{} turns in this log, so that the TCP does not move on straight lines",
-            turning.join(", ")
-        ));
+    if !joints.is_empty() {
+        return none(Unseen::Turns { joints });
     }
     let axes: Vec<usize> = log.moving_axes().into_iter().filter(|&a| kind(a) == JointKind::Prismatic).collect();
     let mut rows: Vec<usize> = (0..log.len()).filter(|&i| seen.iter().all(|c| c[i].is_some())).collect();
@@ -54,7 +52,7 @@ pub fn positions(robot: &Robot, log: &Log, motion: &[Vec<f64>]) -> Vec<OutputPos
     for _ in 0..2 {
         match directions(&rows, &axes, motion, &seen) {
             Some(found) => lines = Some(found),
-            None => return none("the joints move only together, so the tracker cannot distinguish them"),
+            None => return none(Unseen::Together),
         }
         let Some(found) = &lines else { continue };
         let off: Vec<f64> = rows.iter().map(|&i| found.residual(i, &axes, motion, &seen, None).norm()).collect();
@@ -62,12 +60,12 @@ pub fn positions(robot: &Robot, log: &Log, motion: &[Vec<f64>]) -> Vec<OutputPos
         let mut off = off.iter();
         rows.retain(|_| off.next().is_some_and(|o| *o <= limit));
     }
-    let Some(found) = lines else { return none("") };
-    let mut out = none("it stands still");
+    let Some(found) = lines else { return none(Unseen::Together) };
+    let mut out = none(Unseen::StandsStill);
     for (j, &axis) in axes.iter().enumerate() {
         let way = found.along.column(j + 1).norm();
         if way.is_nan() || way < SEEN {
-            out[axis] = Err("the logged coordinates hardly move with it".into());
+            out[axis] = Err(Unseen::HardlyMoves);
             continue;
         }
         let direction = found.along.column(j + 1) / way;

@@ -9,12 +9,13 @@ use super::creep::series::{DwellSeries, PairSeries};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
+use crate::gaps::note::static_test::{Note, Remark};
 use crate::identify::LEAST_LEVER;
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
 use crate::machine::measurement::Instrument;
 use crate::numerics::robust::median;
-use crate::robot::{Chain, Joint, JointKind, Robot};
+use crate::robot::{Chain, JointKind, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -212,7 +213,8 @@ pub fn half_gaps(
             let view = View { chains: &chains, inverse: inverse.as_ref(), instrument: instruments[p.log].as_ref() };
             tested.add(&view, &logs[p.log], readings, p);
         }
-        readings.notes.extend(tested.notes(joint));
+        let note = |remark| Note::Joint { joint: joint.name.clone(), remark };
+        readings.notes.extend(tested.notes(joint.kind).into_iter().map(note));
         if !tested.places.is_empty() {
             tables.push(tested.table(logs, readings.unpaired[axis]));
         }
@@ -299,19 +301,13 @@ impl TestedJoint {
         place.series.push(series(up).zip(series(down)));
     }
 
-    fn notes(&self, joint: &Joint) -> Vec<String> {
+    fn notes(&self, kind: JointKind) -> Vec<Remark> {
         let mut notes = Vec::new();
         if self.lost > 0 {
-            notes.push(format!("{}: pairs left out because they have no reading: {}", joint.name, self.lost));
+            notes.push(Remark::WithoutReading { pairs: self.lost });
         }
         if self.insensitive > 0 {
-            let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
-            notes.push(format!(
-                "{}: pairs left out because the joint moves the TCP by less than {} {per} there: {}",
-                joint.name,
-                LEAST_LEVER * 1e3,
-                self.insensitive
-            ));
+            notes.push(Remark::HardlyMoves { kind, least_lever: LEAST_LEVER, pairs: self.insensitive });
         }
         notes
     }

@@ -9,6 +9,7 @@
 use super::deviation::{ROUNDING_M, both, chains, deviation, half_gap, measured, point};
 use super::readings::{Pair, Readings};
 use crate::error::{Error, Place, Result};
+use crate::gaps::note::static_test::Note;
 use crate::gaps::{Distrust, Registered};
 use crate::log::Log;
 use crate::log::dwells::Dwell;
@@ -38,7 +39,7 @@ pub struct Frame {
     pub points_rms_m: f64,
     /// Taken from a model, not estimated.
     pub given: bool,
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Why the robot file may be another arm's.
     pub distrust: Option<Distrust>,
 }
@@ -155,17 +156,10 @@ fn register(log: &str, points: &[registration::Pair], only_prismatic: bool) -> R
                 "points that do not lie on one line (a line does not determine the rotation of the frame about it); or a model with a `registration`",
             ));
         }
-        notes.push(
-            "the measured points lie on one line, which does not determine the rotation of the frame about it (rank 5 of 6); motion along the line does not depend on this rotation"
-                .into(),
-        );
+        notes.push(Note::OnOneLine);
     }
     if !dropped.is_empty() {
-        notes.push(format!(
-            "points left out of the registration because they disagree with the others: {} of {}",
-            dropped.len(),
-            points.len()
-        ));
+        notes.push(Note::PointsLeftOut { dropped: dropped.len(), points: points.len() });
     }
     let (points_rms_m, used) = (found.rms_m, points.len() - dropped.len());
     Ok(Frame { found, points: used, dropped: dropped.len(), points_rms_m, given: false, notes, distrust: None })

@@ -28,7 +28,8 @@ pub(crate) mod summary;
 
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
+use crate::gaps::note::static_test::{Note, Remark};
+use crate::gaps::{self, GapPoint, Gaps, JointGap};
 use crate::identify::gears::geared;
 use crate::identify::scalar::{self, Setup};
 use crate::log::Log;
@@ -136,25 +137,25 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
         })
         .collect::<Result<_>>()?;
     let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
-    let mut gaps =
-        Gaps { registration: frame.as_ref().map(|f| f.found.clone()), notes: readings.notes, ..Gaps::new(robot, logs) };
+    let mut gaps = Gaps { registration: frame.as_ref().map(|f| f.found.clone()), ..Gaps::new(robot, logs) };
+    gaps.notes.extend(readings.notes.into_iter().map(gaps::Note::from));
     if let Some(f) = &frame {
-        gaps.notes.splice(0..0, f.distrust.iter().map(Distrust::to_string));
-        gaps.notes.extend(f.notes.iter().cloned());
+        gaps.notes.splice(0..0, f.distrust.iter().cloned().map(gaps::Note::Distrust));
+        gaps.notes.extend(f.notes.iter().cloned().map(gaps::Note::from));
         gaps.distrust.clone_from(&f.distrust);
     }
     let mut joints = Vec::new();
     for table in tables {
-        let name = robot.axis(table.axis).name.clone();
+        let joint = robot.axis(table.axis);
+        let note = |remark| gaps::Note::from(Note::Joint { joint: joint.name.clone(), remark });
         let Some(summary) = summary::summarise(&table) else {
-            gaps.notes
-                .push(format!("{name}: only one cycle at one angle: no interval is possible, so no gap is reported"));
+            gaps.notes.push(note(Remark::OneValue));
             continue;
         };
         let schedule = summary.varies().then(|| schedule::build(&summary));
-        gaps.notes.extend(summary::notes(&table, &summary, robot.axis(table.axis)));
+        gaps.notes.extend(summary::notes(&table, &summary, joint.kind).into_iter().map(note));
         if let Some(s) = &schedule {
-            gaps.notes.extend(s.notes.iter().map(|n| format!("{name}: {n}")));
+            gaps.notes.extend(s.notes.iter().cloned().map(note));
         }
         gaps.points.extend(points(table.axis, &summary));
         gaps.joints.push(JointGap {

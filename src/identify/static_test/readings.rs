@@ -6,6 +6,7 @@
 //! the other joints' gaps do is the same on both sides of a pair and cancels.
 
 use crate::error::{Error, Place, Result, counted};
+use crate::gaps::note::static_test::{Note, Remark};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, DwellOptions, dwells, resolution};
 use crate::numerics::parallel::ParMap;
@@ -23,7 +24,7 @@ pub struct Readings {
     pub pairs: Vec<Pair>,
     /// Approaches that found no partner although their place was reached from both sides, per axis.
     pub unpaired: Vec<usize>,
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// One place reached from both sides.
@@ -75,7 +76,7 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
     }
     let mut notes = joints.notes(robot);
     if together > 0 {
-        notes.push(format!("dwells left out because several joints or none moved to reach them: {together}"));
+        notes.push(Note::NotAlone { dwells: together });
     }
     Ok(Readings { dwells: all, pairs: joints.pairs, unpaired: joints.unpaired, notes })
 }
@@ -134,25 +135,18 @@ fn pair_all(dof: usize, settings: &BTreeMap<Key, Vec<usize>>, all: &[Vec<Dwell>]
 }
 
 impl Paired {
-    fn notes(&self, robot: &Robot) -> Vec<String> {
+    fn notes(&self, robot: &Robot) -> Vec<Note> {
         let mut notes = Vec::new();
         for axis in 0..robot.dof() {
-            let name = &robot.axis(axis).name;
+            let mut note = |remark| notes.push(Note::Joint { joint: robot.axis(axis).name.clone(), remark });
             let (one_sided, unpaired) = (self.one_sided[axis], self.unpaired[axis]);
             if self.tested[axis] && !self.pairs.iter().any(|p| p.axis == axis) {
-                notes.push(format!(
-                    "{name}: all {one_sided} positions were reached from one side only, so no gap can be determined; reach each position from below and from above"
-                ));
+                note(Remark::AllOneSided { positions: one_sided });
             } else if one_sided > 0 {
-                notes.push(format!(
-                    "{name}: positions left out because they were reached from one side only: {one_sided}"
-                ));
+                note(Remark::OneSided { positions: one_sided });
             }
             if unpaired > 0 {
-                notes.push(format!(
-                    "{name}: {} left out, without a partner from the other side",
-                    counted(unpaired, "dwell")
-                ));
+                note(Remark::WithoutPartner { dwells: unpaired });
             }
         }
         notes

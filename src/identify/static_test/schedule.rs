@@ -15,6 +15,7 @@ use super::polynomial::{self, Fit};
 use super::summary::Summary;
 use crate::effects::GapCurve;
 use crate::effects::curve::Pchip;
+use crate::gaps::note::static_test::Remark;
 use crate::numerics::fisher;
 
 /// Weight of polynomials above which the readable form is a polynomial.
@@ -49,7 +50,7 @@ pub struct Schedule {
     pub polynomial_weight: f64,
     /// Curves that were averaged; 0: raw means.
     pub averaged: usize,
-    pub notes: Vec<String>,
+    pub notes: Vec<Remark>,
 }
 
 /// Curve of a joint whose gap varies (two places or more).
@@ -103,7 +104,7 @@ pub fn build(summary: &Summary) -> Schedule {
 /// The raw means as the curve, where there are too few places to smooth.
 fn raw_means(summary: &Summary, polynomials: Vec<Fit>, degree: Option<usize>) -> Schedule {
     let (x, y, r) = (summary.places(), summary.means(), summary.repeats());
-    let mut notes = vec![format!("{} positions are too few to smooth: the schedule uses the raw means", x.len())];
+    let mut notes = vec![Remark::RawMeans { positions: x.len() }];
     let heights = not_negative(&y, &mut notes);
     let band = r.iter().map(|r| (summary.noise.variance / r).sqrt()).collect();
     let all = through(&x, &heights);
@@ -176,9 +177,9 @@ impl<'a> Average<'a> {
 }
 
 /// A gap below zero has no meaning for a play operator: cut at zero, and said.
-fn not_negative(values: &[f64], notes: &mut Vec<String>) -> Vec<f64> {
+fn not_negative(values: &[f64], notes: &mut Vec<Remark>) -> Vec<f64> {
     if values.iter().any(|v| *v < 0.0) {
-        notes.push("the schedule is set to zero where the estimated gap is negative".into());
+        notes.push(Remark::CutAtZero);
     }
     values.iter().map(|v| v.max(0.0)).collect()
 }

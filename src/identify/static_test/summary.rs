@@ -14,7 +14,7 @@
 //! the dwells does, which does not include repeatability. Notes report both.
 //!
 //! Parts:
-//! - [`mod@notes`]: what a reader should know, in words.
+//! - [`mod@notes`]: what a reader should know.
 
 mod notes;
 

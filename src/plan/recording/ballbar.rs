@@ -10,6 +10,7 @@
 //! determines most joints, and those best.
 
 use super::motions::Rows;
+use super::note::{Note, Reason};
 use super::options::Options;
 use super::posture;
 use super::precision::{self, Precision};
@@ -50,7 +51,7 @@ pub struct Circles {
     pub pose: Vec<f64>,
     pub rows: Rows,
     pub precision: Vec<Precision>,
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// An arc on the sphere: it turns about `axis` by `angle`, rad.
@@ -67,7 +68,7 @@ struct Way {
     arcs: Vec<Arc>,
     orientation: Rotation3<f64>,
     q: Vec<f64>,
-    words: Vec<String>,
+    notes: Vec<Note>,
 }
 
 /// What moves: the arm, the bar.
@@ -111,31 +112,21 @@ struct Found {
 }
 
 /// Which joints the circles reverse, how often, and whose gaps they tell.
-fn excited(robot: &Robot, precision: &[Precision]) -> String {
-    let reversing: Vec<String> = precision
-        .iter()
-        .filter(|p| p.reversals > 0)
-        .map(|p| format!("{} ({} times)", robot.axis(p.axis).name, p.reversals))
-        .collect();
-    if reversing.is_empty() {
-        return "these circles reverse no joint".into();
+fn excited(robot: &Robot, precision: &[Precision]) -> Note {
+    let name = |p: &Precision| robot.axis(p.axis).name.clone();
+    let reversing = precision.iter().filter(|p| p.reversals > 0);
+    let reversals: Vec<(String, usize)> = reversing.map(|p| (name(p), p.reversals)).collect();
+    if reversals.is_empty() {
+        return Note::NoReversal;
     }
-    let told: Vec<&str> =
-        precision.iter().filter(|p| p.sigma.is_some()).map(|p| robot.axis(p.axis).name.as_str()).collect();
-    let tell = if told.is_empty() { "no gap".into() } else { format!("the gaps of {}", told.join(", ")) };
-    format!("these circles reverse {}; they tell {tell}", reversing.join(", "))
+    Note::Reverses { reversals, told: precision.iter().filter(|p| p.sigma.is_some()).map(name).collect() }
 }
 
 /// Joints whose gaps the circles do not tell.
-fn not_told(robot: &Robot, precision: &[Precision]) -> Option<String> {
-    let names: Vec<&str> =
-        precision.iter().filter(|p| p.sigma.is_none()).map(|p| robot.axis(p.axis).name.as_str()).collect();
-    (!names.is_empty()).then(|| {
-        format!(
-            "these circles cannot tell the gap of {}: record those joints with another instrument (a dial along their movement, a tracker)",
-            names.join(", ")
-        )
-    })
+fn not_told(robot: &Robot, precision: &[Precision]) -> Option<Note> {
+    let unknown = precision.iter().filter(|p| p.sigma.is_none());
+    let joints: Vec<String> = unknown.map(|p| robot.axis(p.axis).name.clone()).collect();
+    (!joints.is_empty()).then_some(Note::NotTold { joints })
 }
 
 /// A joint whose gap `identify` would not give is not determined.
@@ -144,11 +135,7 @@ fn honest(robot: &Robot, p: &mut Precision) {
     let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
     if let Some(sigma) = p.sigma.filter(|s| *s > limit) {
         p.sigma = None;
-        p.reason = Some(format!(
-            "it changes this reading as other joints do: the standard deviation of its half gap would be {:.4} {}",
-            joint.kind.to_user_unit(sigma),
-            joint.kind.unit()
-        ));
+        p.reason = Some(Reason::AsOthers { kind: joint.kind, sigma });
     }
 }
 
@@ -163,7 +150,7 @@ impl Bar<'_> {
             let told = precision.iter().filter(|p| p.sigma.is_some()).count();
             let cost: f64 = precision.iter().filter_map(|p| p.sigma).map(f64::ln).sum();
             if best.as_ref().is_none_or(|b| told > b.told || (told == b.told && cost < b.cost)) {
-                let circles = Circles { pose: rows[0].1.clone(), rows, precision, notes: way.words.clone() };
+                let circles = Circles { pose: rows[0].1.clone(), rows, precision, notes: way.notes.clone() };
                 best = Some(Found { told, cost, circles });
             }
         }
@@ -171,22 +158,16 @@ impl Bar<'_> {
     }
 
     /// Joints that come near the ends of their ranges.
-    fn at_ends(&self, rows: &Rows) -> Option<String> {
+    fn at_ends(&self, rows: &Rows) -> Option<Note> {
         let near = |axis: &usize| {
             self.robot.axis(*axis).limits.is_some_and(|[lo, hi]| {
                 let keep = MARGIN * (hi - lo) * (1.0 - ROUNDING);
                 rows.iter().any(|r| r.1[*axis] < lo + keep || r.1[*axis] > hi - keep)
             })
         };
-        let names: Vec<&str> =
-            (0..self.robot.dof()).filter(near).map(|axis| self.robot.axis(axis).name.as_str()).collect();
-        (!names.is_empty()).then(|| {
-            format!(
-                "{} comes to less than {:.0} % from the end of its range: check that the controller's own limits allow that",
-                names.join(", "),
-                MARGIN * 100.0
-            )
-        })
+        let joints: Vec<String> =
+            (0..self.robot.dof()).filter(near).map(|axis| self.robot.axis(axis).name.clone()).collect();
+        (!joints.is_empty()).then_some(Note::NearEnds { joints, margin: MARGIN })
     }
 
     fn out_of_reach(&self) -> Error {
@@ -298,26 +279,17 @@ impl Bar<'_> {
             end.is_some_and(|end| *deg < 360.0 || end.iter().zip(&q).all(|(a, b)| (a - b).abs() < 1e-4))
         })?;
         let degrees = azimuth.to_degrees();
-        let mut way = Way { start, arcs: Vec::new(), orientation, q, words: Vec::new() };
+        let mut way = Way { start, arcs: Vec::new(), orientation, q, notes: Vec::new() };
         let turns = if swing == 360.0 { TURNS } else { 1.0 };
         let angle = swing.to_radians() * turns;
         let times = if swing == 360.0 { 1 } else { 2 };
         for _ in 0..times {
             way.arcs.extend([angle, -angle].map(|angle| Arc { axis: up, angle }));
         }
-        let p = self.pose(&start, &orientation).position * 1e3;
-        way.words.push(match swing == 360.0 {
-            true => format!(
-                "circle of {:.0} mm about the centre in the horizontal plane: {TURNS:.0} turns each way from {:.1}, {:.1}, {:.1} mm, with one orientation of the tool",
-                self.length_m * 1e3,
-                p.x,
-                p.y,
-                p.z
-            ),
-            false => format!(
-                "the whole circle cannot be reached: arc of {swing:.0} deg in the horizontal plane from {:.1}, {:.1}, {:.1} mm, twice each way",
-                p.x, p.y, p.z
-            ),
+        let start_m = self.pose(&start, &orientation).position.into();
+        way.notes.push(match swing == 360.0 {
+            true => Note::Circle { radius_m: self.length_m, turns: TURNS, start_m },
+            false => Note::Swing { swing_deg: swing, start_m },
         });
         let first = way.q.clone();
         self.upright(&mut way, start, first, degrees);
@@ -344,18 +316,11 @@ impl Bar<'_> {
         let reached = |deg: f64| deg == 0.0 || self.along(&from, &arc(deg), &way.orientation, &q).is_some();
         let through_either = ARCS_DEG.into_iter().flat_map(|[end, start]| [[end, start], [-end, -start]]);
         let Some([high, low]) = through_either.into_iter().find(|ends| ends.iter().all(|deg| reached(*deg))) else {
-            way.words.push(format!("no arc in the vertical plane at {azimuth_deg:.0} deg can be reached"));
+            way.notes.push(Note::NotUpright { azimuth_deg });
             return false;
         };
         way.arcs.extend([high, low - high, high - low, -high].map(arc));
-        let hangs =
-            if high < 0.0 { "; the bar hangs below its centre there, whose mount must leave it free" } else { "" };
-        way.words.push(format!(
-            "arc of {:.0} deg in the vertical plane at {azimuth_deg:.0} deg (from {:.0} to {:.0} deg above the horizontal), twice each way{hangs}",
-            (high - low).abs(),
-            low.min(high) + 0.0,
-            low.max(high) + 0.0
-        ));
+        way.notes.push(Note::Upright { azimuth_deg, ends_deg: [low, high] });
         true
     }
 

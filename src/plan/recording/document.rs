@@ -1,6 +1,6 @@
 //! The plan as a document (`lostmotion/recording/1`), as words and as a program.
 
-use super::{Options, Recording};
+use super::{Note, Options, Reason, Recording};
 use crate::gaps::file::NameAndHash;
 use crate::io::keyed::Keyed;
 use crate::log::write;
@@ -44,7 +44,7 @@ struct Document<'a> {
     duration_s: f64,
     pose: Vec<f64>,
     joints: Vec<JointFields<'a>>,
-    notes: &'a [String],
+    notes: &'a [Note],
 }
 
 /// The precision that a joint's gap will have.
@@ -57,7 +57,7 @@ struct JointFields<'a> {
     sigma_at_a_place: Keyed<Option<f64>>,
     reversals: usize,
     sensitivity_m: f64,
-    reason: Option<&'a str>,
+    reason: Option<Reason>,
 }
 
 fn significant(v: f64) -> f64 {
@@ -76,7 +76,7 @@ pub fn document(recording: &Recording, robot: &Robot, options: &Options) -> Valu
             sigma_at_a_place: figure("sigma_at_a_place", p.sigma_at_a_place),
             reversals: p.reversals,
             sensitivity_m: significant(p.sensitivity_m),
-            reason: p.reason.as_deref(),
+            reason: p.reason,
         }
     });
     let fields = Document {

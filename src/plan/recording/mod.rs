@@ -8,6 +8,7 @@
 //! - `ballbar`: circles about the centre of a double ballbar, at the bar's length.
 //! - [`precision`]: standard deviation of every half gap from the sensitivities of the readings and the stated noise, with the
 //!   instrument's own unknowns, lags and friction estimated beside it.
+//! - [`mod@note`]: what a reader of the plan should know.
 //! - [`document`]: the plan as it is written; [`vendor`]: a static test in the robot's own language, of the `legs` from rest to rest.
 //!
 //! The plan reports before the measurement what an instrument cannot show: a joint that it hardly sees gets a reason instead of a figure.
@@ -17,6 +18,7 @@ mod ballbar;
 pub mod document;
 mod legs;
 pub(crate) mod motions;
+pub mod note;
 pub mod options;
 pub(crate) mod posture;
 pub(crate) mod precision;
@@ -27,6 +29,7 @@ use super::path::{Envelope, EnvelopeOptions};
 use crate::error::{Error, Result};
 use crate::machine::measurement::Instrument;
 use crate::robot::Robot;
+pub use note::{Note, Reason};
 pub use options::{Kind, Options};
 use precision::Precision;
 
@@ -44,7 +47,7 @@ pub struct Recording {
     /// Expected uncertainty of each joint's half gap.
     pub precision: Vec<Precision>,
     /// What a reader should know.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 /// Plans a program. Where gears turn by sums of axes (`gap_of`), one gear moves at a time, and the axes as that needs.
@@ -62,7 +65,7 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     }
     let Some(by_gears) = robot.of_gears() else {
         let mut recording = of_axes(robot, kind, options)?;
-        recording.notes.extend(robot.by_joints_alone());
+        recording.notes.extend(robot.by_joints_alone().map(Note::JointsAlone));
         return Ok(recording);
     };
     let mut pose = match &options.pose {
@@ -83,11 +86,8 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     }
     let sums = robot.gap_of.iter().filter(|g| !g.others.is_empty());
     for gear in sums {
-        let name = &robot.axis(gear.axis).name;
-        recording.notes.push(format!(
-            "{name}: its gear turns by {}; where another axis of the sum moves alone in this program, {name} moves with it so that its gear rests",
-            robot.sum_text(gear)
-        ));
+        let joint = robot.axis(gear.axis).name.clone();
+        recording.notes.push(Note::SumOfAxes { joint, sum: robot.sum_text(gear) });
     }
     Ok(recording)
 }
@@ -162,10 +162,7 @@ fn of_axes(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     if options.tracker_m.is_some() {
         let hidden = rows.iter().filter(|(_, q)| !sight.sees(q)).count();
         if hidden > 0 {
-            notes.push(format!(
-                "the beam may be interrupted on {:.1} % of the path (by the arm, or beyond the acceptance angle of the reflector)",
-                100.0 * hidden as f64 / rows.len() as f64
-            ));
+            notes.push(Note::BeamInterrupted { hidden, rows: rows.len() });
         }
     }
     notes.extend(of_distance(robot, &rows, options));
@@ -180,7 +177,7 @@ fn visible(
     envelope: &mut Envelope,
     kind: Kind,
     sight: &posture::Sight,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<motions::Rows> {
     const STEP: f64 = 0.9;
     const MOST: i32 = 16;
@@ -196,27 +193,18 @@ fn visible(
         }
         rows = motions::all_joints(envelope, kind)?;
         if rows.iter().all(|(_, q)| sight.sees(q)) {
-            let text =
-                "joints travel % of what the tracker would allow each of them alone, so that it sees the whole motion";
-            notes.push(text.replace('%', &format!("{:.0} %", 100.0 * share)));
+            notes.push(Note::Narrowed { share });
         }
     }
     Ok(rows)
 }
 
 /// A note where the distance changes by more than a ballbar reads.
-fn of_distance(robot: &Robot, rows: &[(f64, Vec<f64>)], options: &Options) -> Option<String> {
+fn of_distance(robot: &Robot, rows: &[(f64, Vec<f64>)], options: &Options) -> Option<Note> {
     /// A double ballbar reads about a millimetre either way of its length.
     const RANGE_M: f64 = 2e-3;
     let Instrument::Distance { centre_m } = &options.instrument else { return None };
     let away = rows.iter().map(|(_, q)| (robot.tcp_m(q) - centre_m).norm());
     let [nearest, farthest] = away.fold([f64::INFINITY, 0.0], |[lo, hi], v| [v.min(lo), v.max(hi)]);
-    (farthest - nearest > RANGE_M).then(|| {
-        format!(
-            "the distance from the centre changes from {:.0} to {:.0} mm: this program is for a draw wire or another sensor of that \
-             range, not for a double ballbar",
-            nearest * 1e3,
-            farthest * 1e3
-        )
-    })
+    (farthest - nearest > RANGE_M).then_some(Note::ForDrawWire { nearest_m: nearest, farthest_m: farthest })
 }

@@ -1,5 +1,6 @@
 //! The programs: dwells from both sides, slow and fast motion of all joints.
 
+use super::note::Note;
 use super::options::{Kind, Options};
 use crate::error::{Error, Result};
 use crate::plan::path::{Envelope, Path};
@@ -32,14 +33,14 @@ pub struct StaticTest {
 }
 
 /// Bidirectional dwells of one joint after another.
-pub fn static_test(envelope: &Envelope, options: &Options, notes: &mut Vec<String>) -> Result<StaticTest> {
+pub fn static_test(envelope: &Envelope, options: &Options, notes: &mut Vec<Note>) -> Result<StaticTest> {
     let mut path = Path::new(envelope);
     let mut places = vec![Vec::new(); envelope.pose.len()];
     for (axis, joint) in envelope.robot.axis_joints().enumerate() {
         let full = PASS[usize::from(joint.kind == JointKind::Prismatic)];
         let pass = full.min(0.2 * envelope.span(axis));
         if envelope.span(axis) <= 1e-4 * full {
-            notes.push(format!("{}: not tested, because its range leaves no space to move", joint.name));
+            notes.push(Note::NoSpace { joint: joint.name.clone() });
             continue;
         }
         let [lo, hi] = [envelope.window[axis][0] + pass, envelope.window[axis][1] - pass];

@@ -6,6 +6,7 @@
 //! A tracker sees the TCP where the beam passes the links at [`CLEARANCE_M`] or more and meets the reflector, which is turned to
 //! it in the pose, within its acceptance. Links are taken as straight lines between the joints' frames.
 
+use super::note::Note;
 use super::options::{Kind, Options};
 use crate::error::{Error, Result};
 use crate::plan::path::Envelope;
@@ -69,7 +70,7 @@ impl<'a> Sight<'a> {
     }
 
     /// Narrows each joint's window to what the tracker sees while the others are stationary.
-    pub fn narrow(&self, envelope: &mut Envelope, kind: Kind, notes: &mut Vec<String>) {
+    pub fn narrow(&self, envelope: &mut Envelope, kind: Kind, notes: &mut Vec<Note>) {
         if self.tracker_m.is_none() {
             return;
         }
@@ -92,13 +93,8 @@ impl<'a> Sight<'a> {
             };
             envelope.window[axis] = [reach(lo), reach(hi)];
             if envelope.span(axis) < 0.5 * (hi - lo) {
-                let unit = joint.kind.unit();
-                notes.push(format!(
-                    "{}: {:.1} to {:.1} {unit}, because the tracker cannot see more",
-                    joint.name,
-                    joint.kind.to_user_unit(envelope.window[axis][0]),
-                    joint.kind.to_user_unit(envelope.window[axis][1])
-                ));
+                let (joint, kind) = (joint.name.clone(), joint.kind);
+                notes.push(Note::Window { joint, kind, window: envelope.window[axis] });
             }
         }
     }

@@ -10,6 +10,7 @@
 //! Not in it: scatter of the gap itself, creep within short dwells, geometry errors beyond zero offsets.
 
 use super::motions::{Rows, StaticTest};
+use super::note::Reason;
 use super::options::Options;
 use crate::machine::measurement::{Instrument, MOST_READINGS};
 use crate::numerics::normal_equations::scaled_inverse;
@@ -46,7 +47,7 @@ pub struct Precision {
     /// Mean sensitivity of the reading, m per rad or m per m.
     pub sensitivity_m: f64,
     /// Why nothing, or little, can be determined.
-    pub reason: Option<String>,
+    pub reason: Option<Reason>,
 }
 
 fn index(kind: JointKind) -> usize {
@@ -200,23 +201,14 @@ fn finished(
 ) -> Precision {
     let joint = robot.axis(axis);
     let typical = TYPICAL[index(joint.kind)] * joint.kind.si_per_user_unit();
-    let reading = match options.instrument {
-        Instrument::Tcp => "moves this TCP",
-        _ => "changes this reading",
-    };
+    let kind = joint.kind;
     let reason = if sensitivity_m < LEAST {
-        let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
-        Some(format!("it {reading} by {:.2} {per}: its gap cannot be determined", sensitivity_m * 1e3))
+        let tcp = matches!(options.instrument, Instrument::Tcp);
+        Some(Reason::HardlySeen { kind, tcp, sensitivity_m })
     } else if reversals == 0 {
-        Some("it does not reverse".into())
+        Some(Reason::NoReversal)
     } else {
-        sigma.filter(|s| 3.0 * s > typical).map(|s| {
-            format!(
-                "a half gap below {:.4} {} cannot be distinguished from zero",
-                joint.kind.to_user_unit(3.0 * s),
-                joint.kind.unit()
-            )
-        })
+        sigma.map(|s| 3.0 * s).filter(|h| *h > typical).map(|half_gap| Reason::SmallGaps { kind, half_gap })
     };
     let told = sensitivity_m >= LEAST && reversals > 0;
     Precision {

@@ -92,7 +92,7 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, scale: &
             "No action is needed. The map of blind spots shows what this log cannot detect.".into(),
         ));
     }
-    page.warnings.extend(d.notes.iter().cloned());
+    page.warnings.extend(d.notes.iter().map(ToString::to_string));
     page.file("model", model, "");
     for l in &outcome.problem.logs {
         page.file("log", l.log.name.clone(), l.log.sha256.clone());
