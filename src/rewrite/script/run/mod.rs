@@ -23,6 +23,7 @@ mod ways;
 
 use super::approach::{Directions, Sides};
 use super::cause::Cause;
+use super::clock::LastTcp;
 use super::poses::{Place, Poses, Tooled};
 use super::way;
 use crate::program::script::{
@@ -289,6 +290,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         lettered: false,
         by_joints: false,
         stands: false,
+        tcp: LastTcp::default(),
         directions: Directions::default(),
         pass: None,
         again: false,
@@ -368,6 +370,7 @@ struct Cutter<'a> {
     by_joints: bool,
     /// The robot stands still at the last vertex.
     stands: bool,
+    tcp: LastTcp,
     directions: Directions,
     /// The loop that the run goes through.
     pass: Option<Pass>,
