@@ -15,12 +15,14 @@ pub(super) const LEVER_M: f64 = 0.5;
 pub(super) fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
     let poses = || script.targets.iter().filter(|t| t.pose.is_some());
     let of_pose = poses().map(pose_noise).fold(0.0, f64::max);
-    let coarsest = |a: usize| {
-        let joints = script.targets.iter().filter(|t| t.pose.is_none());
-        let digits = joints.filter_map(|t| t.values.get(a)).map(|v| v.digit);
-        digits.fold(of_pose, f64::max)
-    };
-    let mut all = deadband::deadbands(task.deadband, task.compensator, task.robot.dof(), coarsest);
+    let mut coarsest = vec![of_pose; task.robot.dof()];
+    for target in script.targets.iter().filter(|t| t.pose.is_none()) {
+        for (coarsest, weights) in coarsest.iter_mut().zip(target.values.weights()) {
+            *coarsest = weights.map_or(*coarsest, |[digit, _]| coarsest.max(digit));
+        }
+    }
+    let of_axis = |a: usize| coarsest.get(a).copied().unwrap_or(of_pose);
+    let mut all = deadband::deadbands(task.deadband, task.compensator, task.robot.dof(), of_axis);
     if poses().next().is_some() {
         for (a, band) in all.iter_mut().enumerate().filter(|(a, _)| task.deadband.get(*a).is_none_or(Option::is_none)) {
             let least = task.compensator.on(a).and_then(deadband::smallest).map_or(0.0, |gap| DEADBAND_SHARE_TCP * gap);

@@ -8,6 +8,7 @@
 use crate::program::script::{PathKind, Speed};
 use crate::rewrite::limits::CYCLE_S;
 use crate::robot::Robot;
+use nalgebra::Vector3;
 
 /// Share of its largest speed up to which a joint is taken to be driven: a controller slows down where a TCP speed asks for
 /// more, and the estimate must not stand on the limit itself.
@@ -27,6 +28,7 @@ pub fn duration_s(
     speed: Speed,
     otherwise: Option<f64>,
     on_way: &dyn Fn(f64) -> Option<Vec<f64>>,
+    tcp: &mut LastTcp,
 ) -> Option<f64> {
     let speed = match (speed, otherwise) {
         (Speed::Unknown, Some(v)) => Speed::Tcp(v),
@@ -38,14 +40,16 @@ pub fn duration_s(
         };
         robot.axis_joints().enumerate().map(of).try_fold(0.0, |most: f64, t| Some(most.max(t?)))
     };
-    let least = robot
-        .axis_joints()
-        .enumerate()
-        .filter_map(|(k, j)| j.max_speed.map(|v| (b[k] - a[k]).abs() / (v * DRIVEN)))
-        .fold(CYCLE_S, f64::max);
+    let least = || {
+        robot
+            .axis_joints()
+            .enumerate()
+            .filter_map(|(k, j)| j.max_speed.map(|v| (b[k] - a[k]).abs() / (v * DRIVEN)))
+            .fold(CYCLE_S, f64::max)
+    };
     let wanted = match speed {
         Speed::Seconds(s) => return Some(s.max(CYCLE_S)),
-        Speed::Tcp(v) if v > 0.0 => length_m(robot, a, b, path, on_way) / v,
+        Speed::Tcp(v) if v > 0.0 => length_m(robot, a, b, path, on_way, tcp) / v,
         Speed::Joint(w) if w > 0.0 => robot
             .axis_joints()
             .enumerate()
@@ -54,12 +58,31 @@ pub fn duration_s(
         Speed::Share(s) if s > 0.0 => match (slowest(s.min(1.0)), otherwise) {
             (Some(s), _) => s,
             // a share of joint speeds that the robot file does not hold
-            (None, Some(v)) => length_m(robot, a, b, path, on_way) / v,
+            (None, Some(v)) => length_m(robot, a, b, path, on_way, tcp) / v,
             (None, None) => return None,
         },
         _ => return None,
     };
-    Some(wanted.max(least))
+    Some(wanted.max(least()))
+}
+
+/// Where the TCP of one robot stood last: a move begins where the one before it ended.
+#[derive(Debug, Default)]
+pub struct LastTcp {
+    q: Vec<f64>,
+    at: Vector3<f64>,
+}
+
+impl LastTcp {
+    /// Position of the TCP, m.
+    fn at(&mut self, robot: &Robot, q: &[f64]) -> Vector3<f64> {
+        if self.q != q || q.is_empty() {
+            self.q.clear();
+            self.q.extend_from_slice(q);
+            self.at = robot.tcp_m(q);
+        }
+        self.at
+    }
 }
 
 /// The times of such a speed can be relied on.
@@ -77,14 +100,21 @@ fn stop_to_stop(way: f64, v: f64, a: Option<f64>) -> f64 {
 }
 
 /// Length of the TCP's way, m.
-fn length_m(robot: &Robot, a: &[f64], b: &[f64], path: PathKind, on_way: &dyn Fn(f64) -> Option<Vec<f64>>) -> f64 {
+fn length_m(
+    robot: &Robot,
+    a: &[f64],
+    b: &[f64],
+    path: PathKind,
+    on_way: &dyn Fn(f64) -> Option<Vec<f64>>,
+    tcp: &mut LastTcp,
+) -> f64 {
     let curve = path == PathKind::Curve && on_way(0.5).is_some();
+    let mut last = tcp.at(robot, a);
     if path != PathKind::Joint && !curve {
-        return (robot.tcp_m(b) - robot.tcp_m(a)).norm();
+        return (tcp.at(robot, b) - last).norm();
     }
     let parts = if curve { ARC_PARTS } else { PARTS };
     let mut between = a.to_vec();
-    let mut last = robot.tcp_m(a);
     let mut sum = 0.0;
     for k in 1..=parts {
         let s = k as f64 / parts as f64;

@@ -17,8 +17,9 @@ pub(super) fn require_positions(script: &Script, robot: &Robot) -> Result<()> {
     for (k, m) in script.moves() {
         let Goal::Joints(target) = m.goal else { continue };
         let Some(target) = script.targets.get(target) else { continue };
-        for (joint, value) in robot.axis_joints().zip(target.values.iter()) {
-            let Some(value) = value.map(|v| joint.kind.to_user_unit(v.si)) else { continue };
+        // no number is none that is too large
+        for (joint, si) in robot.axis_joints().zip(target.values.si_or_nan()) {
+            let value = joint.kind.to_user_unit(si);
             if value.abs() > LARGEST {
                 let found = format!("{value:e} {} for {}", joint.kind.unit(), joint.name);
                 return Err(Error::bad(script.place(script.steps[k].at), found, "a position that the joint can have"));
@@ -54,20 +55,29 @@ pub(super) fn require_coverage(coverage: &Coverage, choices: &Choices, script: &
 /// them are rounded, and a note says so.
 pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<Option<Note>> {
     let (mut coarse, mut first) = (Vec::new(), None);
-    let edited = || script.moves().filter(|(k, _)| edits.steps.contains(*k));
-    let joints = edited().filter(|(_, m)| matches!(m.goal, Goal::Joints(_))).count();
-    let poses = edited().count() - joints;
-    for (axis, joint) in task.robot.axis_joints().enumerate() {
+    let (mut joints, mut poses) = (0, 0);
+    // by axis: the last step whose number can be no finer, and the weight of its finest digit
+    let mut coarsest: Vec<Option<(usize, f64)>> = vec![None; task.robot.dof()];
+    for (k, m) in script.moves().filter(|(k, _)| edits.steps.contains(*k)) {
+        let Goal::Joints(t) = m.goal else {
+            poses += 1;
+            continue;
+        };
+        joints += 1;
+        let Some(target) = script.targets.get(t) else { continue };
+        for (place, weights) in coarsest.iter_mut().zip(target.values.weights()) {
+            if let Some([_, finest]) = weights
+                && place.is_none_or(|(_, most)| finest.total_cmp(&most).is_ge())
+            {
+                *place = Some((k, finest));
+            }
+        }
+    }
+    for ((axis, joint), coarsest) in task.robot.axis_joints().enumerate().zip(coarsest) {
         let Some(gap) = task.compensator.on(axis).and_then(deadband::smallest) else { continue };
         let gap = gap * task.options.gain;
-        let coarsest = edited()
-            .filter_map(|(k, m)| match m.goal {
-                Goal::Joints(t) => Some((k, script.targets.get(t)?.values.get(axis)?)),
-                _ => None,
-            })
-            .max_by(|a, b| a.1.finest.total_cmp(&b.1.finest));
-        if let Some((k, value)) = coarsest
-            && value.finest > gap
+        if let Some((k, finest)) = coarsest
+            && finest > gap
             && gap > 0.0
         {
             let edge = |v: f64| joint.kind.to_user_unit(v);
@@ -76,7 +86,7 @@ pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Resu
                 place: script.place(script.steps[k].at).to_string(),
                 joint: joint.name.clone(),
                 unit: joint.kind.unit(),
-                step: edge(value.finest),
+                step: edge(finest),
                 half_gap: edge(gap),
             });
         }

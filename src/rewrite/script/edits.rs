@@ -76,6 +76,15 @@ pub fn collect(
         // all that lies after the goal before, up to the goal of this step
         let Some(end) = (at..emitted.len()).find(|&i| goal(run, &out(i)).is_some()) else { break };
         let Some(vertex) = goal(run, &out(end)) else { break };
+        if at == end && !solve && !vertex.again {
+            // nothing but a goal: nearly every move
+            at = end + 1;
+            let goal = emitted.row(end);
+            if vertex.editable && is_move(script, vertex.step) && differs(goal, &vertex.q) {
+                edits.steps.insert_goal(vertex.step, goal);
+            }
+            continue;
+        }
         span.clear();
         span.extend((at..end).map(out));
         let before = at.checked_sub(1).map(|k| emitted.row(k));
@@ -94,6 +103,15 @@ pub fn collect(
     }
     blends(script, robot, run, edits);
     (unplaced, added)
+}
+
+/// A joint stands elsewhere.
+fn differs(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).any(|(a, b)| (a - b).abs() > NOTHING)
+}
+
+fn is_move(script: &Script, step: usize) -> bool {
+    script.steps.get(step).is_some_and(|s| matches!(s.kind, StepKind::Move(_)))
 }
 
 /// What the second pass of a loop asks of a move: where it is another goal, the move stays; where other points are to be on its way, it
@@ -166,19 +184,18 @@ fn step(
     let once = !run.entered.contains(&vertex.step);
     let as_joint_moves =
         once && solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
-    let changed = |o: &Out, own: &[f64]| o.q.iter().zip(own).any(|(a, b)| (a - b).abs() > NOTHING);
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
     let offset = |q: &[f64], own: &[f64]| q.iter().zip(own).map(|(a, b)| a - b).collect::<Vec<f64>>();
     let here = if span.is_empty() { Vec::new() } else { offset(end.q, &vertex.q) };
-    let differs = |o: &Out| {
+    let offset_differs = |o: &Out| {
         let own = run.vertices.get(o.vertex).map(|v| offset(o.q, &v.q)).unwrap_or_default();
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
     };
     let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
     // where the robot stands, the point in place carries the step: none is needed on the way to it
     let crossing = |o: &Out, n: usize| run.vertices.get(o.vertex + n).is_some_and(|v| v.role == Role::Crossing);
-    let steps = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o)));
+    let steps = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || offset_differs(o)));
     let steps_inside = steps || span.iter().any(|o| on_way(run, o, vertex.step) && approach(o));
     if !closed && (steps_inside || as_joint_moves) {
         let mut last = before;
@@ -201,7 +218,7 @@ fn step(
             edit.before.push(point);
         }
     }
-    if as_joint_moves || changed(end, &vertex.q) {
+    if as_joint_moves || differs(end.q, &vertex.q) {
         edit.goal = Some(end.q.to_vec());
     }
     if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {

@@ -10,7 +10,7 @@
 //! long that it would have more than [`MOST_POINTS`] points, they stand further apart.
 
 use super::approach::Sides;
-use super::clock::{self, ARC_PARTS};
+use super::clock::{self, ARC_PARTS, LastTcp};
 use super::context::Contexts;
 use super::installation;
 use super::job;
@@ -183,7 +183,7 @@ impl Reading<'_> {
         let otherwise = Some(assumed.m_s());
         let none = |_: f64| None;
         let duration = |m: &Move, from: &[f64], to: &[f64]| {
-            clock::duration_s(self.robot, from, to, m.path, m.speed, otherwise, &none)
+            clock::duration_s(self.robot, from, to, m.path, m.speed, otherwise, &none, &mut LastTcp::default())
         };
         let mut program = Program::of_document_timed(document, sha256, self.robot, &duration)?;
         if let Some(told) = &mut program.script {

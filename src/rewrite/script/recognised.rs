@@ -32,8 +32,8 @@ pub(super) fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clo
 fn written_digits(script: &Script, axes: usize) -> Vec<Digits> {
     let mut finest = vec![f64::INFINITY; axes];
     for target in script.targets.iter() {
-        for (finest, value) in finest.iter_mut().zip(target.values.iter()) {
-            *finest = value.map_or(*finest, |v| finest.min(v.digit));
+        for (finest, weights) in finest.iter_mut().zip(target.values.weights()) {
+            *finest = weights.map_or(*finest, |[digit, _]| finest.min(digit));
         }
     }
     finest.into_iter().map(digits_of).collect()

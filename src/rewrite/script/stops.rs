@@ -18,7 +18,8 @@ pub struct Stops {
 
 impl Stops {
     pub fn of(robot: &Robot, runs: &[Run]) -> Self {
-        let mut all = Self { steps: Vec::new(), times_s: Vec::new() };
+        let most = runs.iter().map(|run| run.vertices.len()).sum();
+        let mut all = Self { steps: Vec::with_capacity(most), times_s: Vec::with_capacity(most) };
         for run in runs {
             let mut start = None;
             for v in run.vertices.iter().filter(|v| !matches!(v.role, Role::Way | Role::Crossing)) {

@@ -217,8 +217,8 @@ fn compare(
         let lost = (v.si - want).abs();
         let stays = own.get(axis).is_some_and(|own| *own == v.si);
         // a number may stand there with more digits than are written: then a change below these leaves it
-        let wish = edits.digit_of(&target, axis);
-        let digit = if stays { v.digit.max(v.finest).max(if wish.is_nan() { 0.0 } else { wish }) } else { v.digit };
+        let wish = || Some(edits.digit_of(&target, axis)).filter(|wish| !wish.is_nan()).unwrap_or(0.0);
+        let digit = if stays { v.digit.max(v.finest).max(wish()) } else { v.digit };
         if lost > ROUNDED * digit + 1e-12 {
             return Err(Difference::Number { number: axis + 1, is: v.si, wanted: want });
         }

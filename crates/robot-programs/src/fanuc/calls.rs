@@ -45,12 +45,24 @@ pub(super) fn files(path: &Path, seen: &Folders, registers: bool) -> Vec<PathBuf
 ///
 /// `call = ("CALL " | "AUFRUF ") name | number ":" word {word} ";"`
 fn names_of(program: &[u8]) -> BTreeSet<String> {
-    let bytes = program.to_ascii_uppercase();
-    let mut found: BTreeSet<String> = bytes.split(|b| matches!(b, b'\n' | b'\r')).filter_map(macro_of).collect();
-    for word in [&b"CALL "[..], b"AUFRUF "] {
-        for at in memchr::memmem::find_iter(&bytes, word) {
-            let rest = bytes[at + word.len()..].trim_ascii_start();
-            found.insert(program_name(rest).iter().map(|b| char::from(*b)).collect());
+    /// Bytes that are looked through at a time, in upper case.
+    const PIECE: usize = 1 << 16;
+    const WORDS: [&[u8]; 2] = [b"CALL ", b"AUFRUF "];
+    let longest = WORDS.iter().map(|w| w.len()).max().unwrap_or(1);
+    let names = program.split(|b| matches!(b, b'\n' | b'\r')).filter_map(macro_of);
+    let mut found: BTreeSet<String> = names.map(|name| name.to_ascii_uppercase()).collect();
+    let mut piece = Vec::new();
+    for start in (0..program.len()).step_by(PIECE) {
+        // a word may begin in one piece and end in the next
+        let end = program.len().min(start + PIECE + longest - 1);
+        piece.clear();
+        piece.extend_from_slice(program.get(start..end).unwrap_or_default());
+        piece.make_ascii_uppercase();
+        for word in WORDS {
+            for at in memchr::memmem::find_iter(&piece, word) {
+                let rest = program.get(start + at + word.len()..).unwrap_or_default().trim_ascii_start();
+                found.insert(program_name(rest).iter().map(|b| char::from(b.to_ascii_uppercase())).collect());
+            }
         }
     }
     found

@@ -15,18 +15,46 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// A number field of a position.
+/// A number field of a position. Small, as a program has one for each of its numbers.
 #[derive(Debug, Clone)]
 pub(super) struct Field {
-    /// `J1`, `E2`, `X`, in upper case.
-    pub name: Cow<'static, str>,
     /// From after the `=` to the end of the number.
     pub field: Span,
     pub number: Span,
-    /// Value and style; `None`: `********`, not taught.
-    pub value: Option<(f64, number::Style)>,
+    /// deg or mm; NaN: not taught.
+    own: f64,
+    style: number::Style,
     /// mm, not deg.
     pub mm: bool,
+    /// Place of its name in [`USUAL`]; beyond: another one.
+    usual: u8,
+    unusual: Option<Box<String>>,
+}
+
+impl Field {
+    /// `J1`, `E2`, `X`, in upper case.
+    pub fn name(&self) -> &str {
+        match &self.unusual {
+            Some(name) => name,
+            None => USUAL.get(usize::from(self.usual)).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Value, deg or mm, and style; `None`: `********`, not taught.
+    pub fn value(&self) -> Option<(f64, number::Style)> {
+        (!self.own.is_nan()).then_some((self.own, self.style))
+    }
+
+    /// It has the name of an axis: `J1`, `E2`.
+    fn is_axis(&self, letter: u8, number: usize) -> bool {
+        match self.name().as_bytes() {
+            [first, digit] => {
+                *first == letter && (1..10).contains(&number) && usize::from(digit.wrapping_sub(b'0')) == number
+            }
+            [first, digits @ ..] => *first == letter && *digits == *number.to_string().as_bytes(),
+            [] => false,
+        }
+    }
 }
 
 /// A position.
@@ -54,18 +82,18 @@ pub(super) struct Position {
 impl Position {
     /// Whether group 1 holds joints.
     pub fn is_joints(&self) -> bool {
-        self.fields.iter().any(|f| is_joint(&f.name))
+        self.fields.iter().any(|f| is_joint(f.name()))
     }
 
     /// Whether a number of group 1 is missing.
     pub fn untaught(&self) -> bool {
-        self.fields.iter().any(|f| f.value.is_none())
+        self.fields.iter().any(|f| f.own.is_nan())
     }
 
     /// Joint fields in the order of the axes: J1, J2, ..., then E1, ...
     pub fn axes(&self) -> Vec<&Field> {
-        let mut out: Vec<&Field> = self.fields.iter().filter(|f| is_joint(&f.name) || is_extended(&f.name)).collect();
-        out.sort_by_key(|f| (is_extended(&f.name), f.name.get(1..).and_then(|d| d.parse::<u32>().ok())));
+        let mut out: Vec<&Field> = self.fields.iter().filter(|f| is_joint(f.name()) || is_extended(f.name())).collect();
+        out.sort_by_key(|f| (is_extended(f.name()), f.name().get(1..).and_then(|d| d.parse::<u32>().ok())));
         out
     }
 
@@ -75,12 +103,17 @@ impl Position {
     /// # Errors
     /// One is missing.
     pub fn fields_of(&self, places: &Places) -> std::result::Result<Vec<&Field>, String> {
-        let of = |name: String| self.fields.iter().find(|f| f.name == name).ok_or(name);
+        let of = |letter: u8, number: usize| {
+            // nearly always they stand in this order
+            let likely = number.checked_sub(1).and_then(|k| self.fields.get(k)).filter(|f| f.is_axis(letter, number));
+            likely.or_else(|| self.fields.iter().find(|f| f.is_axis(letter, number)))
+        };
+        let missing = |letter: u8, number: usize| format!("{}{number}", char::from(letter));
         let field = |axis: usize| match places.arm.iter().position(|a| *a == axis) {
-            Some(k) => of(format!("J{}", k + 1)),
+            Some(k) => of(b'J', k + 1).ok_or_else(|| missing(b'J', k + 1)),
             None => {
                 let number = places.external.iter().find(|e| e.1 == axis).map_or(0, |e| e.0);
-                of(format!("E{number}")).or_else(|name| of(format!("J{}", 6 + number)).map_err(|_| name))
+                of(b'E', number).or_else(|| of(b'J', 6 + number)).ok_or_else(|| missing(b'E', number))
             }
         };
         (0..places.arm.len() + places.external.len()).map(field).collect()
@@ -90,7 +123,7 @@ impl Position {
     pub fn placed(&self, robot: &Axes) -> Vec<(usize, &Field)> {
         let places = robot.places();
         let of = |&(number, axis): &(usize, usize)| {
-            let field = self.fields.iter().find(|f| f.name.strip_prefix('E') == Some(&number.to_string()));
+            let field = self.fields.iter().find(|f| f.is_axis(b'E', number));
             let mm = robot.axis(axis).kind == JointKind::Prismatic;
             field.filter(|f| f.mm == mm).map(|f| (axis, f))
         };
@@ -101,22 +134,22 @@ impl Position {
     /// Fields of a Cartesian position: X, Y, Z, W, P, R; `None`: one is missing, not taught, or in another unit.
     pub fn coordinates(&self) -> Option<[&Field; 6]> {
         let of = |name: &str| {
-            let field = self.fields.iter().find(|f| f.name == name)?;
+            let field = self.fields.iter().find(|f| f.name() == name)?;
             let mm = matches!(name, "X" | "Y" | "Z");
-            (field.mm == mm && field.value.is_some()).then_some(field)
+            (field.mm == mm && !field.own.is_nan()).then_some(field)
         };
         Some([of("X")?, of("Y")?, of("Z")?, of("W")?, of("P")?, of("R")?])
     }
 
     /// The Cartesian target, whose numbers are those of target `target`.
     pub fn pose(&self, target: usize, robot: &Axes) -> Option<PoseGoal> {
-        let values = self.coordinates()?.map(|f| f.value.map_or(0.0, |v| v.0));
+        let values = self.coordinates()?.map(|f| f.value().map_or(0.0, |v| v.0));
         let [w, p, r] = [values[3], values[4], values[5]].map(f64::to_radians);
         let placed = self.placed(robot);
-        let foreign = |f: &&Field| is_extended(&f.name) && placed.iter().all(|p| p.1.name != f.name);
+        let foreign = |f: &&Field| is_extended(f.name()) && placed.iter().all(|p| p.1.name() != f.name());
         let extended = || self.fields.iter().filter(foreign);
         let carried: Option<Vec<(String, f64)>> = extended()
-            .map(|f| f.value.map(|v| (f.name.to_string(), v.0)))
+            .map(|f| f.value().map(|v| (f.name().to_string(), v.0)))
             .filter(|v| v.as_ref().is_none_or(|v| v.1 != 0.0))
             .collect();
         let frame = match carried {
@@ -126,7 +159,7 @@ impl Position {
         let solution = self.configuration.map_or(Solution::Same, Solution::Configured);
         let of_axis = |&(axis, field): &(usize, &Field)| {
             let si = robot.axis(axis).kind.si_per_user_unit();
-            Some(OfAxis { axis, si: field.value?.0 * si })
+            Some(OfAxis { axis, si: field.value()?.0 * si })
         };
         let external: Box<[OfAxis]> = placed.iter().map(of_axis).collect::<Option<_>>()?;
         Some(PoseGoal {
@@ -322,24 +355,25 @@ fn field(text: &Text, span: &Range<usize>, cursor: &mut Cursor, name: Cow<str>, 
     if position.fields.len() >= MOST {
         return Err(bad(token, "fewer numbers in a group"));
     }
-    if position.fields.iter().any(|f| f.name == name) {
+    if position.fields.iter().any(|f| f.name() == name) {
         return Err(bad(token, "each axis once"));
     }
     // the names that nearly all fields have take no memory
-    let name = USUAL
-        .iter()
-        .find(|usual| **usual == name)
-        .map_or_else(|| Cow::Owned(name.to_string()), |usual| Cow::Borrowed(*usual));
+    let usual = USUAL.iter().position(|usual| *usual == name);
+    let unusual = if usual.is_none() { Some(Box::new(name.into_owned())) } else { None };
+    let (own, style) = value.unwrap_or((f64::NAN, number::Style::default()));
     if position.fields.is_empty() {
         // most robots have as many axes, and a pose as many numbers
         position.fields.reserve_exact(6);
     }
     position.fields.push(Field {
-        name,
         field: (span.start + from..span.start + after).into(),
         number: (span.start + start..span.start + after).into(),
-        value,
+        own,
+        style,
         mm,
+        usual: usual.map_or(u8::MAX, |usual| usual as u8),
+        unusual,
     });
     Ok(())
 }

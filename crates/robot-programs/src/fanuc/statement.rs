@@ -219,8 +219,8 @@ pub(super) fn has(bytes: &[u8], needle: &[u8]) -> bool {
 ///
 /// `words = word {blank word}, blanks within "[" "]" being part of the word`
 pub(super) fn words(text: &Text, statement: &Statement) -> Vec<Range<usize>> {
-    // those of a motion and an option
-    let mut out = Vec::with_capacity(6);
+    // those of a motion: all statements of a program are held at once
+    let mut out = Vec::with_capacity(4);
     for piece in &statement.pieces {
         let mut cursor = Cursor::new(text.slice(piece.clone()));
         loop {

@@ -117,7 +117,7 @@ fn extras(text: &Text, robot: &Axes, p: &Position) -> Vec<u8> {
         true => p.fields_of(robot.places()).unwrap_or_default(),
         false => p.placed(robot).into_iter().map(|f| f.1).collect(),
     };
-    for f in p.axes().into_iter().filter(|f| own.iter().all(|o| o.name != f.name)) {
+    for f in p.axes().into_iter().filter(|f| own.iter().all(|o| o.name() != f.name())) {
         other.extend_from_slice(text.slice(f.field).trim_ascii());
         other.push(b' ');
     }
@@ -137,14 +137,14 @@ fn target(text: &Text, robot: &Axes, p: &Position, places: &Places) -> Result<Ta
     for (field, joint) in axes.into_iter().zip(robot.axis_joints()) {
         let mm = joint.kind == JointKind::Prismatic;
         if field.mm != mm {
-            let found = format!("`{}` in {}", field.name, if field.mm { "mm" } else { "deg" });
+            let found = format!("`{}` in {}", field.name(), if field.mm { "mm" } else { "deg" });
             return Err(text.bad(
                 field.number.start(),
                 found,
                 format!("{} for axis {}", joint.kind.unit(), joint.name),
             ));
         }
-        values.push(field.value.map(|(value, style)| Value {
+        values.push(field.value().map(|(value, style)| Value {
             si: value * joint.kind.si_per_user_unit(),
             start: field.number.start(),
             end: field.number.end(),
@@ -160,7 +160,7 @@ fn target(text: &Text, robot: &Axes, p: &Position, places: &Places) -> Result<Ta
 fn coordinates(p: &Position, robot: &Axes) -> Option<Target> {
     let form = PoseForm::FixedXyz;
     let value = |(k, field): (usize, &Field)| {
-        let (value, style) = field.value?;
+        let (value, style) = field.value()?;
         let (unit, digit) = (form.unit(k), number::last_digit(style.decimals));
         let (start, end) = (field.number.start(), field.number.end());
         Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest: FINEST.min(digit) * unit })
@@ -168,7 +168,7 @@ fn coordinates(p: &Position, robot: &Axes) -> Option<Target> {
     let mut values: Vec<Option<Value>> = p.coordinates()?.into_iter().enumerate().map(value).collect();
     for (axis, field) in p.placed(robot) {
         let unit = robot.axis(axis).kind.si_per_user_unit();
-        let (value, style) = field.value?;
+        let (value, style) = field.value()?;
         let digit = number::last_digit(style.decimals);
         let (start, end) = (field.number.start(), field.number.end());
         values.push(Some(Value {
@@ -186,6 +186,6 @@ fn coordinates(p: &Position, robot: &Axes) -> Option<Target> {
 
 /// Whether the file leaves the zero before the point off, as older controllers do.
 pub(super) fn bare(positions: &[Position]) -> bool {
-    let values = || positions.iter().flat_map(|p| &p.fields).filter_map(|f| f.value);
+    let values = || positions.iter().flat_map(|p| &p.fields).filter_map(Field::value);
     values().any(|v| v.1.bare) || !values().any(|v| v.0.abs() < 1.0)
 }

@@ -5,7 +5,8 @@ use super::taught::FINEST;
 use super::{Motion, Program};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::{Edits, Goal, NewPoint, Patch, Patches, PathKind, StepKind, Text, number};
+use crate::script::number::{self, Own};
+use crate::script::{Edits, Goal, NewPoint, Patch, Patches, PathKind, StepKind, Text, Value};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -32,13 +33,14 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     Ok(out)
 }
 
-/// A joint value in the style of a field, deg or mm.
-fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> String {
+/// A joint value instead of one that stands in `text`, in its style, deg or mm.
+fn written(program: &Program, edits: &Edits, axis: usize, q: f64, (value, text): (Value, &Text)) -> String {
     let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
-    let most = ((-FINEST.log10()).round() as u8).max(style.decimals);
+    let most = ((-FINEST.log10()).round() as u8).max(value.style.decimals);
     let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_user_unit(*d));
-    let style = number::Style { bare: program.bare, exponent: false, ..style };
-    number::write(kind.to_user_unit(q), style, number::decimals_for(style, digit, most))
+    let style = number::Style { bare: program.bare, exponent: false, ..value.style };
+    let own = Own { text: text.slice(value.span()), value: kind.to_user_unit(value.si), style: value.style };
+    number::write_moved(own, kind.to_user_unit(q), style, number::decimals_for(style, digit, most))
 }
 
 /// Fields of a target that differ from `q`: the bytes to replace, and by what.
@@ -52,25 +54,25 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result
         }
         _ => position.fields_of(program.robot.places()).unwrap_or_default(),
     };
-    let own = program.script.texts.first();
+    let Some(own) = program.script.texts.first() else { return Ok(Change::new()) };
     let mut out = Vec::new();
     for (k, (field, value)) in fields.into_iter().zip(written_there.values.iter()).enumerate() {
         let (Some(value), Some(&q)) = (value, q.get(k)) else { continue };
         let new = if written_there.pose.is_some() {
-            let Some(new) = written_there.pose_number(k, q, edits) else { continue };
+            let Some(new) = written_there.pose_number(k, q, edits, own) else { continue };
             bare(program, new)
         } else if (q - value.si).abs() <= 1e-13 {
             continue;
         } else {
-            written(program, edits, k, q, value.style)
+            written(program, edits, k, q, (value, own))
         };
         // blanks before a number are its column and give way; a tab stays
-        let blanks = own.is_some_and(|t| t.slice(field.field.start()..field.number.start()).iter().all(|b| *b == b' '));
+        let blanks = own.slice(field.field.start()..field.number.start()).iter().all(|b| *b == b' ');
         let (span, new) = match blanks {
             true => (field.field.range(), number::field(&new, field.field.range().len())),
             false => (field.number.range(), new),
         };
-        if own.is_none_or(|t| t.slice(span.clone()) != new.as_bytes()) {
+        if own.slice(span.clone()) != new.as_bytes() {
             out.push((span, new));
         }
     }

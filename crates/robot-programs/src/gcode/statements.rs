@@ -124,6 +124,18 @@ pub(super) struct Statements {
     rest: Vec<Rest>,
 }
 
+/// Where a statement leads, by axis; mm or deg, NaN: not known.
+pub(super) struct Places<'a> {
+    pub start: &'a [f64],
+    pub goal: &'a [f64],
+    /// As in [`Statement`].
+    pub unit: &'a [f64],
+    pub shift: &'a [f64],
+    pub absolute: bool,
+    /// It is no arc, and all of its words stand in its line.
+    pub plain: bool,
+}
+
 /// Nothing else than what all statements have.
 const NONE: u32 = u32::MAX;
 
@@ -194,6 +206,15 @@ impl Statements {
     fn places(&self, first: u32, count: usize) -> Vec<Option<f64>> {
         let row = self.places.get(first as usize..first as usize + count).unwrap_or_default();
         row.iter().map(|v| Some(*v).filter(|v| !v.is_nan())).collect()
+    }
+
+    /// The places of a statement as they are kept, without its words.
+    pub fn places_of(&self, step: usize, axes: usize) -> Option<Places<'_>> {
+        let kept = self.kept.get(step)?;
+        let row = |first: u32| self.places.get(first as usize..first as usize + axes);
+        let [unit, shift] = self.frames.get(kept.frame as usize)?;
+        let (absolute, plain) = (kept.absolute, kept.rest == NONE);
+        Some(Places { start: row(kept.start)?, goal: row(kept.goal)?, unit, shift, absolute, plain })
     }
 
     /// The statement of a step; `letters`: the words of the axes.

@@ -6,17 +6,20 @@
 //! rounding never adds up.
 
 use super::lex::Word;
-use super::statements::{MIXED, Program, Statement, canonical, most};
+use super::statements::{MIXED, Places, Program, Statement, canonical, most};
 use crate::axes::JointKind;
 use crate::decimal::POW10;
 use crate::error::{Error, Result};
-use crate::script::number::{self, Style};
+use crate::script::number::{self, Own, Style};
 use crate::script::{AxisSet, Break, EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
+use std::ops::Range;
 
 /// Two places are one, mm or deg.
 pub(super) const SAME: f64 = 1e-9;
 /// An axis that a block does not name moves with it only by less than this, mm or deg: it is an offset.
 const OFFSET: f64 = 5.0;
+/// Axes of nearly every machine.
+const MOST_AXES: usize = 8;
 /// Most decimals with which a place that shall stay is written.
 const FULL: u8 = 12;
 
@@ -65,9 +68,13 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
         now: vec![None; dof],
         decimals: vec![0; dof],
         relative: None,
+        room: Vec::new(),
     };
     for (step, one) in program.script.steps.iter().enumerate() {
         let edit = edits.steps.get(step);
+        if writer.plain(step, edit) {
+            continue;
+        }
         let statement = || program.statements.get(step, text, &program.letters);
         let is_move = matches!(one.kind, StepKind::Move(_));
         let done = match (&one.kind, is_move.then(statement).flatten()) {
@@ -94,6 +101,18 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
     Ok(writer.patches)
 }
 
+/// Digits after the point, at least `decimals`, with which a word of this value leads to its place within [`SAME`].
+fn without_loss(value: f64, unit: f64, mut decimals: u8) -> u8 {
+    let off = |d: u8| {
+        let power = POW10[usize::from(d)]; // at most FULL
+        (value - (value * power).round() / power).abs()
+    };
+    while decimals < FULL && off(decimals) * unit > SAME {
+        decimals += 1;
+    }
+    decimals
+}
+
 pub(super) struct Writer<'a> {
     pub(super) program: &'a Program,
     pub(super) edits: &'a Edits,
@@ -104,6 +123,8 @@ pub(super) struct Writer<'a> {
     pub(super) decimals: Vec<u8>,
     /// The last block, if it is relative, and how far the axes stand from where they stood after it.
     pub(super) relative: Option<(usize, f64)>,
+    /// Where a number is put together.
+    pub(super) room: Vec<u8>,
 }
 
 /// New words of a block, by axis.
@@ -150,6 +171,81 @@ impl Writer<'_> {
             return Err(self.refused(step, &format!("no point can be added: {why}")));
         }
         Ok(())
+    }
+
+    /// Goes through a block whose words need not be read again: one that stays, or a straight move in absolute words that names every axis
+    /// whose place is known and gets another goal. `false`: it is no such block, and [`Self::block`] goes through it.
+    fn plain(&mut self, step: usize, edit: Option<EditRef>) -> bool {
+        let program = self.program;
+        let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else { return false };
+        let Some(s) = program.statements.places_of(step, self.now.len()) else { return false };
+        let Some(edit) = edit else {
+            let stands = |(now, start): (&Option<f64>, &f64)| now.is_none_or(|now| (now - start).abs() <= SAME);
+            if self.relative.is_some_and(|(_, left)| left > SAME) || !self.now.iter().zip(s.start).all(stands) {
+                return false;
+            }
+            for (now, place) in self.now.iter_mut().zip(s.goal.iter().zip(s.start)) {
+                let known = |v: &f64| Some(*v).filter(|v| !v.is_nan());
+                *now = known(place.0).or(*now).or(known(place.1));
+            }
+            self.relative = (!s.absolute).then_some((step, 0.0));
+            return true;
+        };
+        let (Goal::Joints(t), Some(asked)) = (&m.goal, edit.goal) else { return false };
+        let (Some(target), Some(text)) = (program.script.targets.get(*t), program.script.texts.first()) else {
+            return false;
+        };
+        let simple = s.absolute && s.plain && edit.before.is_empty() && !edit.as_joint_moves && m.fixed.is_none();
+        let mut words = [None; MOST_AXES];
+        if !simple || asked.len() != self.now.len() || asked.len() > MOST_AXES {
+            return false;
+        }
+        for (a, word) in words.iter_mut().enumerate().take(asked.len()).filter(|(a, _)| !s.goal[*a].is_nan()) {
+            let want = asked[a] / program.si[a];
+            let value = target.values.get(a).filter(|_| want.is_finite() && want.abs() <= 1e7);
+            let read = value.and_then(|v| Some((v, number::read(text.slice(v.span()))?)));
+            let Some((value, (before, style))) = read else { return false };
+            *word = Some((want, value, before, style));
+        }
+        for (now, start) in self.now.iter_mut().zip(s.start) {
+            *now = now.or(Some(*start).filter(|v| !v.is_nan()));
+        }
+        for (a, word) in words.iter().enumerate() {
+            if let Some((want, value, before, style)) = *word {
+                let own = Own { text: text.slice(value.span()), value: before, style: Style { plus: false, ..style } };
+                self.number(a, want, own, value.span(), &s);
+            }
+        }
+        self.relative = None;
+        true
+    }
+
+    /// Writes the number of an axis in an absolute word where it stands, so that the axis comes to `want`.
+    fn number(&mut self, a: usize, want: f64, own: Own, span: Range<usize>, s: &Places) {
+        let (unit, base) = (s.unit[a], s.shift[a]);
+        let Own { value: before, style, .. } = own;
+        let value = (want - base) / unit;
+        let stays = (s.goal[a] - want).abs() <= SAME;
+        let decimals = self.digits(a, unit, style, value, stays);
+        let mut room = std::mem::take(&mut self.room);
+        room.clear();
+        number::append_moved(&mut room, own, value, style, decimals);
+        let written = number::read(&room).map_or(value, |n| n.0);
+        let kept = written == before && !(stays && (base + before * unit - want).abs() > SAME);
+        if !kept {
+            self.patches.put(0, span, &room);
+        }
+        self.room = room;
+        self.decimals[a] = if kept { 0 } else { decimals };
+        self.now[a] = Some(canonical(base + written * unit));
+    }
+
+    /// Digits after the point of a word with the value `value`; `stays`: no edit moves the axis, and it loses no digit.
+    fn digits(&self, a: usize, unit: f64, style: Style, value: f64, stays: bool) -> u8 {
+        let most = most(self.kind(a), unit).max(style.decimals);
+        let digit = self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a] / unit;
+        let decimals = number::decimals_for(style, digit, most);
+        if stays { without_loss(value, unit, decimals) } else { decimals }
     }
 
     pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<EditRef>) -> Written {
@@ -275,26 +371,26 @@ impl Writer<'_> {
             let value = (want - base) / s.unit[a];
             // an axis that no edit moves loses no digit
             if s.goal[a].is_some_and(|g| (g - want).abs() <= SAME) {
-                let off = |d: u8| {
-                    let power = POW10[usize::from(d)]; // at most FULL
-                    (value - (value * power).round() / power).abs()
-                };
-                while decimals < FULL && off(decimals) * s.unit[a] > SAME {
-                    decimals += 1;
-                }
+                decimals = without_loss(value, s.unit[a], decimals);
             }
-            let mut text = number::write(value, style, decimals);
-            let mut written = number::read(text.as_bytes()).map_or(value, |n| n.0);
+            // digits that stand there are added to, not written anew
+            let there = word.and_then(|w| Some((self.text(w), w.value?)));
+            let mut text = match there {
+                Some((text, (value_there, _))) => {
+                    let there = Own { text, value: value_there, style };
+                    number::write_moved(there, value, style, decimals)
+                }
+                None => number::write(value, style, decimals),
+            };
+            let written = number::read(text.as_bytes()).map_or(value, |n| n.0);
             let half = 0.5 * number::last_digit(decimals);
-            let unchanged = |v: f64| (v - value).abs() <= half;
             let stays = from.is_some_and(|f| {
                 (f - want).abs() <= (half * s.unit[a]).min(SAME.max(0.5 * number::last_digit(most) * s.unit[a]))
             });
             match word {
                 Some(w) if own => {
                     let before = w.value.map_or(0.0, |v| v.0);
-                    if unchanged(before) && (before - value).abs() * s.unit[a] <= self.keep(s, a, want, before, base) {
-                        written = before;
+                    if written == before && (before - value).abs() * s.unit[a] <= self.keep(s, a, want, before, base) {
                         text.clear();
                     }
                 }
@@ -312,6 +408,11 @@ impl Writer<'_> {
             leg.words[a] = Some(text);
         }
         leg
+    }
+
+    /// Bytes of a word's number.
+    fn text(&self, word: &Word) -> &[u8] {
+        self.program.script.texts.first().map(|t| t.slice(word.number())).unwrap_or_default()
     }
 
     /// How far a word that is kept may be from what is wanted: not at all where the goal is the old one.

@@ -47,6 +47,11 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid
         if line.is_empty() || line.starts_with(b"'") {
             continue;
         }
+        if is_plain_move(line) {
+            close(text, list, &mut group, &mut found);
+            (after_plain, between) = (true, Between::Nothing);
+            continue;
+        }
         let words = words(text, k);
         let Some(word) = words.first().map(|w| upper(text, w)) else { continue };
         if word == "MOVC" {
@@ -141,7 +146,7 @@ fn plain(text: &Text, list: &List, words: &[Range<usize>]) -> Option<usize> {
         let tag = word.split_once('=').filter(|(key, _)| matches!(*key, "V" | "VR" | "PL" | "CR" | "ACC" | "DEC"));
         word == "NWAIT" || tag.is_some_and(|(_, v)| number::read(v.as_bytes()).is_some())
     };
-    tags.iter().all(usual).then(|| list.by_name.get(&(kind, n)).copied()).flatten()
+    tags.iter().all(usual).then(|| list.by_name.get((kind, n))).flatten()
 }
 
 /// Nothing that moves, jumps or leads the path.

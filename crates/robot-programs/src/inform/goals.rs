@@ -23,6 +23,11 @@ impl Reader<'_> {
     /// `goal = (C_position | P_position) [BC_position | BP_position] [EC_position | EX_position]`
     pub(super) fn goal(&mut self, k: usize, references: &[Reference], m: &mut Move) -> Result<Goal> {
         let list = self.list;
+        if let [alone] = references
+            && let Some(goal) = self.joints_alone(alone.position())?
+        {
+            return Ok(goal);
+        }
         let mut key: Vec<usize> = references.iter().map(Reference::position).collect();
         key.sort_by_key(|&p| list.positions[p].kind);
         let Some(first) = key.first().map(|&p| &list.positions[p]).filter(|p| matches!(p.kind, Kind::C | Kind::P))
@@ -198,6 +203,39 @@ impl Reader<'_> {
         self.numbers.push(Numbers::of(axes));
         self.targets.insert(key, t);
         Ok(Goal::Joints(t))
+    }
+
+    /// The same of a move to one position of the list that has a number for each axis and no other: nearly all are such.
+    fn joints_alone(&mut self, position: usize) -> Result<Option<Goal>> {
+        let (text, list, dof) = (self.text, self.list, self.robot.dof());
+        let Some(p) = list.positions.get(position) else { return Ok(None) };
+        let in_joints = matches!(p.section.meaning, Meaning::Pulse | Meaning::Angle);
+        if !(self.in_order && p.kind == Kind::C && in_joints && list.positions.numbers(position).len() == dof) {
+            return Ok(None);
+        }
+        if let Some(t) = self.targets.get(&[position]) {
+            return Ok(Some(Goal::Joints(t)));
+        }
+        let mut values = std::mem::take(&mut self.room);
+        values.clear();
+        for axis in 0..dof {
+            values.push(Some(self.value(axis, (position as u32, axis as u32))?));
+        }
+        let t = self.script.targets.len();
+        let at = At::of_line(p.line());
+        // as it stands there, unless that is in lower case
+        let line = text.line(p.line());
+        let written =
+            line.get(..line.iter().position(|b| *b == b'=').unwrap_or_default()).unwrap_or_default().trim_ascii();
+        let plain = written.iter().all(|b| b.is_ascii_uppercase() || b.is_ascii_digit());
+        match std::str::from_utf8(written).ok().filter(|_| plain) {
+            Some(name) => self.script.targets.push_numbers(None, Some(name), at, values.drain(..)),
+            None => self.script.targets.push_numbers(None, Some(&p.name()), at, values.drain(..)),
+        }
+        self.room = values;
+        self.numbers.push(Numbers::of_line(position, dof as u16));
+        self.targets.insert_one(position, t);
+        Ok(Some(Goal::Joints(t)))
     }
 
     /// The numbers of a move's positions by the robot's axes, and those that are none of its: the C line has the joints of the arm, BC

@@ -194,6 +194,11 @@ impl Tag {
         Some(Self { key: key as u8, span: span.into() })
     }
 
+    /// The same elsewhere.
+    pub(super) fn at(&self, span: Span) -> Self {
+        Self { key: self.key, span }
+    }
+
     /// Before the `=`, upper case.
     pub(super) fn key(&self) -> &'static str {
         COPIED.get(usize::from(self.key)).copied().unwrap_or_default()
@@ -304,14 +309,18 @@ impl Known {
         }
     }
 
+    pub(super) fn insert_one(&mut self, position: usize, target: usize) {
+        if position >= self.single.len() {
+            self.single.resize(position + 1, NONE);
+        }
+        if let Some(place) = self.single.get_mut(position) {
+            *place = target as u32;
+        }
+    }
+
     pub(super) fn insert(&mut self, positions: Vec<usize>, target: usize) {
         match positions[..] {
-            [one] => {
-                if one >= self.single.len() {
-                    self.single.resize(one + 1, NONE);
-                }
-                self.single[one] = target as u32;
-            }
+            [one] => self.insert_one(one, target),
             _ => {
                 self.several.insert(positions, target);
             }

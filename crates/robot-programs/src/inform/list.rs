@@ -12,11 +12,59 @@ use std::sync::Arc;
 #[derive(Default)]
 pub(super) struct List {
     pub(super) positions: Positions,
-    pub(super) by_name: BTreeMap<(Kind, u32), usize>,
+    pub(super) by_name: ByName,
     pub(super) counts: Vec<Range<usize>>,
     pub(super) base_axes: bool,
     /// The job's group where it is not that of the first robot: `RB2`, `ST1`.
     pub(super) foreign: Option<String>,
+}
+
+/// Positions by their names. Nearly all of a kind have the numbers from 0 on.
+#[derive(Default)]
+pub(super) struct ByName {
+    /// By kind and number.
+    dense: [Vec<u32>; KINDS.len()],
+    others: BTreeMap<(Kind, u32), u32>,
+}
+
+/// No position.
+const NONE: u32 = u32::MAX;
+
+impl ByName {
+    pub(super) fn get(&self, (kind, number): (Kind, u32)) -> Option<usize> {
+        let dense = self.dense.get(kind as usize)?.get(number as usize).filter(|p| **p != NONE);
+        dense.or_else(|| self.others.get(&(kind, number))).map(|p| *p as usize)
+    }
+
+    /// `false`: there is one of this name.
+    fn insert(&mut self, (kind, number): (Kind, u32), position: usize) -> bool {
+        /// Numbers so far beyond those that were met stand elsewhere.
+        const FAR: usize = 1024;
+        if self.get((kind, number)).is_some() {
+            return false;
+        }
+        let Some(dense) = self.dense.get_mut(kind as usize) else { return false };
+        let n = number as usize;
+        if n >= dense.len() && n > dense.len() + FAR {
+            self.others.insert((kind, number), position as u32);
+            return true;
+        }
+        if n >= dense.len() {
+            dense.resize(n + 1, NONE);
+        }
+        if let Some(place) = dense.get_mut(n) {
+            *place = position as u32;
+        }
+        true
+    }
+}
+
+/// Digits with a sign or none, as few as a number holds.
+///
+/// `whole = ["+" | "-"] digit {digit}`
+fn is_whole(bytes: &[u8]) -> bool {
+    let digits = bytes.strip_prefix(b"-").or_else(|| bytes.strip_prefix(b"+")).unwrap_or(bytes);
+    (1..=usize::from(crate::decimal::MOST)).contains(&digits.len()) && digits.iter().all(u8::is_ascii_digit)
 }
 
 impl List {
@@ -152,6 +200,9 @@ impl List {
         let numbers = fields(text, start + equals + 1..start + line.len());
         for n in &numbers {
             let bytes = text.slice(n.clone());
+            if is_whole(bytes) {
+                continue;
+            }
             let read = number::read(bytes);
             let whole = section.meaning != Meaning::Pulse || read.is_some_and(|(_, s)| !s.point && !s.exponent);
             if read.is_none() || !whole {
@@ -159,7 +210,7 @@ impl List {
                 return Err(text.bad(n.start, shown(bytes), expected));
             }
         }
-        if self.by_name.insert((kind, number), self.positions.len()).is_some() {
+        if !self.by_name.insert((kind, number), self.positions.len()) {
             return Err(text.bad(start, format!("{} a second time", shown(name)), "every position once"));
         }
         self.positions.push((kind, number, digits), k, section, numbers);

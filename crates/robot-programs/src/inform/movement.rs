@@ -7,8 +7,9 @@ use super::job::{Kind, Position, Reference, Tag};
 use super::read::Reader;
 use super::words::words;
 use crate::error::Result;
+use crate::script::cursor::integer;
 use crate::script::lex::upper_of;
-use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Span, Speed, StepKind, number};
+use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Span, Speed, StepKind, Text, number};
 use std::ops::Range;
 
 /// The line of a move while its words are read.
@@ -97,6 +98,52 @@ impl MoveLine {
     }
 }
 
+/// A line that is a move to one position, and says nothing else that depends on the job: bytes count from its start.
+pub(super) struct Model {
+    bytes: Vec<u8>,
+    indent: Span,
+    word: Span,
+    /// The name of its position, and the digits of that.
+    name: Span,
+    digits: usize,
+    kind: Kind,
+    m: Move,
+    tags: Vec<Tag>,
+}
+
+impl Model {
+    fn of(text: &Text, k: usize, places: [Span; 2], line: &MoveLine) -> Option<Self> {
+        let [reference] = line.references.as_slice() else { return None };
+        if line.unclear.is_some() || line.may_stop || line.conditions {
+            return None;
+        }
+        let start = text.line_span(k).start;
+        let of_line = |span: Span| -> Option<Span> {
+            Some((span.start().checked_sub(start)?..span.end().checked_sub(start)?).into())
+        };
+        let [indent, word] = places.map(of_line);
+        let (kind, _, digits) = Kind::read(text.slice(reference.span))?;
+        Some(Self {
+            bytes: text.line(k).to_vec(),
+            indent: indent?,
+            word: word?,
+            name: of_line(reference.span)?,
+            digits,
+            kind,
+            m: line.m.alike(Goal::Opaque(String::new())),
+            tags: line.tags.iter().map(|tag| Some(tag.at(of_line(tag.span)?))).collect::<Option<_>>()?,
+        })
+    }
+
+    /// The number of the position in a line like this one.
+    fn number_in(&self, line: &[u8]) -> Option<u32> {
+        let (head, rest) = line.split_at_checked(self.name.end() - self.digits)?;
+        let (number, tail) = rest.split_at_checked(self.digits)?;
+        let own = self.bytes.split_at_checked(head.len())?;
+        (head == own.0 && tail == own.1.get(self.digits..)?).then(|| integer(number)).flatten()
+    }
+}
+
 impl Reader<'_> {
     /// A move on line `k`; `word`: its first word in upper case.
     ///
@@ -110,7 +157,8 @@ impl Reader<'_> {
         }
         let stands = self.station_stands(k, others);
         let mut line = MoveLine::new(word, second.is_some());
-        line.m.other_way = (word.starts_with("SMOV") && !stands).then_some(OtherWay::Carried);
+        let synchronised = word.starts_with("SMOV");
+        line.m.other_way = (synchronised && !stands).then_some(OtherWay::Carried);
         let indent = (text.line_span(k).start..words[0].start).into();
         let word = words[0].clone().into();
         if let Some(group) = &self.list.foreign {
@@ -130,6 +178,8 @@ impl Reader<'_> {
         if !what.is_empty() {
             line.unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
         }
+        let alone = second.is_none() && !synchronised;
+        self.model = if alone { Model::of(text, k, [indent, word], &line) } else { None };
         self.place(k, indent, word, line)
     }
 
@@ -145,7 +195,7 @@ impl Reader<'_> {
         let numbers = |w: &Range<usize>| {
             let (kind, n, _) = Kind::read(self.text.slice(w.clone()))?;
             let list = &self.list.positions;
-            let numbers = list.numbers(*self.list.by_name.get(&(kind, n))?);
+            let numbers = list.numbers(self.list.by_name.get((kind, n))?);
             let read = |span: &Span| number::read(self.text.slice(*span)).map(|v| v.0.to_bits());
             Some((kind, numbers.iter().filter_map(read).collect::<Vec<u64>>()))
         };
@@ -156,10 +206,38 @@ impl Reader<'_> {
         stands
     }
 
+    /// Reads line `k` where it is the move that was read last but for the number of its position: no word of it has to be read again.
+    /// `false`: it is another line, and nothing was done.
+    pub(super) fn again(&mut self, k: usize) -> Result<bool> {
+        let (text, list) = (self.text, self.list);
+        let Some(model) = self.model.as_ref().filter(|_| self.overlaid.get(k).is_none_or(|bits| *bits == 0)) else {
+            return Ok(false);
+        };
+        // what the other groups do is read with the move
+        if text.line(k + 1).trim_ascii_start().starts_with(b"+") {
+            return Ok(false);
+        }
+        let start = text.line_span(k).start;
+        let found = model.number_in(text.line(k)).and_then(|n| list.by_name.get((model.kind, n)));
+        let Some(position) = found else { return Ok(false) };
+        let moved = |span: Span| Span::from(span.start() + start..span.end() + start);
+        let line = MoveLine {
+            m: model.m.alike(Goal::Opaque(String::new())),
+            references: vec![Reference { position: position as u32, span: moved(model.name) }],
+            tags: model.tags.iter().map(|tag| tag.at(moved(tag.span))).collect(),
+            unclear: None,
+            may_stop: false,
+            conditions: false,
+        };
+        let [indent, word] = [model.indent, model.word].map(moved);
+        self.place(k, indent, word, line)?;
+        Ok(true)
+    }
+
     /// A position that the move names.
     fn named(&self, line: &mut MoveLine, w: &Range<usize>, name: &str, kind: Kind, n: u32) -> Result<()> {
-        match self.list.by_name.get(&(kind, n)) {
-            Some(&position) => line.references.push(Reference { position: position as u32, span: w.clone().into() }),
+        match self.list.by_name.get((kind, n)) {
+            Some(position) => line.references.push(Reference { position: position as u32, span: w.clone().into() }),
             None if kind >= Kind::P => {
                 line.unclear.get_or_insert_with(|| format!("{name} is not in the list of the job"));
             }

@@ -5,6 +5,7 @@ use super::facts::{Counted, FramesSet, assigned, reads_place};
 use super::flow::{self, Flow};
 use super::job::{self, Job, Kind, Parts, Section, Statement};
 use super::list::{List, shown};
+use super::movement::Model;
 use super::shared::Shared;
 use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_frame, upper, words};
 use crate::axes::Axes;
@@ -12,7 +13,7 @@ use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
 use crate::script::called::{self, Called, NamedCalls};
 use crate::script::lex::{not_too_long, upper_of};
-use crate::script::{At, Break, Goal, Move, Script, Step, StepKind, Targets, Text, number, pragma};
+use crate::script::{At, Break, Goal, Move, Script, Step, StepKind, Targets, Text, Value, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -84,12 +85,17 @@ pub(super) struct Reader<'a> {
     pub(super) numbers: Vec<job::Numbers>,
     pub(super) pinned: Vec<bool>,
     /// Motions laid over the path, as bits, before each line.
-    overlaid: Vec<u32>,
+    pub(super) overlaid: Vec<u32>,
     /// Steps of arcs through three positions.
     pub(super) circles: Circles,
     /// Lines of calls of jobs that may begin with a relative move.
     counted_calls: BTreeSet<u64>,
     pub(super) base_axes: bool,
+    /// The numbers of a position are those of the axes, in their order.
+    pub(super) in_order: bool,
+    /// The move that was read last, where others may be like it.
+    pub(super) model: Option<Model>,
+    pub(super) room: Vec<Option<Value>>,
     /// Numbers beyond the robot's axes where the move before left them.
     pub(super) still: Option<Vec<f64>>,
     /// Where the move before left the other groups, as it names their positions (their numbers by bits); `None`: not known.
@@ -102,6 +108,7 @@ impl<'a> Reader<'a> {
         let run = flow::run_by(text, beside);
         let overlaid = flow::overlaid_before(text, begin, &run);
         let jobs = flow::beside(text, beside, &robot.no_motion);
+        let places = robot.places();
         Self {
             text,
             robot,
@@ -128,6 +135,9 @@ impl<'a> Reader<'a> {
             overlaid,
             counted_calls: BTreeSet::new(),
             base_axes: list.base_axes,
+            in_order: places.certain && places.arm.iter().copied().eq(0..places.arm.len()),
+            model: None,
+            room: Vec::new(),
             still: None,
             station: None,
         }
@@ -209,6 +219,9 @@ impl Reader<'_> {
         self.step(begin.saturating_sub(1), StepKind::Break(Break::Start), None);
         let mut ended = false;
         for k in begin..self.text.line_count() {
+            if !ended && self.again(k)? {
+                continue;
+            }
             let line = self.text.line(k).trim_ascii();
             if line.is_empty() || line == b"\x1a" {
                 continue;
@@ -308,7 +321,7 @@ impl Reader<'_> {
     pub(super) fn pin(&mut self, word: &Range<usize>) {
         let name = self.text.slice(word.clone());
         let name = name.strip_prefix(b"+").unwrap_or(name);
-        if let Some(&p) = Kind::read(name).and_then(|(kind, n, _)| self.list.by_name.get(&(kind, n))) {
+        if let Some(p) = Kind::read(name).and_then(|(kind, n, _)| self.list.by_name.get((kind, n))) {
             self.pinned[p] = true;
         }
     }

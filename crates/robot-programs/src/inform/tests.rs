@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::fixtures;
 use crate::script::harness::{self, count, edited, generator, moves, random_edits, refusal, script_of, values};
 use crate::script::pose::Frame;
-use crate::script::{Break, Edit, Edits, Format, Goal, Move, NewPoint, PathKind, Speed, StepKind};
+use crate::script::{Break, Edit, Edits, Format, Goal, Move, NewPoint, PathKind, Script, Speed, StepKind};
 use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -405,4 +405,38 @@ fn a_move_without_a_corner_gets_none_and_neither_does_its_new_point() {
         let word = &instructions[instructions.find('C').unwrap() + 6..instructions.find('\n').unwrap()];
         assert!(out.contains(&format!(" C00002{word}\r\n")), "{out}");
     }
+}
+
+/// Lines that are like the move before them but for the number of their position are not read again; a comment on each makes them others.
+#[test]
+fn moves_that_differ_in_their_position_alone_are_read_as_each_of_them_is() {
+    let list = "///TOOL 0\n///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,-2000,300,0,-500,622\nC00002=+5,1,2,3,4,5\nc003=7,0,0,0,0,0";
+    let lines = [
+        "MOVJ C00000 VJ=25.00 PL=1",
+        "MOVJ C00001 VJ=25.00 PL=1",
+        "MOVJ C00002 VJ=25.00 PL=1",
+        "MOVJ C003 VJ=25.00 PL=1",
+        "MOVJ C00002 VJ=25.00 PL=1",
+        "WVON WEV#(1)",
+        "MOVJ C00001 VJ=25.00 PL=1",
+        "WVOF",
+        "MOVJ C00002 VJ=25.00 PL=1",
+        "TIMER T=0.50",
+        "MOVL C00000 V=50.0",
+        "MOVL C00001 V=50.0",
+        "MOVL C00001 V=50.0 NWAIT UNTIL IN#(1)=ON",
+        "MOVL C00002 V=50.0 NWAIT UNTIL IN#(1)=ON",
+        "MOVJ C00001 VJ=25.00 +MOVJ BC1",
+        "MOVJ C00002 VJ=25.00 +MOVJ BC1",
+    ];
+    let other: Vec<String> = lines.iter().enumerate().map(|(n, line)| format!("{line} '{n}")).collect();
+    let [alike, each] = [lines.join("\n"), other.join("\n")]
+        .map(|instructions| script_of(&Inform, &job("4,0,0,0,0,0", list, &instructions), &robot()));
+    assert_eq!(format!("{:?}", alike.steps), format!("{:?}", each.steps));
+    let targets = |script: &Script| script.targets.iter().map(|t| format!("{t:?}")).collect::<Vec<_>>();
+    assert_eq!(targets(&alike), targets(&each));
+    assert_eq!((alike.moves().count(), alike.targets.len()), (13, 4));
+    // a position that is not in the list is named by its line all the same
+    let missing = job("4,0,0,0,0,0", list, &[lines[0], lines[1], "MOVJ C00009 VJ=25.00 PL=1"].join("\n"));
+    assert!(refusal(&Inform, &missing, &robot()).contains("C00009, which is not in the list"));
 }

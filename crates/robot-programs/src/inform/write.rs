@@ -12,9 +12,10 @@
 mod corners;
 mod lines;
 
-use super::job::{ANGLE_DECIMALS, Job, Kind, Meaning, Section, Statement, ends};
+use super::job::{ANGLE_DECIMALS, Job, Kind, Meaning, Numbers, Section, Statement, ends};
 use crate::error::{Error, Result};
-use crate::script::{EditRef, Edits, Patch, Patches, StepKind, number};
+use crate::script::number::{self, Own};
+use crate::script::{EditRef, Edits, Patch, Patches, StepKind, Text, Value};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -108,6 +109,8 @@ struct Writer<'a> {
     patches: Patches,
     new: Vec<NewLine>,
     next: BTreeMap<Kind, u32>,
+    /// Where a number is put together.
+    room: Vec<u8>,
 }
 
 impl<'a> Writer<'a> {
@@ -119,6 +122,7 @@ impl<'a> Writer<'a> {
             patches: Patches::with_capacity(edits.steps.likely_patches()),
             new: Vec::new(),
             next: BTreeMap::new(),
+            room: Vec::new(),
         }
     }
 
@@ -167,36 +171,78 @@ impl<'a> Writer<'a> {
     fn forms(&self, step: usize, q: &[f64]) -> Result<Forms> {
         let job = self.job;
         let mut forms = Forms::new();
-        let Some(t) = self.target(step) else { return Ok(forms) };
+        let (Some(t), Some(text)) = (self.target(step), job.script.texts.first()) else { return Ok(forms) };
+        let mut room = Vec::new();
         for (axis, (line, n)) in job.numbers[t].iter().enumerate() {
             let Some(&q) = q.get(axis) else { continue };
             let (line, n) = (line as usize, n as usize);
             let Some(target) = job.script.targets.get(t) else { continue };
             let Some(value) = target.values.get(axis) else { continue };
             if target.pose.is_some() {
-                if let Some(text) = target.pose_number(axis, q, self.edits) {
+                if let Some(text) = target.pose_number(axis, q, self.edits, text) {
                     of_line(&mut forms, line).insert(n, text);
                 }
                 continue;
             }
-            let (written, decimals) = if job.positions[line].section.meaning == Meaning::Pulse {
-                (q * job.pulses[axis].unwrap_or(0.0), 0)
-            } else {
-                let unit = job.unit[axis];
-                let digit = self.edits.digit.get(axis).copied().unwrap_or(0.0) / unit;
-                let most = value.style.decimals.max(ANGLE_DECIMALS);
-                (q / unit, number::decimals_for(value.style, digit, most))
-            };
-            if !written.is_finite() || written.abs() >= f64::from(i32::MAX) {
-                return Err(self.refused(step, &format!("axis {} would be {written}, which no job holds", axis + 1)));
-            }
-            let text = number::write(written, value.style, decimals);
-            let own = job.script.texts[0].slice(value.span());
-            if number::read(text.as_bytes()).map(|v| v.0) != number::read(own).map(|v| v.0) {
-                of_line(&mut forms, line).insert(n, text);
+            if self.changes(step, axis, (value, text), line, q, &mut room)? {
+                of_line(&mut forms, line).insert(n, String::from_utf8_lossy(&room).into_owned());
             }
         }
         Ok(forms)
+    }
+
+    /// Whether a number of a line becomes another one for the joint value `q`: which, stands in `room` then.
+    fn changes(
+        &self,
+        step: usize,
+        axis: usize,
+        (value, text): (Value, &Text),
+        line: usize,
+        q: f64,
+        room: &mut Vec<u8>,
+    ) -> Result<bool> {
+        let job = self.job;
+        let own = |was: f64| Own { text: text.slice(value.span()), value: was, style: value.style };
+        let (own, written, decimals) = if job.positions[line].section.meaning == Meaning::Pulse {
+            let pulses = job.pulses[axis].unwrap_or(0.0);
+            (own(value.si * pulses), q * pulses, 0)
+        } else {
+            let unit = job.unit[axis];
+            let digit = self.edits.digit.get(axis).copied().unwrap_or(0.0) / unit;
+            let most = value.style.decimals.max(ANGLE_DECIMALS);
+            (own(value.si / unit), q / unit, number::decimals_for(value.style, digit, most))
+        };
+        if !written.is_finite() || written.abs() >= f64::from(i32::MAX) {
+            return Err(self.refused(step, &format!("axis {} would be {written}, which no job holds", axis + 1)));
+        }
+        room.clear();
+        number::append_moved(room, own, written, value.style, decimals);
+        Ok(number::read(room).map(|v| v.0) != number::read(own.text).map(|v| v.0))
+    }
+
+    /// Writes the goal of a move that alone leads to a line and names no other, where the numbers stand; `false`: it is no such move.
+    fn alone(&mut self, line: usize, step: usize) -> Result<bool> {
+        let job = self.job;
+        let free = job.positions[line].kind < Kind::P && !job.pinned[line];
+        let one = self.statement(step).is_some_and(|s| job.parts.references(s).len() == 1);
+        let Some(t) = self.target(step).filter(|_| free && one) else { return Ok(false) };
+        let in_order = matches!(job.numbers.get(t), Some(Numbers::Line(of, _)) if *of as usize == line);
+        let (Some(target), Some(text)) = (job.script.targets.get(t), job.script.texts.first()) else {
+            return Ok(false);
+        };
+        if !in_order || target.pose.is_some() {
+            return Ok(false);
+        }
+        let Some(goal) = self.edits.steps.get(step).and_then(|e| e.goal) else { return Ok(true) };
+        let mut room = std::mem::take(&mut self.room);
+        for (axis, (value, q)) in target.values.iter().zip(goal).enumerate() {
+            let Some(value) = value else { continue };
+            if self.changes(step, axis, (value, text), line, *q, &mut room)? {
+                self.patches.put(0, value.span(), &room);
+            }
+        }
+        self.room = room;
+        Ok(true)
     }
 
     /// Every use of a line, with its step: by line, then in the order of the program.
@@ -236,7 +282,14 @@ impl<'a> Writer<'a> {
     /// In place, or a separate line for each request.
     fn goals(&mut self) -> Result<()> {
         for references in self.references().chunk_by(|a, b| a.0 == b.0) {
-            let placed = self.wishes(references).and_then(|(line, uses)| self.place(line, &uses));
+            let alone = match references {
+                [(line, step)] => self.alone(*line, *step),
+                _ => Ok(false),
+            };
+            let placed = alone.and_then(|done| match done {
+                true => Ok(()),
+                false => self.wishes(references).and_then(|(line, uses)| self.place(line, &uses)),
+            });
             if let Err(other) = placed {
                 // a number that no job holds comes first
                 return self.all_forms().and(Err(other));

@@ -3,10 +3,10 @@
 use super::aggregate::{Aggregate, aggregate};
 use super::calls::calls;
 use super::frame::numbered_field;
-use super::lex::{Kind, Token, first_word, in_upper, index, tokens, upper};
+use super::lex::{Kind, Token, begins_with, first_word, in_upper, index, tokens, upper};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
-use super::statement::{assignment, comma, declaration, is_routine, item, may_declare, statements};
+use super::statement::{DECLARING, assignment, comma, declaration, is_routine, item, may_declare, statements};
 use crate::error::Result;
 use crate::script::{Few, Text};
 use nalgebra::Isometry3;
@@ -84,6 +84,8 @@ impl Data {
         let mut data = Self::default();
         let mut line = Vec::new();
         let own = || texts.iter().enumerate().filter(|(_, t)| !t.context);
+        // lines of declarations, which are not read again
+        let mut declared: Vec<(usize, usize)> = Vec::new();
         // declarations first: the data list comes after the program
         for pass in 0..2 {
             if pass == 1 {
@@ -93,11 +95,16 @@ impl Data {
                     break;
                 }
             }
+            let seen = if pass == 1 { std::mem::take(&mut declared) } else { Vec::new() };
+            let mut known = seen.iter().peekable();
             for (file, text) in own() {
                 let mut routine = 0;
                 let mut flow = Flow::default();
                 for k in 0..text.line_count() {
-                    if pass == 0 && !may_declare(first_word(text, k)) {
+                    if pass == 0 && !(begins_with(text, k, DECLARING) && may_declare(first_word(text, k))) {
+                        continue;
+                    }
+                    if pass == 1 && known.next_if_eq(&&(file, k)).is_some() {
                         continue;
                     }
                     tokens(text, k, &mut line);
@@ -112,6 +119,7 @@ impl Data {
                     let scope = (file == 0).then_some(routine);
                     if let Some(at) = declaration(text, &line) {
                         if pass == 0 {
+                            declared.push((file, k));
                             data.declare(text, Declared { file, line: k, scope }, &line, at)?;
                         }
                     } else if pass == 1 && !matches!(&*first, "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {

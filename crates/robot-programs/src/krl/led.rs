@@ -5,7 +5,7 @@
 //! all of them, from their start; what it ends without having begun it, too.
 
 use super::calls::calls;
-use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
+use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper};
 use super::statement::{is_label, is_routine};
 use crate::script::Text;
 use crate::script::held::{self, Effects, Event};
@@ -78,7 +78,8 @@ fn mentions(text: &Text) -> bool {
     memchr::memchr_iter(b'_', &text.bytes)
         .any(|k| is(k.checked_sub(3), b"RSI_O") || is(k.checked_sub(6), b"$JOINT_OFFSET"))
         || memchr::memchr_iter(b'$', &text.bytes).any(|k| is(Some(k), b"$TECH"))
-        || (0..text.line_count()).any(|k| first_word(text, k).eq_ignore_ascii_case(b"CONVEYOR"))
+        || (0..text.line_count())
+            .any(|k| begins_with(text, k, b"C") && first_word(text, k).eq_ignore_ascii_case(b"CONVEYOR"))
 }
 
 /// What a line means by its tokens, without comments; `word`: the first, in upper case. At least one event.

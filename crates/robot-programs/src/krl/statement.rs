@@ -36,6 +36,9 @@ pub(super) fn may_declare(word: &[u8]) -> bool {
     words.iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()))
 }
 
+/// First letters of the words with which such a line may begin.
+pub(super) const DECLARING: &[u8] = b"DGCEAPF";
+
 /// The token of the type of a declaration of points or frame data.
 ///
 /// `declaration = {"DECL" | "GLOBAL" | "CONST"} type item {"," item}`,

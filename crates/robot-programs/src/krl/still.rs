@@ -8,7 +8,7 @@
 //! A routine that sets speeds, frames, loads and orientations besides leaves the robot where it stands, but not what points mean.
 
 use super::calls::{calls, is_quiet, quiet};
-use super::lex::{Kind, Token, first_word, in_upper, tokens};
+use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens};
 use super::motion;
 use super::project::is_read;
 use super::statement::{assignment, is_routine, routine_name};
@@ -77,8 +77,9 @@ impl Routines {
         let mut all: Vec<Does> = Vec::new();
         let mut line = Vec::new();
         for k in 0..text.line_count() {
-            // of a routine that moves nothing else counts
-            if all.last().is_some_and(|routine| routine.moves) && !may_begin_routine(first_word(text, k)) {
+            // of a routine that moves nothing else counts, nor what stands before the first one
+            let counts = all.last().is_some_and(|routine| !routine.moves);
+            if !counts && !(begins_with(text, k, b"DG") && may_begin_routine(first_word(text, k))) {
                 continue;
             }
             tokens(text, k, &mut line);

@@ -9,7 +9,8 @@ use super::program::{Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::cursor::strip_word;
-use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, number};
+use crate::script::number::{self, Own};
+use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, Value};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -45,11 +46,24 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
 
 /// An axis value in deg or mm, after what stands in `out`.
 fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style, out: &mut Vec<u8>) {
+    let (value, decimals) = in_user_unit(program, edits, axis, q, style);
+    number::append(out, value, number::Style { exponent: false, ..style }, decimals);
+}
+
+/// An axis value in deg or mm, and digits after its point.
+fn in_user_unit(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> (f64, u8) {
     let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
     let value = kind.to_user_unit(q);
     let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_user_unit(*d));
-    let decimals = number::decimals_for(style, digit, most_decimals(value));
-    number::append(out, value, number::Style { exponent: false, ..style }, decimals);
+    (value, number::decimals_for(style, digit, most_decimals(value)))
+}
+
+/// An axis value instead of one that stands in `own`, after what stands in `out`.
+fn changed(program: &Program, edits: &Edits, axis: usize, q: f64, (value, own): (Value, &Text), out: &mut Vec<u8>) {
+    let (new, decimals) = in_user_unit(program, edits, axis, q, value.style);
+    let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
+    let own = Own { text: own.slice(value.span()), value: kind.to_user_unit(value.si), style: value.style };
+    number::append_moved(out, own, new, number::Style { exponent: false, ..value.style }, decimals);
 }
 
 /// Numbers of a target that differ from `q`.
@@ -72,11 +86,11 @@ fn each_change(
 ) {
     let Some(there) = program.script.targets.get(target) else { return };
     let values = there.values;
-    let own = program.script.texts.get(there.at.file);
+    let Some(own) = program.script.texts.get(there.at.file) else { return };
     if there.pose.is_some() {
         for (k, v) in q.iter().enumerate() {
-            if let (Some(own), Some(new)) = (values.get(k), there.pose_number_of_size(k, *v, edits, finest)) {
-                each(own.span(), new.as_bytes());
+            if let (Some(old), Some(new)) = (values.get(k), there.pose_number_of_size(k, *v, edits, own, finest)) {
+                each(old.span(), new.as_bytes());
             }
         }
         return;
@@ -84,8 +98,8 @@ fn each_change(
     for (axis, (value, &q)) in values.iter().zip(q).enumerate() {
         let Some(value) = value.filter(|v| (q - v.si).abs() > 1e-13) else { continue };
         new.clear();
-        written(program, edits, axis, q, value.style, new);
-        if own.is_none_or(|t| t.slice(value.span()) != new.as_slice()) {
+        changed(program, edits, axis, q, (value, own), new);
+        if own.slice(value.span()) != new.as_slice() {
             each(value.span(), new);
         }
     }
@@ -292,7 +306,10 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
                 let file = target.map_or(0, |t| t.at.file);
                 all.extend_from_slice(program.text(file)?.slice(v.span()));
             }
-            Some(v) => written(program, edits, axis, *q, v.style, &mut all),
+            Some(v) => {
+                let text = program.text(target.map_or(0, |t| t.at.file))?;
+                changed(program, edits, axis, *q, (v, text), &mut all);
+            }
             None => written(program, edits, axis, *q, usual, &mut all),
         }
     }

@@ -1,10 +1,12 @@
 //! What is needed to write the moves of a module again.
 
 use super::arguments::Arg;
+use crate::script::alike::Anchors;
 use crate::script::blocks::BySteps;
 use crate::script::sites::Time;
 use crate::script::{Few, Script, Span as Bytes};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A target as it can be written: bytes of its list, and where it is declared.
 #[derive(Debug, Clone)]
@@ -48,6 +50,42 @@ pub struct Site {
     pub external: Option<Box<str>>,
 }
 
+/// Where a move stands, in little memory: moves that differ in their numbers alone have one site in common.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    model: Arc<(Site, Anchors)>,
+    /// Its own places instead of those of the model.
+    start: u32,
+    first: u32,
+    last: u32,
+}
+
+impl Placed {
+    /// Where the model itself stands.
+    pub fn of(site: Site) -> Self {
+        Self::new(&Arc::new((site, Anchors { start: 0, first: 0, last: 0 })), Anchors { start: 0, first: 0, last: 0 })
+    }
+
+    /// A move like the one of a site whose line has these anchors.
+    pub fn new(model: &Arc<(Site, Anchors)>, at: Anchors) -> Self {
+        let [start, first, last] = [at.start, at.first, at.last].map(|byte| byte as u32);
+        Self { model: Arc::clone(model), start, first, last }
+    }
+
+    /// What does not differ from move to move: all but the bytes.
+    pub fn model(&self) -> &Site {
+        &self.model.0
+    }
+
+    /// The site of the move.
+    pub fn shown(&self) -> Site {
+        let [start, first, last] = [self.start, self.first, self.last].map(|byte| byte as usize);
+        let at = Anchors { start, first, last };
+        let (site, of_model) = &*self.model;
+        if at == *of_model { site.clone() } else { site.moved(of_model.to(at)) }
+    }
+}
+
 /// An argument as it is written, with names and bytes of its switches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
@@ -65,7 +103,7 @@ impl From<Arg> for Written {
 #[derive(Default)]
 pub struct Built {
     pub script: Script,
-    pub sites: BySteps<Site>,
+    pub sites: BySteps<Placed>,
     /// One per target of the script.
     pub literals: Vec<Literal>,
 }

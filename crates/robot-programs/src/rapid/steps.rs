@@ -7,7 +7,7 @@ mod alike;
 mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
-use super::built::{Built, Literal, Site};
+use super::built::{Built, Literal, Placed};
 use super::facts::{self, Facts};
 use super::lex::Kind;
 use super::project::Project;
@@ -106,7 +106,7 @@ pub struct Builder<'a> {
     pub project: &'a Project,
     pub robot: &'a Axes,
     pub displaced: bool,
-    steps: Steps<Site>,
+    steps: Steps<Placed>,
     pub targets: Targets,
     pub literals: Vec<Literal>,
     /// External axes of each target.

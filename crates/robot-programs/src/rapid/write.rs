@@ -6,14 +6,15 @@
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
 
-use super::built::{Built, Site, Written};
+use super::built::{Built, Placed, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
+use crate::script::number::{self, Own};
 use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place};
-use crate::script::{CLONE, EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, Text, number};
+use crate::script::{CLONE, EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, Text};
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -31,34 +32,38 @@ pub struct Writer<'a> {
 }
 
 impl OneText for Writer<'_> {
-    type Site = Site;
+    type Site = Placed;
 
     fn asked(&self) -> EditRequest<'_> {
         EditRequest { script: &self.built.script, edits: self.edits }
     }
 
-    fn sites(&self) -> &BySteps<Site> {
+    fn sites(&self) -> &BySteps<Placed> {
         &self.built.sites
     }
 
-    fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
-        let Some(target) = self.built.script.targets.get(t) else { return Vec::new() };
+    fn each_number(&self, t: usize, q: &[f64], room: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8])) {
+        let Some(target) = self.built.script.targets.get(t) else { return };
+        let Some(text) = self.built.script.texts.get(target.at.file) else { return };
         if target.pose.is_some() {
-            let number = |(k, v): (usize, &f64)| {
-                let own = target.values.get(k)?;
-                Some((own.span(), target.pose_number_of_size(k, *v, self.edits, value::seventh)?))
-            };
-            return q.iter().enumerate().filter_map(number).collect();
+            for (k, v) in q.iter().enumerate() {
+                let Some(own) = target.values.get(k) else { continue };
+                if let Some(new) = target.pose_number_of_size(k, *v, self.edits, text, value::seventh) {
+                    each(own.span(), new.as_bytes());
+                }
+            }
+            return;
         }
-        let axes = target.values.iter().zip(q).zip(self.kinds).enumerate();
-        axes.filter_map(|(axis, ((value, &q), kind))| {
-            let value = value?;
+        for (axis, ((value, &q), kind)) in target.values.iter().zip(q).zip(self.kinds).enumerate() {
+            let Some(value) = value else { continue };
             let si = kind.si_per_user_unit();
             let finest = (value.finest / si).min(value::seventh(q / si));
-            let text = number::changed(value.si / si, value.style, q / si, self.digit(axis) / si, finest)?;
-            Some((value.span(), text))
-        })
-        .collect()
+            let own = Own { text: text.slice(value.span()), value: value.si / si, style: value.style };
+            room.clear();
+            if number::append_changed(room, own, q / si, self.digit(axis) / si, finest) {
+                each(value.span(), room);
+            }
+        }
     }
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
@@ -73,9 +78,9 @@ impl OneText for Writer<'_> {
     }
 
     /// `[[..],[..]]` for a move whose own target is Cartesian.
-    fn plain(&self, k: usize, site: &Site, q: &[f64]) -> Result<String> {
+    fn plain(&self, k: usize, site: &Placed, q: &[f64]) -> Result<String> {
         let external =
-            site.external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
+            site.model().external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
         if q.len() != 6 {
             return Err(self.refused(k, "Cartesian moves are written as joint moves for six axes only"));
         }
@@ -88,8 +93,9 @@ impl OneText for Writer<'_> {
         Ok(format!("[[{}],{}]", axes.join(","), in_utf8(flat(external.as_bytes()))?))
     }
 
-    fn via(&self, site: &Site) -> Option<Span> {
-        site.via.map(|via| site.args[usize::from(via)].bytes)
+    fn via(&self, site: &Placed) -> Option<Span> {
+        let via = site.model().via?;
+        site.shown().args.get(usize::from(via)).map(|via| via.bytes)
     }
 }
 
@@ -100,8 +106,9 @@ impl Writer<'_> {
             let (m, site) = self.at(k)?;
             if edit.as_joint_moves {
                 let q = self.asked().joints_for_pose(k, m, edit)?;
-                out.push(Patch::new(0, site.word, "MoveAbsJ"));
-                out.push(Patch::new(0, site.args[usize::from(site.goal)].bytes, self.plain(k, site, q)?));
+                let shown = site.shown();
+                out.push(Patch::new(0, shown.word, "MoveAbsJ"));
+                out.push(Patch::new(0, shown.args[usize::from(shown.goal)].bytes, self.plain(k, site, q)?));
             }
             self.points(k, m, site, edit, &mut out)?;
         }
@@ -114,7 +121,11 @@ impl Writer<'_> {
         let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
+        let mut room = Vec::new();
         let mut each = |wanted: TargetEdit| {
+            if let Some(q) = wanted.alone {
+                self.each_number(wanted.target, q, &mut room, &mut |span, new| out.put(0, span, new));
+            }
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
@@ -122,7 +133,7 @@ impl Writer<'_> {
                     let values = self.literal(wanted.target, &numbers)?;
                     for k in steps {
                         let (_, site) = self.at(k)?;
-                        out.push(Patch::new(0, site.point, values.clone()));
+                        out.push(Patch::new(0, site.shown().point, values.clone()));
                     }
                     continue;
                 }
@@ -131,7 +142,7 @@ impl Writer<'_> {
                 out.push(beside(text, &owner.bytes, &declaration));
                 for k in steps {
                     let (_, site) = self.at(k)?;
-                    out.push(Patch::new(0, site.point, name.clone()));
+                    out.push(Patch::new(0, site.shown().point, name.clone()));
                 }
             }
             Ok(())
@@ -156,10 +167,11 @@ impl Writer<'_> {
     }
 
     /// Writes the new points of a move, and its share of a time.
-    fn points(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
-        if !self.has_new_points(k, m, site, edit, out)? {
+    fn points(&self, k: usize, m: &Move, placed: &Placed, edit: EditRef, out: &mut Patches) -> Result<()> {
+        if !self.has_new_points(k, m, placed, edit, out)? {
             return Ok(());
         }
+        let site = &placed.shown();
         let text = self.text()?;
         let times = match &site.time {
             None => None,
@@ -176,7 +188,7 @@ impl Writer<'_> {
         let first = before.iter().all(u8::is_ascii_whitespace);
         let mut bytes = Vec::new();
         for (n, point) in edit.before.iter().enumerate() {
-            let target = self.target(k, m, site, point, edit.as_joint_moves)?;
+            let target = self.target(k, m, placed, point, edit.as_joint_moves)?;
             let via = edit.piece(n).map(|at| self.on_arc(k, m, Some(&point.q), at)).transpose()?;
             let word = match edit.as_joint_moves {
                 true => b"MoveAbsJ".to_vec(),

@@ -49,6 +49,28 @@ pub struct Form {
     fixed: Box<[u8]>,
     /// Ends of the pieces in `fixed`: one before each number, and one after the last.
     ends: Box<[u32]>,
+    /// The first bytes of each piece.
+    heads: Box<[Head]>,
+}
+
+/// The first bytes of a piece, as many as fit into a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Head {
+    bytes: u64,
+    /// Ones where it has bytes.
+    mask: u64,
+}
+
+impl Head {
+    const LEN: usize = size_of::<u64>();
+
+    fn of(piece: &[u8]) -> Self {
+        let (mut bytes, mut mask) = ([0; Self::LEN], [0; Self::LEN]);
+        for ((byte, mask), own) in bytes.iter_mut().zip(&mut mask).zip(piece) {
+            (*byte, *mask) = (*own, u8::MAX);
+        }
+        Self { bytes: u64::from_le_bytes(bytes), mask: u64::from_le_bytes(mask) }
+    }
 }
 
 /// A byte beside which a number begins as a word of its own.
@@ -93,7 +115,9 @@ impl Form {
         }
         fixed.extend_from_slice(bytes.get(at..span.end)?);
         ends.push(fixed.len() as u32);
-        Some(Self { fixed: fixed.into(), ends: ends.into() })
+        let starts = std::iter::once(&0).chain(&ends);
+        let heads = starts.zip(&ends).filter_map(|(from, to)| fixed.get(*from as usize..*to as usize)).map(Head::of);
+        Some(Self { heads: heads.collect(), fixed: fixed.into(), ends: ends.into() })
     }
 
     /// How many numbers it has.
@@ -106,12 +130,19 @@ impl Form {
     pub fn read(&self, bytes: &[u8], start: usize, numbers: &mut Vec<Plain>) -> Option<usize> {
         numbers.clear();
         let (mut at, mut from) = (start, 0);
-        for (k, end) in self.ends.iter().enumerate() {
-            let piece = self.fixed.get(from..*end as usize)?;
-            if bytes.get(at..at + piece.len())? != piece {
-                return None;
+        for (k, (end, head)) in self.ends.iter().zip(&self.heads).enumerate() {
+            let length = *end as usize - from;
+            match bytes.get(at..).and_then(|rest| rest.first_chunk()) {
+                // a call that compares few bytes costs more than they do
+                Some(word) if length <= Head::LEN => {
+                    if (u64::from_le_bytes(*word) ^ head.bytes) & head.mask != 0 {
+                        return None;
+                    }
+                }
+                _ if bytes.get(at..at + length)? != self.fixed.get(from..*end as usize)? => return None,
+                _ => {}
             }
-            at += piece.len();
+            at += length;
             from = *end as usize;
             if k + 1 < self.ends.len() {
                 let number = Plain::at(bytes, at)?;

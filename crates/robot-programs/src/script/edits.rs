@@ -3,9 +3,10 @@
 //! Nearly every move of a program may get another goal, and few get more than that: goals stand one after the other
 //! ([`StepEdits`]), the rest has a separate list. A caller gets an [`EditRef`], which shows an [`Edit`] as it was put in.
 
-use super::number;
+use super::number::{self, Own};
 use super::pose::Quantity;
 use super::targets::TargetRef;
+use super::text::Text;
 use crate::axes::JointKind;
 
 /// What shall be different, by step. A step that is not named stays as it is.
@@ -246,6 +247,22 @@ impl StepEdits {
         }
     }
 
+    /// The edit of a step that has none so far: another goal, and nothing else.
+    pub fn insert_goal(&mut self, step: usize, goal: &[f64]) {
+        if self.rows.get(step).is_some_and(|row| row.edited || row.goal != NONE || row.rest != NONE) {
+            return self.insert(step, Edit { goal: Some(goal.to_vec()), ..Edit::default() });
+        }
+        if step >= self.rows.len() {
+            self.rows.resize(step + 1, STAYS);
+        }
+        let row = Row { edited: true, goal: self.goals.len() as u32, len: goal.len() as u16, rest: NONE };
+        self.goals.extend_from_slice(goal);
+        self.count += 1;
+        if let Some(place) = self.rows.get_mut(step) {
+            *place = row;
+        }
+    }
+
     /// Takes the edit of a step out: the step stays as it is.
     pub fn remove(&mut self, step: usize) -> Option<Edit> {
         let edit = Edit::from(self.get(step)?);
@@ -334,9 +351,9 @@ impl TargetRef<'_> {
         Some(if linear { JointKind::Prismatic } else { JointKind::Revolute })
     }
 
-    /// New text of number `k` of a pose for a value in SI; `None`: it stays as it is.
-    pub fn pose_number(&self, k: usize, value: f64, edits: &Edits) -> Option<String> {
-        self.pose_number_of_size(k, value, edits, |_| f64::INFINITY)
+    /// New text of number `k` of a pose for a value in SI; `None`: it stays as it is. `text`: the bytes of the program.
+    pub fn pose_number(&self, k: usize, value: f64, edits: &Edits, text: &Text) -> Option<String> {
+        self.pose_number_of_size(k, value, edits, text, |_| f64::INFINITY)
     }
 
     /// The same where a number's size says how fine it can be: `finest` gives the weight of the last digit, both in the
@@ -346,6 +363,7 @@ impl TargetRef<'_> {
         k: usize,
         value: f64,
         edits: &Edits,
+        text: &Text,
         finest: impl Fn(f64) -> f64,
     ) -> Option<String> {
         let (unit, own) = (self.pose_unit(k)?, self.values.get(k)?);
@@ -353,7 +371,8 @@ impl TargetRef<'_> {
             return None;
         }
         let finest = (own.finest / unit).min(finest(value / unit));
-        number::changed(own.si / unit, own.style, value / unit, edits.digit_of(self, k) / unit, finest)
+        let there = Own { text: text.slice(own.span()), value: own.si / unit, style: own.style };
+        number::changed(there, value / unit, edits.digit_of(self, k) / unit, finest)
     }
 }
 
@@ -387,7 +406,10 @@ mod tests {
                 match edit {
                     Some(edit) => {
                         map.insert(step, edit.clone());
-                        edits.insert(step, edit);
+                        match (&edit.goal, edit.has_rest()) {
+                            (Some(goal), false) => edits.insert_goal(step, goal),
+                            _ => edits.insert(step, edit),
+                        }
                     }
                     None => prop_assert_eq!(map.remove(&step), edits.remove(step)),
                 }

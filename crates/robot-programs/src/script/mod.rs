@@ -38,6 +38,8 @@ mod by_steps;
 pub mod called;
 pub mod cursor;
 pub mod edits;
+#[cfg(test)]
+mod exact;
 pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;

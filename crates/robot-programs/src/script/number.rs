@@ -89,9 +89,65 @@ fn general(text: &[u8]) -> Option<(f64, Style)> {
     value.is_finite().then_some((value, style))
 }
 
+/// A number as it stands in a program.
+#[derive(Debug, Clone, Copy)]
+pub struct Own<'a> {
+    /// Its bytes; where it is computed, whatever stands in its place.
+    pub text: &'a [u8],
+    /// As it was read, in its own unit.
+    pub value: f64,
+    /// How it is written.
+    pub style: Style,
+}
+
+impl Own<'_> {
+    /// Its digits; `None`: it has an exponent or too many of them, or is no plain number.
+    fn decimal(&self) -> Option<Decimal> {
+        /// More than the arithmetic of a unit there and back, as a share.
+        const SAME: f64 = 1e-9;
+        let own = Decimal::read(self.text)?;
+        ((own.value() - self.value).abs() <= SAME * self.value.abs().max(1.0)).then_some(own)
+    }
+
+    /// What it becomes where its value becomes `new`: the digits that stand there and the difference, added in integers, so that what
+    /// was read is not rounded on its way through another unit. `None`: only the nearest number of the standard library tells.
+    pub fn moved(&self, new: f64, decimals: u8) -> Option<Decimal> {
+        moved(self.decimal(), self.value, new, decimals)
+    }
+}
+
+fn moved(own: Option<Decimal>, old: f64, new: f64, decimals: u8) -> Option<Decimal> {
+    own.and_then(|own| own.offset(new - old, decimals)).or_else(|| nearest(new, decimals))
+}
+
+/// The number that `own` becomes with the value `new`, after what stands in `out`.
+pub fn append_moved(out: &mut Vec<u8>, own: Own, new: f64, style: Style, decimals: u8) {
+    match own.moved(new, decimals) {
+        Some(number) => put(out, number, style),
+        None => out.extend_from_slice(write(new, style, decimals).as_bytes()),
+    }
+}
+
+/// The same as text.
+pub fn write_moved(own: Own, new: f64, style: Style, decimals: u8) -> String {
+    let number = own.moved(new, decimals).and_then(text_of);
+    number.map_or_else(|| write(new, style, decimals), |text| styled(text, style, decimals))
+}
+
+fn put(out: &mut Vec<u8>, number: Decimal, style: Style) {
+    if style.bare || style.plus || style.point && number.decimals() == 0 {
+        out.extend_from_slice(styled(text_of(number).unwrap_or_default(), style, number.decimals()).as_bytes());
+    } else {
+        number.write(out);
+    }
+}
+
 /// A number with `decimals` digits after the point, otherwise in `style`. A number that rounds to zero has no sign.
 pub fn write(value: f64, style: Style, decimals: u8) -> String {
-    let mut text = digits_of(value, decimals);
+    styled(digits_of(value, decimals), style, decimals)
+}
+
+fn styled(mut text: String, style: Style, decimals: u8) -> String {
     if style.bare {
         let (sign, digits) = text.strip_prefix('-').map_or(("", text.as_str()), |d| ("-", d));
         if let Some(fraction) = digits.strip_prefix("0.") {
@@ -109,9 +165,8 @@ pub fn write(value: f64, style: Style, decimals: u8) -> String {
 
 /// The same after what stands in `out`.
 pub fn append(out: &mut Vec<u8>, value: f64, style: Style, decimals: u8) {
-    let plain = !(style.bare || style.plus || style.point && decimals == 0);
-    match nearest(value, decimals).filter(|_| plain) {
-        Some(number) => number.write(out),
+    match nearest(value, decimals) {
+        Some(number) => put(out, number, style),
         None => out.extend_from_slice(write(value, style, decimals).as_bytes()),
     }
 }
@@ -187,7 +242,16 @@ fn places(digit: f64, most: u8) -> u8 {
 
 /// Weight of the last of so many digits after the point.
 pub fn last_digit(decimals: u8) -> f64 {
-    POW10.get(usize::from(decimals)).map_or_else(|| 10_f64.powi(-i32::from(decimals)), |power| 1.0 / power)
+    const WEIGHTS: [f64; POW10.len()] = {
+        let mut weights = POW10;
+        let mut d = 0;
+        while d < weights.len() {
+            weights[d] = 1.0 / POW10[d];
+            d += 1;
+        }
+        weights
+    };
+    WEIGHTS.get(usize::from(decimals)).copied().unwrap_or_else(|| 10_f64.powi(-i32::from(decimals)))
 }
 
 /// A number right-aligned in a field of `width` characters, as controllers print columns; wider where it does not fit.
@@ -197,24 +261,43 @@ pub fn field(text: &str, width: usize) -> String {
 
 /// A changed number in the style of the old one, all in the number's own unit: with a last digit of at most `digit`, but none
 /// finer than `finest`. `None`: it stays as it is.
-pub fn changed(old: f64, style: Style, new: f64, digit: f64, finest: f64) -> Option<String> {
-    if (new - old).abs() <= 1e-12 * old.abs().max(1.0) {
-        return None;
+pub fn changed(own: Own, new: f64, digit: f64, finest: f64) -> Option<String> {
+    let mut out = Vec::with_capacity(ROOM);
+    append_changed(&mut out, own, new, digit, finest).then(|| String::from_utf8(out).unwrap_or_default())
+}
+
+/// The same after what stands in `out`; `false`: it stays as it is, and nothing is added.
+pub fn append_changed(out: &mut Vec<u8>, own: Own, new: f64, digit: f64, finest: f64) -> bool {
+    if (new - own.value).abs() <= 1e-12 * own.value.abs().max(1.0) {
+        return false;
     }
     let most = places(finest, 12);
-    let mut style = style;
+    let mut style = own.style;
     if style.exponent {
         // an exponent says nothing about how fine the number is meant
         style.decimals = style.decimals.min(most);
         style.exponent = false;
     }
     let decimals = decimals_for(style, digit, most);
-    if let (Some(a), Some(b)) = (nearest(new, decimals), nearest(old, decimals)) {
+    let exact = own.decimal();
+    let old = match exact {
+        Some(old) if old.decimals() == decimals => Some(old),
+        exact => exact.and_then(|old| old.rounded(decimals)).or_else(|| nearest(own.value, decimals)),
+    };
+    if let (Some(old), Some(new)) = (old, moved(exact, own.value, new, decimals)) {
         // a zero is written without its sign
-        return (a.mantissa() != b.mantissa()).then(|| write(new, style, decimals));
+        let differs = old.mantissa() != new.mantissa();
+        if differs {
+            put(out, new, style);
+        }
+        return differs;
     }
     let text = write(new, style, decimals);
-    (text != write(old, style, decimals)).then_some(text)
+    let differs = text != write(own.value, style, decimals);
+    if differs {
+        out.extend_from_slice(text.as_bytes());
+    }
+    differs
 }
 
 /// Time of a move shared out over the legs to its new points and to its goal, in proportion to their shares of the way. A leg of
@@ -268,6 +351,67 @@ mod tests {
                 prop_assert_eq!(places(digit, most), expected);
             }
         }
+    }
+
+    fn own(text: &str) -> Own<'_> {
+        let (value, style) = read(text.as_bytes()).unwrap();
+        Own { text: text.as_bytes(), value, style }
+    }
+
+    /// The number that `text` becomes by an offset in degrees that went through radians, as the engine's do.
+    fn through_radians(text: &str, by: f64, digit: f64) -> Option<String> {
+        let degree = 1f64.to_radians();
+        let own = own(text);
+        let (si, new) = (own.value * degree, own.value * degree + by * degree);
+        changed(Own { value: si / degree, ..own }, new / degree, digit, 1e-9)
+    }
+
+    #[test]
+    fn ties_are_those_of_the_digits_that_stand_there() {
+        // no double is 2.675, nor 0.005: through radians the sums fall to either side
+        for (text, by, sum) in [
+            ("2.67", 0.005, "2.68"),
+            ("-2.67", -0.005, "-2.68"),
+            ("1.00", 0.005, "1.01"),
+            ("0.14", 0.005, "0.15"),
+            ("-0.14", -0.005, "-0.15"),
+            ("89.99", 0.005, "90.00"),
+            ("-179.99", -0.005, "-180.00"),
+            (".14", 0.005, ".15"),
+            ("+0.14", 0.005, "+0.15"),
+            ("0.005", -0.005, "0.000"),
+        ] {
+            assert_eq!(through_radians(text, by, f64::NAN).as_deref(), Some(sum), "{text} {by}");
+        }
+        assert_eq!(through_radians("2.67", 0.00499, f64::NAN), None);
+        assert_eq!(through_radians("2.67", 0.00285, 1e-3).as_deref(), Some("2.673"));
+    }
+
+    proptest! {
+        /// Sums of decimals are exact, whatever unit the offset has gone through.
+        #[test]
+        fn an_offset_is_added_to_the_digits_that_stand_there(
+            count in -9_999_999i64..10_000_000, decimals in 1u8..6, by in -99_999i64..100_000
+        ) {
+            let text = Decimal::new(count, decimals).unwrap().to_string();
+            let degree = 1f64.to_radians();
+            let offset = by as f64 / POW10[usize::from(decimals)] / 10.0;
+            let new = (own(&text).value * degree + offset * degree) / degree;
+            let got = own(&text).moved(new, decimals).unwrap();
+            // one digit more, halves away from zero
+            let fine = 10 * count + by;
+            let want = (fine.abs() + 5) / 10 * fine.signum();
+            prop_assert_eq!(got.mantissa(), want);
+        }
+    }
+
+    #[test]
+    fn a_number_that_is_computed_has_no_digits_of_its_own() {
+        let style = Style { decimals: 3, point: true, ..Style::default() };
+        let computed = Own { text: b"12.5", value: 25.0, style };
+        assert_eq!(changed(computed, 25.001, f64::NAN, 1e-9).as_deref(), Some("25.001"));
+        let named = Own { text: b"pi/2", ..computed };
+        assert_eq!(write_moved(named, 1.5, style, 3), "1.500");
     }
 
     #[test]

@@ -29,6 +29,9 @@ pub struct Patches {
     bytes: Vec<u8>,
     /// Ends of the spans of [`LONG`] patches, by their index.
     long: Vec<(u32, u32)>,
+    /// File, start and end of the last one, and whether one before it stands behind the one after it.
+    last: (u16, u32, u32),
+    mixed: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -86,6 +89,9 @@ impl Patches {
         if len == LONG {
             self.long.push((self.heads.len() as u32, span.end as u32));
         }
+        let here = (file as u16, span.start as u32, span.end as u32);
+        self.mixed |= here < self.last;
+        self.last = here;
         self.heads.push(Head { start: span.start as u32, to: self.bytes.len() as u32, len, file: file as u16 });
     }
 
@@ -114,8 +120,7 @@ impl Patches {
     /// All patches by file and place. Insertions at one place keep their order and stand before a replacement there.
     pub fn sorted(&self) -> impl Iterator<Item = PatchRef<'_>> {
         let place = |k: &u32| self.heads.get(*k as usize).map(|h| (h.file, h.start, self.end(*k as usize, h)));
-        let sorted = (0..self.len() as u32).is_sorted_by_key(|k| place(&k));
-        let mut order: Vec<u32> = if sorted { Vec::new() } else { (0..self.len() as u32).collect() };
+        let mut order: Vec<u32> = if self.mixed { (0..self.len() as u32).collect() } else { Vec::new() };
         order.sort_by_key(place);
         (0..self.len()).filter_map(move |k| self.get(order.get(k).map_or(k, |k| *k as usize)))
     }
@@ -140,14 +145,9 @@ impl FromIterator<Patch> for Patches {
 /// # Errors
 /// [`Error::Refused`] with the line.
 pub fn apply(texts: &[Text], patches: &Patches) -> Result<Vec<Vec<u8>>> {
-    let mut longer = vec![0; texts.len()];
-    for p in patches.iter() {
-        if let Some(sum) = longer.get_mut(p.file) {
-            *sum += p.bytes.len().saturating_sub(p.span.len());
-        }
-    }
-    let mut out: Vec<Vec<u8>> =
-        texts.iter().zip(longer).map(|(t, more)| Vec::with_capacity(t.bytes.len() + more)).collect();
+    // memory that no byte goes to is never touched
+    let more = patches.bytes.len();
+    let mut out: Vec<Vec<u8>> = texts.iter().map(|t| Vec::with_capacity(t.bytes.len() + more)).collect();
     let mut at = vec![0; texts.len()];
     for p in patches.sorted() {
         let (Some(text), Some(bytes), Some(at)) = (texts.get(p.file), out.get_mut(p.file), at.get_mut(p.file)) else {

@@ -23,9 +23,12 @@ pub struct EditRequest<'a> {
 }
 
 /// What becomes of one target.
-pub struct TargetEdit {
+pub struct TargetEdit<'a> {
     /// Number of the target.
     pub target: usize,
+    /// Joint values, or numbers of a pose, of the one move that leads there: its numbers are written where they stand. Nearly every target
+    /// has such, so that no list is made of them.
+    pub alone: Option<&'a [f64]>,
     /// Numbers that are written where they stand.
     pub in_place: Vec<Number>,
     /// Numbers of each clone, and the moves that are turned to it.
@@ -64,7 +67,7 @@ impl<'a> EditRequest<'a> {
         &self,
         numbers: &dyn Fn(usize, &[f64]) -> Vec<Number>,
         keeps: &dyn Fn(usize) -> Option<bool>,
-        each: &mut dyn FnMut(TargetEdit) -> Result<()>,
+        each: &mut dyn FnMut(TargetEdit<'a>) -> Result<()>,
     ) -> Result<()> {
         let uses = self.script.use_counts();
         let mut goals: Vec<(usize, usize, &[f64])> = Vec::with_capacity(self.edits.steps.len());
@@ -83,14 +86,10 @@ impl<'a> EditRequest<'a> {
             let shared = uses.get(target).copied().unwrap_or(0) > steps.len();
             if let [(_, k, q)] = steps {
                 // one move, one change: nearly every target
-                let numbers = numbers(target, q);
                 let stays = keeps(target).is_some_and(|keeps| shared || keeps);
-                let (in_place, clones) = match (numbers.is_empty(), stays) {
-                    (true, _) => (Vec::new(), Vec::new()),
-                    (false, false) => (numbers, Vec::new()),
-                    (false, true) => (Vec::new(), vec![(numbers, vec![*k])]),
-                };
-                each(TargetEdit { target, in_place, clones })?;
+                let numbers = if stays { numbers(target, q) } else { Vec::new() };
+                let clones = if numbers.is_empty() { Vec::new() } else { vec![(numbers, vec![*k])] };
+                each(TargetEdit { target, alone: (!stays).then_some(*q), in_place: Vec::new(), clones })?;
                 continue;
             }
             // groups of moves that want the same, in the order of the program
@@ -116,7 +115,7 @@ impl<'a> EditRequest<'a> {
             };
             let clones = groups.split_off(in_place);
             let in_place = groups.into_iter().flat_map(|g| g.0).collect();
-            each(TargetEdit { target, in_place, clones })?;
+            each(TargetEdit { target, alone: None, in_place, clones })?;
         }
         Ok(())
     }
@@ -154,8 +153,17 @@ pub trait OneText {
     /// The places of the moves.
     fn sites(&self) -> &BySteps<Self::Site>;
 
-    /// New texts of a target's numbers, with their bytes.
-    fn numbers(&self, target: usize, q: &[f64]) -> Vec<Number>;
+    /// New texts of a target's numbers, with their bytes; `room`: where a text is put together.
+    fn each_number(&self, target: usize, q: &[f64], room: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8]));
+
+    /// The same as a list.
+    fn numbers(&self, target: usize, q: &[f64]) -> Vec<Number> {
+        let mut all = Vec::new();
+        self.each_number(target, q, &mut Vec::new(), &mut |span, new| {
+            all.push((span, String::from_utf8_lossy(new).into_owned()));
+        });
+        all
+    }
 
     /// A target's list with other numbers, on one line.
     fn literal(&self, target: usize, numbers: &[Number]) -> Result<String>;
@@ -237,7 +245,7 @@ mod tests {
     use crate::script::{Edit, Few, How, NewPoint, Step, Target};
 
     /// Three moves to one target, of which each wants a number or none.
-    fn wanted(wishes: [Option<f64>; 3], keeps: Option<bool>) -> TargetEdit {
+    fn wanted(wishes: [Option<f64>; 3], keeps: Option<bool>) -> TargetEdit<'static> {
         let to = Move::new(How::default(), Goal::Joints(0), Few::new());
         let step = Step { at: Default::default(), kind: StepKind::Move(to) };
         let target = Target::default();
@@ -252,8 +260,9 @@ mod tests {
         // 0 is what stands there
         let numbers = |_: usize, q: &[f64]| if q[0] == 0.0 { Vec::new() } else { vec![(0..1, q[0].to_string())] };
         let mut all = Vec::new();
-        let mut each = |w| {
-            all.push(w);
+        let mut each = |w: TargetEdit| {
+            assert!(w.alone.is_none());
+            all.push(TargetEdit { alone: None, ..w });
             Ok(())
         };
         EditRequest { script: &script, edits: &edits }.wanted(&numbers, &|_| keeps, &mut each).unwrap();

@@ -43,7 +43,8 @@ impl Step {
     /// A step that follows `before`: moves that go alike share what they have in common.
     pub fn following(before: Option<&Self>, at: At, mut kind: StepKind) -> Self {
         if let (StepKind::Move(m), Some(Self { kind: StepKind::Move(last), .. })) = (&mut kind, before)
-            && (Arc::ptr_eq(&m.how, &last.how) || m.how == last.how)
+            && !Arc::ptr_eq(&m.how, &last.how)
+            && m.how == last.how
         {
             m.how = Arc::clone(&last.how);
         }
@@ -128,7 +129,12 @@ impl AxisSet {
 
     /// The axes in ascending order.
     pub fn axes(self) -> impl Iterator<Item = usize> {
-        (0..64).filter(move |a| self.has(*a))
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let next = (left != 0).then(|| left.trailing_zeros() as usize);
+            left &= left.wrapping_sub(1);
+            next
+        })
     }
 }
 

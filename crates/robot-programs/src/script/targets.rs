@@ -108,17 +108,21 @@ struct Forms {
 const BUCKETS: usize = 256;
 
 impl Forms {
-    fn of(&mut self, form: Form) -> u32 {
+    /// The form's index; `likely`: that of the number in the same place of the target before.
+    fn of(&mut self, form: Form, likely: u32) -> u32 {
         let [digit, finest] = [form.digit.to_bits(), form.finest.to_bits()];
+        let same = |f: &Form| {
+            f.digit.to_bits() == digit && f.finest.to_bits() == finest && f.len == form.len && f.style == form.style
+        };
+        if self.all.get(likely as usize).is_some_and(same) {
+            return likely;
+        }
         let mixed = (digit ^ finest.rotate_left(7)) >> 48
             ^ (digit >> 20)
             ^ u64::from(form.len) << 3
             ^ u64::from(form.style.decimals);
         let bucket = mixed as usize % BUCKETS;
         self.recent.resize(BUCKETS, NONE);
-        let same = |f: &Form| {
-            f.digit.to_bits() == digit && f.finest.to_bits() == finest && f.len == form.len && f.style == form.style
-        };
         if let Some(&k) = self.recent.get(bucket).filter(|k| self.all.get(**k as usize).is_some_and(same)) {
             return k;
         }
@@ -184,6 +188,13 @@ impl<'a> Values<'a> {
         self.numbers.iter().map(|n| if n.form == NONE { f64::NAN } else { n.si })
     }
 
+    /// Weights of the last digits as they are written, and the finest that the format can hold; rad or m.
+    pub fn weights(&self) -> impl ExactSizeIterator<Item = Option<[f64; 2]>> + use<'a> {
+        let forms = self.forms;
+        self.numbers.iter().map(move |n| forms.get(n.form as usize).map(|form| [form.digit, form.finest]))
+    }
+
+    #[inline]
     fn value(&self, n: &Number) -> Option<Value> {
         let form = self.forms.get(n.form as usize)?;
         let start = n.start as usize;
@@ -225,8 +236,10 @@ impl Targets {
         values: impl IntoIterator<Item = Option<Value>>,
     ) {
         let first = self.numbers.len();
-        for value in values {
-            let number = self.number(value);
+        let before = self.rows.last().map_or(first, |row| row.first as usize);
+        for (k, value) in values.into_iter().enumerate() {
+            let likely = self.numbers.get(before + k).map_or(NONE, |n| n.form);
+            let number = self.number(value, likely);
             self.numbers.push(number);
         }
         let [start, len] = name.map_or([NONE, 0], |name| [self.names.len() as u32, name.len() as u32]);
@@ -236,10 +249,10 @@ impl Targets {
         self.rows.push(Row { line, first, name: start, name_len: len, file, count, pose });
     }
 
-    fn number(&mut self, value: Option<Value>) -> Number {
+    fn number(&mut self, value: Option<Value>, likely: u32) -> Number {
         let Some(v) = value else { return Number { si: 0.0, start: 0, form: NONE } };
         let len = v.end.saturating_sub(v.start) as u32;
-        let form = self.forms.of(Form { digit: v.digit, finest: v.finest, len, style: v.style });
+        let form = self.forms.of(Form { digit: v.digit, finest: v.finest, len, style: v.style }, likely);
         Number { si: v.si, start: v.start as u32, form }
     }
 
@@ -247,7 +260,7 @@ impl Targets {
     pub fn set(&mut self, t: usize, k: usize, value: Option<Value>) {
         let Some(row) = self.rows.get(t).filter(|row| k < usize::from(row.count)) else { return };
         let at = row.first as usize + k;
-        let number = self.number(value);
+        let number = self.number(value, NONE);
         if let Some(place) = self.numbers.get_mut(at) {
             *place = number;
         }

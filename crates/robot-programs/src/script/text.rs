@@ -75,8 +75,10 @@ impl Text {
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         // a file without a line feed may end its lines in carriage returns
         let end = if memchr::memchr(b'\n', &bytes).is_some() { b'\n' } else { b'\r' };
+        // lines are rarely shorter; memory that nothing goes to is never touched
+        const LEAST_BYTES: usize = 16;
         // no format reads a text longer than its line starts can tell
-        let mut starts: Vec<u32> = Vec::with_capacity(1 + memchr::memchr_iter(end, &bytes).count());
+        let mut starts: Vec<u32> = Vec::with_capacity(2 + bytes.len() / LEAST_BYTES);
         starts.push(0);
         starts.extend(memchr::memchr_iter(end, &bytes).map_while(|k| u32::try_from(k + 1).ok()));
         let (bytes, starts, known) = (Arc::new(bytes), Arc::new(starts), Arc::default());

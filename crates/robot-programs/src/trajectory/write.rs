@@ -7,7 +7,8 @@ use super::read::{Num, Point, Time, Trajectory};
 use super::spline::{self, Order, State};
 use super::{Trajectories, most_decimals, state};
 use crate::error::{Error, Result};
-use crate::script::{EditRef, Edits, NewPoint, Patch, Patches, Text, number};
+use crate::script::number::{self, Own};
+use crate::script::{EditRef, Edits, NewPoint, Patch, Patches, Text};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -231,7 +232,8 @@ impl Writer<'_> {
             Some(Some(_)) => number::decimals_for(n.style, self.weight(column), most_decimals(n.style)),
             _ => return fine(value, n.style, most_decimals(n.style)),
         };
-        number::write(value, n.style, decimals)
+        let own = Own { text: self.text.slice(n.span.range()), value: n.value, style: n.style };
+        number::write_moved(own, value, n.style, decimals)
     }
 
     /// A velocity with digits that keep the position over `h_s` seconds.

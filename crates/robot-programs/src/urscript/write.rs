@@ -12,9 +12,11 @@ use crate::axes::JointKind;
 use crate::decimal::Decimal;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
+use crate::script::number::{self, Own};
 use crate::script::sites::{EditRequest, Number, OneText, TargetEdit, in_place};
-use crate::script::{EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span, number};
+use crate::script::{EditRef, Edits, Move, NewPoint, Patch, Patches, PathKind, Span};
 use std::collections::HashSet;
+use std::ops::Range;
 
 /// Largest blend of a new point, m: it must not cut what the point is there for.
 const BLEND_M: f64 = 1e-3;
@@ -43,25 +45,29 @@ impl OneText for Writer<'_> {
         &self.built.sites
     }
 
-    fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
+    fn each_number(&self, t: usize, q: &[f64], room: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8])) {
         let (Some(target), Some(literal)) = (self.built.script.targets.get(t), self.built.literals.get(t)) else {
-            return Vec::new();
+            return;
         };
+        let Some(text) = self.built.script.texts.get(target.at.file) else { return };
         if target.pose.is_some() {
-            let number = |(k, v): (usize, &f64)| {
-                let own = target.values.get(k)?;
-                Some((own.span(), target.pose_number(k, *v, self.edits)?))
-            };
-            return q.iter().enumerate().filter_map(number).collect();
+            for (k, v) in q.iter().enumerate() {
+                let Some(own) = target.values.get(k) else { continue };
+                if let Some(new) = target.pose_number(k, *v, self.edits, text) {
+                    each(own.span(), new.as_bytes());
+                }
+            }
+            return;
         }
-        let axes = target.values.iter().zip(literal.units.iter()).zip(q).enumerate();
-        axes.filter_map(|(axis, ((value, unit), q))| {
-            let value = value?;
+        for (axis, ((value, unit), q)) in target.values.iter().zip(literal.units.iter()).zip(q).enumerate() {
+            let Some(value) = value else { continue };
             let (digit, finest) = (self.digit(axis) / unit, value.finest / unit);
-            let new = number::changed(value.si / unit, value.style, q / unit, digit, finest)?;
-            Some((value.span(), new))
-        })
-        .collect()
+            let own = Own { text: text.slice(value.span()), value: value.si / unit, style: value.style };
+            room.clear();
+            if number::append_changed(room, own, q / unit, digit, finest) {
+                each(value.span(), room);
+            }
+        }
     }
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
@@ -109,7 +115,11 @@ impl Writer<'_> {
         let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
+        let mut room = Vec::new();
         let mut each = |wanted: TargetEdit| {
+            if let Some(q) = wanted.alone {
+                self.each_number(wanted.target, q, &mut room, &mut |span, new| out.put(0, span, new));
+            }
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };

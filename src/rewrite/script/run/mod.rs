@@ -27,7 +27,7 @@ mod ways;
 
 use super::approach::{self, Directions, Sides};
 use super::cause::Cause;
-use super::clock;
+use super::clock::{self, LastTcp};
 use super::poses::{Place, Poses, Tooled};
 use crate::program::script::{
     At, AxisSet, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind,
@@ -165,6 +165,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         by_joints: false,
         turn: None,
         stands: false,
+        tcp: LastTcp::default(),
         directions: Directions::default(),
         pass: None,
         again: false,
@@ -242,6 +243,7 @@ struct Cutter<'a> {
     turn: Option<UnitQuaternion<f64>>,
     /// The robot stands still at the last vertex.
     stands: bool,
+    tcp: LastTcp,
     directions: Directions,
     /// The loop that the run goes through.
     pass: Option<Pass>,
@@ -362,7 +364,7 @@ impl Cutter<'_> {
             speed => speed,
         };
         let (robot, otherwise) = (self.choice.robot, self.choice.tcp_speed_m_s);
-        let duration = clock::duration_s(robot, &point, &goal.q, m.path, speed, otherwise, &|_| None);
+        let duration = clock::duration_s(robot, &point, &goal.q, m.path, speed, otherwise, &|_| None, &mut self.tcp);
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);
         }

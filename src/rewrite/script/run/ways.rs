@@ -30,7 +30,8 @@ impl Cutter<'_> {
             let known = (self.choice.on_way)(step, share).map(|q| self.run.standing(step, q, from));
             known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
         };
-        let duration = clock::duration_s(robot, from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
+        let otherwise = self.choice.tcp_speed_m_s;
+        let duration = clock::duration_s(robot, from, &q, m.path, speed, otherwise, &on_way, &mut self.tcp);
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);
         }
@@ -92,9 +93,14 @@ impl Cutter<'_> {
         if !self.stands || !open || self.choice.crossing_s.is_empty() || self.pass.is_some() {
             return None;
         }
-        let (mut here, mut next) = (from.to_vec(), to.to_vec());
-        self.choice.robot.to_gears(&mut here);
-        self.choice.robot.to_gears(&mut next);
+        let gears = self.choice.robot.has_sums().then(|| {
+            [from, to].map(|q| {
+                let mut gears = q.to_vec();
+                self.choice.robot.to_gears(&mut gears);
+                gears
+            })
+        });
+        let [here, next] = gears.as_ref().map_or([from, to], |[here, next]| [here, next]);
         let back = |axis: usize| {
             let by = next[axis] - here[axis];
             let moves = by.abs() > self.choice.deadband.get(axis).copied().unwrap_or(0.0);
@@ -102,8 +108,7 @@ impl Cutter<'_> {
         };
         let times = self.choice.crossing_s.iter().enumerate().filter(|(axis, s)| **s > 0.0 && back(*axis));
         let seconds = times.map(|(_, s)| *s).fold(0.0, f64::max);
-        let q: Vec<f64> = from.iter().zip(to).map(|(a, b)| a + IN_PLACE * (b - a)).collect();
-        (seconds > 0.0).then(|| (q.into(), seconds))
+        (seconds > 0.0).then(|| (from.iter().zip(to).map(|(a, b)| a + IN_PLACE * (b - a)).collect(), seconds))
     }
 
     /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.

@@ -3,7 +3,7 @@
 use crate::krl::calls::calls;
 use crate::krl::data::Data;
 use crate::krl::going::{Going, Turning};
-use crate::krl::lex::{Kind, Token, first_word, in_upper, tokens, upper};
+use crate::krl::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper};
 use crate::krl::lists::Lists;
 use crate::krl::motion;
 use crate::krl::outside::Outside;
@@ -73,7 +73,7 @@ fn lists(text: &Text, data: &Data) -> Lists {
     let mut all = Lists::default();
     let (mut line, mut routine) = (Vec::new(), 0);
     for k in 0..text.line_count() {
-        if !matches!(first_word(text, k), [b'B' | b'b' | b'T' | b't' | b'D' | b'd' | b'G' | b'g', ..]) {
+        if !begins_with(text, k, b"BTDG") {
             continue;
         }
         tokens(text, k, &mut line);
@@ -105,14 +105,14 @@ fn later(text: &Text, data: &Data, going: &Going, lists: &Lists) -> ([Option<Fra
     let mut set = Settings::default();
     let mut turning = Turning::Evenly;
     let mut found: [Vec<Frame>; 2] = Default::default();
+    let mut signs = memchr::memchr_iter(b'=', &text.bytes).peekable();
     let mut line = Vec::new();
     let mut routine = 0;
     for k in 0..text.line_count() {
         // a routine, BAS or an assignment
-        if lists.is_empty()
-            && !matches!(first_word(text, k), [b'B' | b'b' | b'D' | b'd' | b'G' | b'g', ..])
-            && memchr::memchr(b'=', text.line(k)).is_none()
-        {
+        let span = text.line_span(k);
+        while signs.next_if(|at| *at < span.start).is_some() {}
+        if lists.is_empty() && !begins_with(text, k, b"BDG") && signs.peek().is_none_or(|at| *at >= span.end) {
             continue;
         }
         tokens(text, k, &mut line);
@@ -153,6 +153,9 @@ fn carried(text: &Text, data: &Data) -> (Option<String>, Option<String>) {
     let (mut carried, mut moved) = (None, None);
     let mut line = Vec::new();
     for k in 0..text.line_count() {
+        if !begins_with(text, k, b"$") {
+            continue;
+        }
         if !matches!(first_word(text, k), [b'$', b'I' | b'i' | b'W' | b'w' | b'R' | b'r', ..]) {
             continue;
         }

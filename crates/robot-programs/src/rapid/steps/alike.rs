@@ -4,7 +4,7 @@
 //! external axes, and to leave nothing behind: no step beside them, no note.
 
 use super::Builder;
-use crate::rapid::built::{Literal, Site, Written};
+use crate::rapid::built::{Literal, Placed, Site, Written};
 use crate::rapid::read::{Item, ItemKind};
 use crate::rapid::value::axis_value;
 use crate::script::alike::{Anchors, Moves, Passed};
@@ -20,7 +20,7 @@ enum Place {
 
 impl Site {
     /// That of a line of the same form.
-    fn moved(&self, by: Moves) -> Self {
+    pub(in crate::rapid) fn moved(&self, by: Moves) -> Self {
         let written = |w: &Written| Written {
             bytes: by.span(w.bytes),
             switches: w.switches.iter().map(|(name, bytes)| (name.clone(), by.span(*bytes))).collect(),
@@ -53,9 +53,9 @@ impl Builder<'_> {
         let [before, model] = lines.anchors(bytes, &mut numbers)?;
         let last = self.steps.next().checked_sub(1)?;
         let (a, b) = (self.steps.joint_move(last.checked_sub(1)?)?, self.steps.joint_move(last)?);
-        let site = self.steps.last_place()?.clone();
+        let site = self.steps.last_place()?.shown();
         let same = a.0.shares_how(b.0) && a.1 + 1 == b.1 && b.1 + 1 == self.targets.len();
-        let both = self.steps.place_before_last()?.moved(before.to(model)) == site && site.is_told(&model);
+        let both = self.steps.place_before_last()?.shown().moved(before.to(model)) == site && site.is_told(&model);
         let literal = self.literals.last().filter(|l| l.owner.is_none() && l.foreign.is_none())?.bytes;
         let [.., external_before, external] = self.externals.as_slice() else { return None };
         let external = Arc::clone(external);
@@ -77,9 +77,11 @@ impl Builder<'_> {
         let kinds: Vec<_> = self.robot.axis_joints().map(|j| j.kind).collect();
         let (file, line) = (target.at.file, target.at.line);
         let motion = b.0.clone();
+        let of_model = Arc::new((site, model));
         for (k, start) in lines.lines.iter().enumerate() {
             lines.form.read(bytes, *start as usize, &mut numbers)?;
-            let by = model.to(Anchors::of(*start as usize, &numbers)?);
+            let anchors = Anchors::of(*start as usize, &numbers)?;
+            let by = model.to(anchors);
             let at = At { file, line: line + 1 + k as u64 };
             let value = |(place, kind): (&Place, &_)| match place {
                 Place::Number(n) => numbers.get(*n).map(|n| axis_value(*kind, n.value, n.style, n.start..n.end)),
@@ -91,7 +93,7 @@ impl Builder<'_> {
             self.externals.push(Arc::clone(&external));
             self.literals.push(Literal { bytes: by.span(literal), owner: None, foreign: None });
             let step = self.steps.push(at, StepKind::Move(motion.alike(goal)));
-            self.steps.place(step, site.moved(by));
+            self.steps.place(step, Placed::new(&of_model, anchors));
         }
         Some(())
     }

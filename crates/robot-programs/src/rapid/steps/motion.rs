@@ -13,7 +13,7 @@ use super::super::value::Node;
 use super::super::words::{self, Leads, Motion};
 use super::{Builder, plain};
 use crate::error::Result;
-use crate::rapid::built::{Site, Written};
+use crate::rapid::built::{Placed, Site, Written};
 use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
@@ -76,7 +76,7 @@ impl Builder<'_> {
         site.args = args.into_iter().map(Written::from).collect();
         let how = How { path: motion.path, closed, speed, blend_m, other_way, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
-        self.steps.place(k, site);
+        self.steps.place(k, Placed::of(site));
         self.after_motion(token, &motion, switched_on);
         Ok(())
     }
