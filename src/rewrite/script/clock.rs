@@ -20,6 +20,7 @@ pub(super) const ARC_PARTS: usize = 64;
 
 /// Duration of the way from `a` to `b`, s; `None`: the speed is not known and there is no other. `on_way` gives joints on an
 /// arc.
+#[allow(clippy::too_many_arguments)] // a way, its speed, what gives joints on it, and what is known of its start
 pub fn duration_s(
     robot: &Robot,
     a: &[f64],

@@ -28,6 +28,8 @@ pub(super) struct Field {
     pub mm: bool,
     /// Place of its name in [`USUAL`]; beyond: another one.
     usual: u8,
+    // one word instead of three, and nearly always none
+    #[allow(clippy::box_collection)]
     unusual: Option<Box<String>>,
 }
 

@@ -79,7 +79,7 @@ impl Routines {
         for k in 0..text.line_count() {
             // of a routine that moves nothing else counts, nor what stands before the first one
             let counts = all.last().is_some_and(|routine| !routine.moves);
-            if !counts && !(begins_with(text, k, b"DG") && may_begin_routine(first_word(text, k))) {
+            if !(counts || begins_with(text, k, b"DG") && may_begin_routine(first_word(text, k))) {
                 continue;
             }
             tokens(text, k, &mut line);

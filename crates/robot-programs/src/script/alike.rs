@@ -132,15 +132,13 @@ impl Form {
         let (mut at, mut from) = (start, 0);
         for (k, (end, head)) in self.ends.iter().zip(&self.heads).enumerate() {
             let length = *end as usize - from;
-            match bytes.get(at..).and_then(|rest| rest.first_chunk()) {
+            let same = match bytes.get(at..).and_then(|rest| rest.first_chunk()) {
                 // a call that compares few bytes costs more than they do
-                Some(word) if length <= Head::LEN => {
-                    if (u64::from_le_bytes(*word) ^ head.bytes) & head.mask != 0 {
-                        return None;
-                    }
-                }
-                _ if bytes.get(at..at + length)? != self.fixed.get(from..*end as usize)? => return None,
-                _ => {}
+                Some(word) if length <= Head::LEN => (u64::from_le_bytes(*word) ^ head.bytes) & head.mask == 0,
+                _ => bytes.get(at..at + length)? == self.fixed.get(from..*end as usize)?,
+            };
+            if !same {
+                return None;
             }
             at += length;
             from = *end as usize;
