@@ -133,7 +133,8 @@ impl Sides {
         let free: Vec<usize> = (0..self.axes.len()).filter(|k| self.axes[*k].0 == 0 && self.axes[*k].1 > 0.0).collect();
         let arm = robot.axis_joints().any(|j| j.kind == JointKind::Revolute);
         // the axis of a gantry's tool points in or out, as its maker likes
-        if !free.is_empty() && !(self.unknown && arm) || free.len() > MOST || !self.any() {
+        let chosen = free.is_empty() || self.unknown && arm;
+        if !chosen || free.len() > MOST || !self.any() {
             return None;
         }
         let (there, mut gears) = (robot.forward(q), q.to_vec());

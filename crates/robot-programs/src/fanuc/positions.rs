@@ -102,6 +102,8 @@ impl Position {
     /// The field of each axis of the robot: `J1`, ... of its arm, `E1`, ... (older: `J7`, ...) of its external axes; the name of the
     /// first that is missing.
     ///
+    /// `axis = ("J" | "E") number`
+    ///
     /// # Errors
     /// One is missing.
     pub fn fields_of(&self, places: &Places) -> std::result::Result<Vec<&Field>, String> {

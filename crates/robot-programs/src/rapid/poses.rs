@@ -204,6 +204,9 @@ impl Builder<'_> {
             return Frame::Null;
         }
         let name = self.written(&value);
+        if self.is_on_conveyor(&name) {
+            return Frame::Unknown(format!("a conveyor carries the work object `{name}`"));
+        }
         let Some(node) = self.known_data(&value, item) else { return Frame::Named(name) };
         // [robhold, ufprog, ufmec, [user frame], [object frame]]
         let flag = |k: usize| match node.get(k) {
@@ -220,6 +223,19 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether the program waits for a work object to come along on a conveyor.
+    ///
+    /// `wait = "WaitWObj" wobj ["\\" "RelDist" ":=" number]`
+    fn is_on_conveyor(&self, name: &str) -> bool {
+        let p = self.f.p;
+        if !p.words.different().any(|w| w == "waitwobj") {
+            return false;
+        }
+        let name = name.to_lowercase();
+        let waits = |item: &Item| p.words.at(item.span.start) == "waitwobj";
+        p.items.iter().filter(|item| waits(item)).any(|item| p.words.within(item.span.clone()).any(|w| w == name))
+    }
+
     /// Frame of a work object that a mechanical unit carries: known for each place of the unit, unless the targets do not tell where it stands.
     ///
     /// `ufmec = string`
@@ -228,10 +244,8 @@ impl Builder<'_> {
             Some(Node::Other(b)) => self.f.text.slice(b.clone()).to_ascii_uppercase(),
             _ => Vec::new(),
         };
-        let tracked = self.f.p.words.different().any(|w| w == "waitwobj");
         let why = match () {
             () if unit.trim_ascii_start().starts_with(b"\"ROB_") => "another robot carries",
-            () if tracked => "a conveyor may carry",
             () if self.synchronised => "a unit of another task may carry",
             () => return Frame::Named(format!("{name} on its mechanical unit")),
         };
