@@ -113,7 +113,7 @@ fn a_program_is_run_within_the_limits_within_which_it_is_rewritten() {
     let wide = String::from_utf8(desk.read("robot.yaml")).unwrap().replace("[-350, 350]", "[-720, 720]");
     desk.write("robot.yaml", &wide);
     let robot = Robot::parse("robot.yaml", &wide).unwrap();
-    let q = [0.0, -90.0, 90.0, -5.0, 60.0, 0.0].map(f64::to_radians);
+    let q = [0.0, -90.0, 90.0, -5.0, 60.0, 30.0].map(f64::to_radians);
     let pose = robot.forward(&q);
     let (c, b, a) = pose.rotation.euler_angles();
     let [x, y, z] = [pose.position.x, pose.position.y, pose.position.z].map(|v| v * 1e3);
