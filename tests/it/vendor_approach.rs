@@ -392,3 +392,17 @@ fn a_target_that_its_ways_reach_from_different_sides_is_reached_over_one_point()
         assert_eq!((unchanged, near), (points == 0, 3 * points), "{options}: {out}");
     }
 }
+
+/// A program that goes to one place and calls another one: no movement tells from which side its first target is reached.
+#[test]
+fn the_only_target_before_a_call_is_reached_over_a_point() {
+    let (name, _, config) = after_a_call("krl");
+    let text = "DEF p( )\nPTP {A1 0.0000,A2 -80.0000,A3 80.0000,A4 10.0000,A5 40.0000,A6 5.0000}\nGRIP( )\nEND\n";
+    let (desk, _) = desk_of(&(name, text.to_string(), config));
+    for (options, moves) in [("", 1), (" --approach-unknown", 2)] {
+        desk.run(&format!("rewrite --model model.yaml p.src --output out.src --force{options}")).success();
+        let out = String::from_utf8(desk.read("out.src")).unwrap();
+        assert_eq!(out.lines().filter(|l| l.starts_with("PTP")).count(), moves, "{out}");
+        assert_eq!(out == text, moves == 1, "{out}");
+    }
+}

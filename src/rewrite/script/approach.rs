@@ -39,7 +39,8 @@ pub struct Sides {
     unknown: bool,
     /// Steps of targets before which no point can stand: they are reached as the program says.
     without: BTreeSet<usize>,
-    /// Steps of first targets that are reached over a point although it is known from where, as the ways there ask for different offsets.
+    /// Steps of first targets that are reached over a point although it is known from where, as the ways there ask for different offsets,
+    /// or although the program starts with them, as nothing moves after them that would tell a side.
     apart: BTreeSet<usize>,
 }
 
@@ -83,14 +84,15 @@ impl Sides {
         self.apart.contains(&step) && !self.without.contains(&step)
     }
 
-    /// Takes first targets apart that would need other offsets on each of the ways there, and gives those up for which that did not help;
+    /// Takes first targets apart that would need other offsets on each of the ways there or have no side, and gives those up for which that did not help;
     /// `left`: why steps stay as they are. Returns whether anything is new.
     pub fn take_apart(&mut self, script: &Script, left: &BTreeMap<usize, Cause>) -> bool {
         let counts = |step: &usize| match script.steps.get(*step).map(|s| &s.kind) {
             Some(StepKind::Move(m)) => m.closed.is_none() && self.count(m),
             _ => false,
         };
-        let differ = left.iter().filter(|(_, why)| **why == Cause::PassesDiffer).map(|(step, _)| *step);
+        let sides = |why: &Cause| matches!(why, Cause::PassesDiffer | Cause::SideUnknown);
+        let differ = left.iter().filter(|(_, why)| sides(why)).map(|(step, _)| *step);
         let differ: Vec<usize> =
             differ.filter(|step| self.unknown && counts(step) && !self.goes_without(*step)).collect();
         let failed: Vec<usize> =

@@ -352,7 +352,11 @@ impl Cutter<'_> {
         let approach = &self.choice.approach;
         let open = m.closed.is_none() && !self.run.entered.contains(&step) && self.free.is_empty();
         // where the program starts the first movement says from which side
-        let counts = open && editable && !self.run.entry && approach.count(m) && !approach.goes_without(step);
+        let counts = open
+            && editable
+            && (!self.run.entry || approach.is_apart(step))
+            && approach.count(m)
+            && !approach.goes_without(step);
         let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
         let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());
         let point = if counts { approach.first_point(&tooled.robot, &q) } else { None };
