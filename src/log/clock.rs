@@ -83,14 +83,21 @@ pub(super) fn sensors(log: &Log, robot: &Robot) -> Result<()> {
         }
         let thin = seen.len().div_ceil(ROWS);
         // of the differences the scatter alone: an offset of the sensor is none of its clock
-        let left = |shift: f64| {
-            let off: Vec<f64> =
-                seen.iter().step_by(thin).filter_map(|(t, v)| Some(v - at(&log.t_s, command, t + shift)?)).collect();
+        let left_of = |sign: f64, shift: f64| {
+            let off: Vec<f64> = seen
+                .iter()
+                .step_by(thin)
+                .filter_map(|(t, v)| Some(v - sign * at(&log.t_s, command, t + shift)?))
+                .collect();
             let mean = off.iter().sum::<f64>() / off.len().max(1) as f64;
             off.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt()
         };
-        let as_read = left(0.0);
-        let (shift_s, misfit) = best(last - first, left);
+        let as_read = left_of(1.0, 0.0);
+        // a sensor of the wrong sign: half a period of a test would explain it, too
+        if left_of(-1.0, 0.0) <= LEFT * as_read {
+            continue;
+        }
+        let (shift_s, misfit) = best(last - first, |shift| left_of(1.0, shift));
         if shift_s.abs() > APART_S && misfit <= LEFT * as_read {
             let joint = robot.axis(axis);
             return Err(refused(log, &format!("values of `meas_{}_{}`", joint.name, joint.kind.unit()), shift_s));

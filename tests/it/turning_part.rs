@@ -43,6 +43,18 @@ fn a_straight_move_on_a_base_that_an_axis_turns_stays_in_krl() {
     };
     desk.write("turns.yaml", &frames(45, 0));
     assert_eq!(unchanged(&desk, "p.src", " --frames turns.yaml"), [6]);
+    // the same in a branch, after which the table stands elsewhere; and coming from another frame of the same orientation
+    let [first, turned, last] = [pose(180, 0, 45, 0), pose(180, 0, -45, 90), pose(170, 10, -45, 90)];
+    let branch = text.replace(&turned, &format!("IF $IN[1] THEN\n{turned}{last}ENDIF\n"));
+    desk.write("p.src", &branch);
+    assert!(unchanged(&desk, "p.src", " --frames turns.yaml").contains(&7));
+    let other = text
+        .replace("BAS(#EX_BASE,2)\n", "$BASE={X 900,Y 0,Z 700,A 45,B 0,C 0}\n")
+        .replace(&turned, &format!("BAS(#EX_BASE,2)\n{turned}"));
+    assert!(other.contains(&first));
+    desk.write("p.src", &other);
+    assert!(unchanged(&desk, "p.src", " --frames turns.yaml").contains(&7));
+    desk.write("p.src", &text);
     // a linear unit takes the part along, and the way stays straight
     desk.write(
         "p.src",
@@ -52,6 +64,10 @@ fn a_straight_move_on_a_base_that_an_axis_turns_stays_in_krl() {
     );
     desk.write("slides.yaml", &frames(-45, 90));
     assert_eq!(unchanged(&desk, "p.src", " --frames slides.yaml"), Vec::<usize>::new());
+    // but not where the wrist turns joint by joint
+    let slide = String::from_utf8(desk.read("p.src")).unwrap();
+    desk.write("p.src", &slide.replace("BAS(#EX", "$ORI_TYPE=#JOINT\nBAS(#EX"));
+    assert!(unchanged(&desk, "p.src", " --frames slides.yaml").contains(&7));
 }
 
 #[test]
@@ -95,8 +111,18 @@ fn a_synchronised_move_whose_station_turns_stays_in_inform() {
     desk.write("tools.yaml", "schema: lostmotion/frames/1\ntools:\n  \"0\": {xyz_mm: [0, 0, 100]}\n");
     desk.write("P.JBI", &job([0, 0, 90]));
     assert_eq!(unchanged(&desk, "P.JBI", " --frames tools.yaml").len(), 1);
-    desk.write("P.JBI", &job([0, 30, 30]));
+    let still = job([0, 30, 30]);
+    desk.write("P.JBI", &still);
     assert_eq!(unchanged(&desk, "P.JBI", " --frames tools.yaml").len(), 0);
+    // the station is moved alone, or with the robot, in between
+    for between in [
+        "MOVJ EC00000 VJ=10.00\r\n",
+        "MOVJ C00001 EC00000 VJ=10.00\r\n",
+        "MOVJ C00001 VJ=10.00\r\n' a comment\r\n+MOVJ EC00000\r\n",
+    ] {
+        desk.write("P.JBI", &still.replace("SMOVL", &format!("{between}SMOVL")));
+        assert!(unchanged(&desk, "P.JBI", " --frames tools.yaml").contains(&10), "{between}");
+    }
 }
 
 /// Of a straight way on which the wrist turns joint by joint it is not known from which side joints arrive.

@@ -15,7 +15,7 @@ use super::cause::Cause;
 use super::run::{Role, Run, Vertex};
 use super::task::Task;
 use crate::compensator::Compensator;
-use crate::program::script::{Edits, Move, PathKind, Script, StepKind};
+use crate::program::script::{AxisSet, Edits, Move, PathKind, Script, StepKind};
 use crate::rewrite::Options;
 use crate::rewrite::limits::step_s;
 use crate::rewrite::offset::Offset;
@@ -46,9 +46,11 @@ pub struct Sides {
 
 impl Sides {
     /// `signs`: per axis, 0 for any; axes without a lost motion come as they come. `unknown`: first targets of runs are reached over a point.
-    pub fn new(robot: &Robot, signs: &[i8], unknown: bool, compensator: &Compensator) -> Self {
+    pub fn new(robot: &Robot, signs: &[i8], unknown: bool, compensator: &Compensator, deadband: &[f64]) -> Self {
         let of = |axis: usize| {
-            let way = compensator.on(axis).map_or(0.0, |j| MARGIN * Offset::new(j).largest_step());
+            // a shorter way would count as none
+            let least = |step: f64| if step > 0.0 { step.max(deadband.get(axis).copied().unwrap_or(0.0)) } else { 0.0 };
+            let way = compensator.on(axis).map_or(0.0, |j| MARGIN * least(Offset::new(j).largest_step()));
             (signs.get(axis).copied().filter(|_| way > 0.0).unwrap_or(0), way)
         };
         Self { axes: (0..robot.dof()).map(of).collect(), unknown, ..Self::default() }
@@ -128,8 +130,8 @@ impl Sides {
     /// point within the limits.
     ///
     /// Of all choices of the sides that are free it is the one that lies back along the axis of the tool (z of the TCP's frame, out of the
-    /// flange), as little aside as they allow.
-    pub fn first_point(&self, robot: &Robot, q: &[f64]) -> Option<Vec<f64>> {
+    /// flange), as little aside as they allow. `unplaced`: axes whose numbers are not those of the machine.
+    pub fn first_point(&self, robot: &Robot, unplaced: AxisSet, q: &[f64]) -> Option<Vec<f64>> {
         /// Joints with lost motion at most: each doubles the choices.
         const MOST: usize = 10;
         let free: Vec<usize> = (0..self.axes.len()).filter(|k| self.axes[*k].0 == 0 && self.axes[*k].1 > 0.0).collect();
@@ -161,7 +163,7 @@ impl Sides {
             let aside = (by - along * axis).norm();
             let into = !free.is_empty() && along > aside * 1e-6;
             let better = best.as_ref().is_none_or(|(least, _)| aside < *least - 1e-12);
-            if !into && better && [&point, &end].iter().all(|q| within_limits(robot, q)) {
+            if !into && better && [&point, &end].iter().all(|q| within_limits(robot, unplaced, q)) {
                 best = Some((aside, point));
             }
         }
@@ -174,9 +176,12 @@ impl Sides {
     }
 }
 
-fn within_limits(robot: &Robot, q: &[f64]) -> bool {
-    let inside = |(joint, v): (&Joint, &f64)| joint.limits.is_none_or(|[low, high]| *v >= low && *v <= high);
-    robot.axis_joints().zip(q).all(inside)
+/// Each axis is within its limits, as far as its numbers are those of the machine.
+fn within_limits(robot: &Robot, unplaced: AxisSet, q: &[f64]) -> bool {
+    let inside = |(axis, (joint, v)): (usize, (&Joint, &f64))| {
+        unplaced.has(axis) || joint.limits.is_none_or(|[low, high]| *v >= low && *v <= high)
+    };
+    robot.axis_joints().zip(q).enumerate().all(inside)
 }
 
 /// Steps whose point of approach is not written (too many points, a process, ways that need different ones, a format that cannot say it):

@@ -41,8 +41,8 @@ pub(super) fn by_approach(
     choice: &mut Choice,
     unknown_arm: Option<&Cause>,
 ) -> Result<Edited> {
-    /// Each round leaves targets for good; hardly a program needs a third.
-    const ROUNDS: usize = 6;
+    /// Each round leaves targets for good, or takes some apart; hardly a program needs a fourth.
+    const ROUNDS: usize = 12;
     for _ in 0..ROUNDS {
         let edited = one_way(document, task, choice, unknown_arm)?;
         let unwritten = approach::unwritten(&edited.runs, &edited.edits);

@@ -122,11 +122,11 @@ fn commanded(script: &Script, dof: usize) -> Vec<bool> {
 }
 
 /// The sides from which targets are to be reached; points of a trajectory that the robot passes have none.
-fn sides(document: &dyn crate::program::script::Document, task: &Task) -> approach::Sides {
+fn sides(document: &dyn crate::program::script::Document, task: &Task, deadband: &[f64]) -> approach::Sides {
     let Choices { approach_from, approach_unknown, .. } = task.choices;
     match document.passes_points() {
         true => approach::Sides::default(),
-        false => approach::Sides::new(task.robot, approach_from, *approach_unknown, task.compensator),
+        false => approach::Sides::new(task.robot, approach_from, *approach_unknown, task.compensator, deadband),
     }
 }
 
@@ -167,7 +167,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         solve_within_m: task.choices.solve_within_m.filter(|_| document.takes_joints_for_poses()),
         as_poses: !task.choices.leave_poses,
         on_way: &|step, share| document.on_way(step, share),
-        approach: sides(document.as_ref(), task),
+        approach: sides(document.as_ref(), task, &deadband),
         sides_given: task.options.initial_direction.iter().any(|d| *d != 0),
         rounds: true,
         joins: true,

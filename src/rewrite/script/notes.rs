@@ -122,7 +122,7 @@ pub fn approached_anew(robot: &Robot, sides: &Sides, runs: &[Run], edits: &Edits
         true => "targets reached from an unknown side: none at which the robot stops and to which a point can be added"
             .into(),
         false => format!(
-            "targets reached from an unknown side: {reached} reached over an added point, back along the tool's axis by {furthest_um:.0} um at most"
+            "targets reached from an unknown side: {reached} reached over an added point at most {furthest_um:.0} um away, back along the tool's axis and as little aside as the joints allow"
         ),
     };
     Some(Note { place: At { file: 0, line: 1 }, text })

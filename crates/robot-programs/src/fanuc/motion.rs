@@ -289,7 +289,7 @@ fn read_options(
             k += usize::from(computed);
         } else if upper == b"WJNT" || upper == b"RTCP" {
             if said.path != PathKind::Joint {
-                said.wrist = true;
+                said.wrist = upper == b"WJNT";
                 close(said, "Wjnt: the wrist turns joint by joint on its way");
             }
             kept.push(span.clone());

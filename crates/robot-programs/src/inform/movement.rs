@@ -155,7 +155,7 @@ impl Reader<'_> {
         for w in others {
             self.pin(w);
         }
-        let stands = self.station_stands(k, others);
+        let stands = self.station_stands(k, own.get(1..).unwrap_or_default(), others);
         let mut line = MoveLine::new(word, second.is_some());
         let synchronised = word.starts_with("SMOV");
         line.m.other_way = (synchronised && !stands).then_some(OtherWay::Carried);
@@ -183,27 +183,52 @@ impl Reader<'_> {
         self.place(k, indent, word, line)
     }
 
-    /// Whether the stations and robots of other groups stand still on the way of the move on line `k`; `others`: what it says of them. The move on
-    /// the next line after a `+` is theirs, too.
-    fn station_stands(&mut self, k: usize, others: &[Range<usize>]) -> bool {
-        let next = if k + 1 < self.text.line_count() { words(self.text, k + 1) } else { Vec::new() };
+    /// Whether the stations and robots of other groups certainly stand still on the way of the move on line `k`; `own`: its words, `others`: what
+    /// it says of them. The move on the next line after a `+` is theirs, too.
+    fn station_stands(&mut self, k: usize, own: &[Range<usize>], others: &[Range<usize>]) -> bool {
+        let is_next = |k: &usize| {
+            let line = self.text.line(*k).trim_ascii();
+            !line.is_empty() && !line.starts_with(b"'")
+        };
+        let next = (k + 1..self.text.line_count()).find(is_next).map(|k| words(self.text, k)).unwrap_or_default();
         let next = next.first().filter(|w| self.text.slice((*w).clone()).starts_with(b"+")).map(|_| &next[..]);
         let all = if others.is_empty() { next.unwrap_or_default() } else { others };
+        // a station that is moved with the robot, or alone
+        let moved = own.iter().any(|w| !matches!(self.kind_of(w), None | Some(Kind::C | Kind::P)));
         if all.is_empty() {
+            self.station = self.station.take().filter(|_| !moved);
             return false;
         }
-        let numbers = |w: &Range<usize>| {
-            let (kind, n, _) = Kind::read(self.text.slice(w.clone()))?;
-            let list = &self.list.positions;
-            let numbers = list.numbers(self.list.by_name.get((kind, n))?);
-            let read = |span: &Span| number::read(self.text.slice(*span)).map(|v| v.0.to_bits());
-            Some((kind, numbers.iter().filter_map(read).collect::<Vec<u64>>()))
-        };
-        let places: Vec<(Kind, Vec<u64>)> = all.iter().filter_map(numbers).collect();
-        let there = Some(places).filter(|p| !p.is_empty());
+        let there = self.places_of(all).filter(|places| !places.is_empty() && !moved);
         let stands = there.is_some() && self.station == there;
         self.station = there;
         stands
+    }
+
+    fn kind_of(&self, word: &Range<usize>) -> Option<Kind> {
+        Kind::read(&self.text.slice(word.clone()).to_ascii_uppercase()).map(|read| read.0)
+    }
+
+    /// Positions of other groups that words name, as their numbers by bits; `None`: one of them is not in the list, or a variable.
+    fn places_of(&self, all: &[Range<usize>]) -> Option<Vec<(Kind, Vec<u64>)>> {
+        let mut places = Vec::new();
+        for w in all {
+            let name = upper_of(self.text.slice(w.clone()));
+            let Some((kind, n, _)) = Kind::read(name.as_bytes()) else {
+                let key = name.split('=').next().unwrap_or_default();
+                if looks_like_position(key) {
+                    return None;
+                }
+                continue;
+            };
+            if kind >= Kind::P {
+                return None;
+            }
+            let numbers = self.list.positions.numbers(self.list.by_name.get((kind, n))?);
+            let read = |span: &Span| number::read(self.text.slice(*span)).map(|v| v.0.to_bits());
+            places.push((kind, numbers.iter().map(read).collect::<Option<Vec<u64>>>()?));
+        }
+        Some(places)
     }
 
     /// Reads line `k` where it is the move that was read last but for the number of its position: no word of it has to be read again.

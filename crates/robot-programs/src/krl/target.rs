@@ -48,7 +48,7 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
                 let here = sites.get(k).and_then(|site| others.get(site.others as usize));
                 let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
                 if !still {
-                    m.other_way = Some(OtherWay::Carried);
+                    m.other_way.get_or_insert(OtherWay::Carried);
                     m.closed.get_or_insert_with(|| "an external axis may move with it".into());
                 }
                 before = here;

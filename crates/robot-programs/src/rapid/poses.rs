@@ -13,6 +13,9 @@ use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Shift, Solution, Tar
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
+/// What follows the name of a work object that a mechanical unit carries.
+const ON_UNIT: &str = " on its mechanical unit";
+
 impl Builder<'_> {
     /// `Offs(p1,0,0,100)`, `RelTool(p1,0,0,-50\Rz:=90)` with numbers that are known: the point, the displacement, and whether it
     /// counts along the tool. RelTool turns about the x, y and z of the tool, in this order, after it has moved.
@@ -155,6 +158,18 @@ impl Builder<'_> {
     fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, external_axes: &External) -> Frame {
         let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.written(v));
         let frame = self.frame(wobj, item);
+        let frame = match frame {
+            // the targets do not tell where it stands
+            Frame::Named(name)
+                if name.ends_with(ON_UNIT) && !external_axes.used_beside([false; 6]) && self.waits_for_tasks() =>
+            {
+                Frame::Unknown(format!(
+                    "a unit of another task may carry the work object `{}`",
+                    name.trim_end_matches(ON_UNIT)
+                ))
+            }
+            frame => frame,
+        };
         match external_axes.standing(own_external(self.robot)) {
             Some(axes) => frame.carried(&own, &axes),
             None => {
@@ -223,6 +238,13 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether the program moves together with other tasks, or waits for them to move.
+    ///
+    /// `together = "SyncMoveOn" ... | "WaitSyncTask" ...`
+    fn waits_for_tasks(&self) -> bool {
+        self.f.p.words.different().any(|w| matches!(w, "syncmoveon" | "waitsynctask"))
+    }
+
     /// Whether the program waits for a work object to come along on a conveyor.
     ///
     /// `wait = "WaitWObj" wobj ["\\" "RelDist" ":=" number]`
@@ -244,12 +266,10 @@ impl Builder<'_> {
             Some(Node::Other(b)) => self.f.text.slice(b.clone()).to_ascii_uppercase(),
             _ => Vec::new(),
         };
-        let why = match () {
-            () if unit.trim_ascii_start().starts_with(b"\"ROB_") => "another robot carries",
-            () if self.synchronised => "a unit of another task may carry",
-            () => return Frame::Named(format!("{name} on its mechanical unit")),
-        };
-        Frame::Unknown(format!("{why} the work object `{name}`"))
+        match unit.trim_ascii_start().starts_with(b"\"ROB_") {
+            true => Frame::Unknown(format!("another robot carries the work object `{name}`")),
+            false => Frame::Named(format!("{name}{ON_UNIT}")),
+        }
     }
 
     /// Tool of a robtarget: `tool0`, tool data in the text, else by its name.

@@ -127,7 +127,7 @@ pub struct Builder<'a> {
     /// Values of declarations.
     nodes: HashMap<usize, Option<Node>>,
     notes: BTreeMap<(u64, String), Note>,
-    pub(super) synchronised: bool,
+    synchronised: bool,
     /// The routine or the handler moved above.
     moved: bool,
     named_calls: NamedCalls,

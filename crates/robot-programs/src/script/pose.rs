@@ -248,6 +248,9 @@ impl PoseGoal {
     }
 }
 
+/// Between the name of a frame and the places of the axes that carry it.
+const AT: &str = " at ";
+
 /// A frame: of the numbers in the world, or of the tool on the flange.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum Frame {
@@ -276,6 +279,18 @@ impl Frame {
         }
     }
 
+    /// What it is called, whatever external axes carry it and wherever these stand ([`Self::carried`]); empty: it has no name.
+    pub fn name_at_rest(&self) -> String {
+        match self {
+            Self::Named(name) => match name.split_once(AT).map_or(name.as_str(), |(own, _)| own) {
+                // the names under which a frame without one is asked for
+                "$NULLFRAME" | "wobj0" | "0" => String::new(),
+                own => own.to_string(),
+            },
+            _ => String::new(),
+        }
+    }
+
     /// A frame that the program makes of another one: asked for by the name of that and by what is done. `own`: the name where it
     /// has none.
     pub fn made(self, own: &str, how: &str) -> Self {
@@ -300,7 +315,7 @@ impl Frame {
             _ => own,
         };
         let at: Vec<String> = axes.iter().map(|(axis, value)| format!("{axis} {value}")).collect();
-        Self::Named(format!("{name} at {}", at.join(", ")))
+        Self::Named(format!("{name}{AT}{}", at.join(", ")))
     }
 }
 

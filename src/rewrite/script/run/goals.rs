@@ -1,7 +1,7 @@
 //! The goal of a move in joints: those that it names, or those of its Cartesian target; and with which tool it goes there.
 
 use super::arm::{self, joints_of};
-use super::{Cutter, Joints, Reached, ToolAndMiddle};
+use super::{Cutter, Joints, Reached, ToolAndMiddle, Turn};
 use crate::program::script::{At, AxisSet, Move, Note, OtherWay, PathKind, PoseGoal, Script, TargetRef};
 use crate::rewrite::script::cause::Cause;
 use crate::rewrite::script::circles;
@@ -9,7 +9,7 @@ use crate::rewrite::script::poses::{Place, Tooled};
 use crate::rewrite::script::way;
 use crate::robot::JointKind;
 use crate::robot::arm::isometry;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
@@ -227,6 +227,33 @@ impl Cutter<'_> {
         }
     }
 
+    /// Whether the way to a Cartesian target may be another one than that of its path; then directions are lost there.
+    fn goes_another_way(
+        &mut self,
+        goal: &PoseGoal,
+        step: usize,
+        at: At,
+        m: &Move,
+        has_start: bool,
+        place: &Place,
+    ) -> bool {
+        let here = Turn { name: goal.frame.name_at_rest(), rotation: place.frame.rotation };
+        let before = self.turn.take();
+        let same =
+            |before: &Turn| before.name == here.name && before.rotation.angle_to(&here.rotation) < SAME_FRAME_RAD;
+        // a unit that only shifts the part leaves a straight way straight
+        let shifts = m.path == PathKind::Linear && before.as_ref().is_some_and(same);
+        self.turn = Some(here);
+        let way =
+            m.other_way.filter(|way| m.path != PathKind::Joint && has_start && !(*way == OtherWay::Carried && shifts));
+        let Some(way) = way else { return false };
+        let kept = self.turn.take();
+        self.out.left.insert(step, Cause::OtherWay(way));
+        self.lost(at, Cause::OtherWay(way));
+        self.turn = kept;
+        true
+    }
+
     /// The joints at a Cartesian target, and whether its numbers may be written.
     pub(super) fn pose_goal(
         &mut self,
@@ -245,15 +272,7 @@ impl Cutter<'_> {
         let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
         // joint moves from two starts keep no line
         let solved = solved && !self.run.entered.contains(&step);
-        let turn = self.turn.replace(place.frame.rotation);
-        let same = |before: UnitQuaternion<f64>| before.angle_to(&place.frame.rotation) < SAME_FRAME_RAD;
-        // a unit that only shifts the part leaves a straight way straight
-        let shifts = |way: &OtherWay| *way == OtherWay::Carried && turn.is_some_and(same);
-        let other_way = m.other_way.filter(|way| m.path != PathKind::Joint && from.is_some() && !shifts(way));
-        if let Some(way) = other_way {
-            self.out.left.insert(step, Cause::OtherWay(way));
-            self.lost(at, Cause::OtherWay(way));
-            self.turn = Some(place.frame.rotation);
+        if self.goes_another_way(goal, step, at, m, from.is_some(), &place) {
             self.start(step, q, false);
             return None;
         }

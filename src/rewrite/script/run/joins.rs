@@ -7,7 +7,7 @@
 //!
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
-use super::{Cause, Cut, Cutter, Joints, Role, Run, Vertex, empty_run};
+use super::{Cause, Cut, Cutter, Joints, Role, Run, Turn, Vertex, empty_run};
 use crate::program::script::{At, Join, Round, Script, StepKind};
 use crate::rewrite::script::approach::Directions;
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,6 +30,7 @@ pub(super) struct Standing {
     before: Vec<Vertex>,
     directions: Directions,
     hint: Option<Joints>,
+    turn: Option<Turn>,
     lettered: bool,
     by_joints: bool,
     untimed: Option<At>,
@@ -64,6 +65,7 @@ impl Cutter<'_> {
                 before: last.iter().map(kept).collect(),
                 directions: self.directions.clone(),
                 hint: self.hint.clone(),
+                turn: self.turn.clone(),
                 lettered: self.lettered,
                 by_joints: self.by_joints,
                 untimed: self.run.untimed,
@@ -76,7 +78,9 @@ impl Cutter<'_> {
     /// A run that goes on from a place.
     fn seed(&mut self, standing: &Standing) {
         self.end(false);
-        let Standing { before, directions, hint, lettered, by_joints, untimed, certain, by_program } = standing.clone();
+        let Standing { before, directions, hint, turn, lettered, by_joints, untimed, certain, by_program } =
+            standing.clone();
+        self.turn = turn;
         self.run = Run { vertices: before, untimed, certain, by_program, ..empty_run(false) };
         (self.directions, self.hint, self.lettered, self.by_joints) = (directions, hint, lettered, by_joints);
         (self.stands, self.rest) = (false, None);

@@ -196,6 +196,15 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     (out, over, failed)
 }
 
+/// A frame that axes may carry which the robot file does not have.
+#[derive(Debug, Clone)]
+struct Turn {
+    /// Its name without the places of these axes.
+    name: String,
+    /// Its orientation in the world where they stand.
+    rotation: UnitQuaternion<f64>,
+}
+
 /// Where a move leads.
 struct Reached {
     /// Joints before it, where they are known.
@@ -239,8 +248,8 @@ struct Cutter<'a> {
     lettered: bool,
     /// The move before led to joint values.
     by_joints: bool,
-    /// Orientation of the frame of the last Cartesian target, if the last target was one.
-    turn: Option<UnitQuaternion<f64>>,
+    /// The frame of the last Cartesian target, if the last target was one.
+    turn: Option<Turn>,
     /// The robot stands still at the last vertex.
     stands: bool,
     tcp: LastTcp,
@@ -359,7 +368,7 @@ impl Cutter<'_> {
             && !approach.goes_without(step);
         let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
         let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());
-        let point = if counts { approach.first_point(&tooled.robot, &q) } else { None };
+        let point = if counts { approach.first_point(&tooled.robot, m.unplaced, &q) } else { None };
         let Some(point) = point else { return self.start(step, q, editable) };
         self.directions.go(self.choice.robot, &point, self.choice.deadband);
         let goal = first(step, q, editable);

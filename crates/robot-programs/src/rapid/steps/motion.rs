@@ -193,9 +193,9 @@ impl Builder<'_> {
         let arc = motion.path == PathKind::Curve;
         match () {
             () if motion.path == PathKind::Joint => None,
-            () if carried => Some(OtherWay::Carried),
             () if self.going.wrist => Some(OtherWay::Wrist),
             () if arc && self.arcs_turn_otherwise() => Some(OtherWay::Orientation),
+            () if carried => Some(OtherWay::Carried),
             () => None,
         }
     }
