@@ -21,9 +21,11 @@ pub(super) struct Field {
     /// From after the `=` to the end of the number.
     pub field: Span,
     pub number: Span,
-    /// deg or mm; NaN: not taught.
+    /// deg or mm; 0 where it is not taught.
     own: f64,
     style: number::Style,
+    /// A number stands there, not `********`.
+    taught: bool,
     /// mm, not deg.
     pub mm: bool,
     /// Place of its name in [`USUAL`]; beyond: another one.
@@ -44,7 +46,7 @@ impl Field {
 
     /// Value, deg or mm, and style; `None`: `********`, not taught.
     pub fn value(&self) -> Option<(f64, number::Style)> {
-        (!self.own.is_nan()).then_some((self.own, self.style))
+        self.taught.then_some((self.own, self.style))
     }
 
     /// It has the name of an axis: `J1`, `E2`.
@@ -89,7 +91,7 @@ impl Position {
 
     /// Whether a number of group 1 is missing.
     pub fn untaught(&self) -> bool {
-        self.fields.iter().any(|f| f.own.is_nan())
+        self.fields.iter().any(|f| !f.taught)
     }
 
     /// Joint fields in the order of the axes: J1, J2, ..., then E1, ...
@@ -140,7 +142,7 @@ impl Position {
         let of = |name: &str| {
             let field = self.fields.iter().find(|f| f.name() == name)?;
             let mm = matches!(name, "X" | "Y" | "Z");
-            (field.mm == mm && !field.own.is_nan()).then_some(field)
+            (field.mm == mm && field.taught).then_some(field)
         };
         Some([of("X")?, of("Y")?, of("Z")?, of("W")?, of("P")?, of("R")?])
     }
@@ -365,7 +367,7 @@ fn field(text: &Text, span: &Range<usize>, cursor: &mut Cursor, name: Cow<str>, 
     // the names that nearly all fields have take no memory
     let usual = USUAL.iter().position(|usual| *usual == name);
     let unusual = if usual.is_none() { Some(Box::new(name.into_owned())) } else { None };
-    let (own, style) = value.unwrap_or((f64::NAN, number::Style::default()));
+    let (own, style) = value.unwrap_or_default();
     if position.fields.is_empty() {
         // most robots have as many axes, and a pose as many numbers
         position.fields.reserve_exact(6);
@@ -375,6 +377,7 @@ fn field(text: &Text, span: &Range<usize>, cursor: &mut Cursor, name: Cow<str>, 
         number: (span.start + start..span.start + after).into(),
         own,
         style,
+        taught: value.is_some(),
         mm,
         usual: usual.map_or(u8::MAX, |usual| usual as u8),
         unusual,

@@ -186,13 +186,9 @@ impl Reader<'_> {
     /// Whether the stations and robots of other groups certainly stand still on the way of the move on line `k`; `own`: its words, `others`: what
     /// it says of them. The move on the next line after a `+` is theirs, too.
     fn station_stands(&mut self, k: usize, own: &[Range<usize>], others: &[Range<usize>]) -> bool {
-        let is_next = |k: &usize| {
-            let line = self.text.line(*k).trim_ascii();
-            !line.is_empty() && !line.starts_with(b"'")
-        };
-        let next = (k + 1..self.text.line_count()).find(is_next).map(|k| words(self.text, k)).unwrap_or_default();
-        let next = next.first().filter(|w| self.text.slice((*w).clone()).starts_with(b"+")).map(|_| &next[..]);
-        let all = if others.is_empty() { next.unwrap_or_default() } else { others };
+        let next =
+            self.line_of_others(k).filter(|_| others.is_empty()).map(|k| words(self.text, k)).unwrap_or_default();
+        let all = if others.is_empty() { &next[..] } else { others };
         // a station that is moved with the robot, or alone
         let moved = own.iter().any(|w| !matches!(self.kind_of(w), None | Some(Kind::C | Kind::P)));
         if all.is_empty() {
@@ -203,6 +199,16 @@ impl Reader<'_> {
         let stands = there.is_some() && self.station == there;
         self.station = there;
         stands
+    }
+
+    /// The line of the other groups that belongs to the move on line `k`: the next one that is no comment, if it begins with a `+`.
+    fn line_of_others(&self, k: usize) -> Option<usize> {
+        let stands = |k: &usize| {
+            let line = self.text.line(*k).trim_ascii();
+            !line.is_empty() && !line.starts_with(b"'")
+        };
+        let next = (k + 1..self.text.line_count()).find(stands)?;
+        self.text.line(next).trim_ascii_start().starts_with(b"+").then_some(next)
     }
 
     fn kind_of(&self, word: &Range<usize>) -> Option<Kind> {
@@ -238,13 +244,9 @@ impl Reader<'_> {
         let Some(model) = self.model.as_ref().filter(|_| self.overlaid.get(k).is_none_or(|bits| *bits == 0)) else {
             return Ok(false);
         };
-        // what the other groups do is read with the move
-        if text.line(k + 1).trim_ascii_start().starts_with(b"+") {
-            return Ok(false);
-        }
         let start = text.line_span(k).start;
         let found = model.number_in(text.line(k)).and_then(|n| list.by_name.get((model.kind, n)));
-        let Some(position) = found else { return Ok(false) };
+        let Some(position) = found.filter(|_| self.line_of_others(k).is_none()) else { return Ok(false) };
         let moved = |span: Span| Span::from(span.start() + start..span.end() + start);
         let line = MoveLine {
             m: model.m.alike(Goal::Opaque(String::new())),

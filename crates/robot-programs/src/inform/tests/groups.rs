@@ -59,3 +59,23 @@ fn a_rail_under_the_arm_is_the_base_axis_and_no_joint_of_it() {
     let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
     assert_eq!(String::from_utf8(out).unwrap(), text.replace("=-5000", "=-5100"));
 }
+
+/// A line that is read like the one before it may have a line of another group after a comment.
+#[test]
+fn a_station_that_moves_after_a_comment_is_seen_beside_moves_that_are_alike() {
+    let list =
+        "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1,1,1,1,1,1\nC00002=2,2,2,2,2,2\nEC00000=0\nEC00001=9";
+    let ways = |between: &str| {
+        let text = job(
+            "3,0,2,0,0,0",
+            list,
+            &format!(
+                "MOVJ C00000 VJ=25.00 +MOVJ EC00000\nMOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\n{between}SMOVL C00002 V=5.0 +MOVJ EC00000\nDOUT OT#(1) ON"
+            ),
+        );
+        let script = script_of(&Inform, &text, &robot());
+        moves(&script).last().unwrap().1.other_way
+    };
+    assert_eq!(ways(""), None);
+    assert_eq!(ways("' a comment\n+MOVJ EC00001\n"), Some(crate::script::OtherWay::Carried));
+}
