@@ -16,7 +16,7 @@ use crate::log::Log;
 use crate::numerics::normal::Z95;
 use crate::program::Program;
 use crate::robot::Robot;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::Value;
 
 pub const SCHEMA: &str = "lostmotion/deadzone/1";
@@ -74,11 +74,7 @@ pub enum Note {
     },
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);
 
 /// Compares runs of one program.
 pub fn assess(robot: &Robot, nominal: &Program, before: &Log, after: Option<&Log>) -> Result<Assessment> {

@@ -4,7 +4,7 @@
 use crate::gaps::Distrust;
 use crate::gaps::estimate::Why;
 use crate::robot::JointKind;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 use std::fmt;
 
 /// A remark on how a compensator came about. Gaps, spikes and offsets are in rad or m, as `kind` says.
@@ -353,11 +353,7 @@ fn um(distance_m: f64) -> String {
     format!("{:.1} um", distance_m * 1e6)
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);
 
 /// What a file holds are words.
 impl<'de> Deserialize<'de> for Note {

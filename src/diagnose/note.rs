@@ -3,7 +3,6 @@
 use crate::effects::Idle;
 use crate::robot::JointKind;
 use crate::robot::gap_of::JointsAlone;
-use serde::{Serialize, Serializer};
 
 /// A remark on a diagnosis. Values of joints are in rad or m, as `kind` says.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -275,11 +274,7 @@ fn size(rms: f64, kind: JointKind) -> String {
     format!("{:.4} {}", rms / kind.si_per_user_unit(), kind.unit())
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);
 
 #[cfg(test)]
 mod tests {

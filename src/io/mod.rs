@@ -18,6 +18,7 @@
 //! - [`interrupt`]: whoever ends the process on a signal waits until no output is partly in place.
 //! - [`threads`]: as many as there are.
 //! - [`keyed`]: an entry of a document whose key carries a unit.
+//! - `words`: values that documents hold in words.
 //! - [`yaml`]: YAML documents with the line of every refusal.
 //!
 //! # Example
@@ -60,7 +61,9 @@ mod streams;
 pub mod temporary;
 pub mod threads;
 pub mod transaction;
+mod words;
 pub mod workbook;
 pub mod yaml;
 
 pub use crate::name;
+pub(crate) use words::in_words;

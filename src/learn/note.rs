@@ -1,7 +1,5 @@
 //! What a reader of learned kinematics should know. Code compares the variants; the words are for readers.
 
-use serde::{Serialize, Serializer};
-
 /// A remark on a training.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Note {
@@ -27,8 +25,4 @@ pub enum Note {
     NoTest,
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);

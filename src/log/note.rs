@@ -2,7 +2,6 @@
 //! variants; the words are for readers.
 
 use crate::robot::JointKind;
-use serde::{Serialize, Serializer};
 use std::fmt;
 
 /// A remark on a log. Values of joints are in rad or m, as `kind` says.
@@ -252,11 +251,7 @@ fn offset(off_m: &[f64; 3]) -> String {
     format!("{x:.1}, {y:.1}, {z:.1} mm")
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,6 @@
 
 use super::reasons::Alike;
 use crate::diagnose::search::MOST_EFFECTS;
-use serde::{Serialize, Serializer};
 
 /// A remark on a plan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -66,14 +65,4 @@ pub enum Reason {
     },
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-impl Serialize for Reason {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note, Reason);

@@ -3,7 +3,6 @@
 use super::timing::SHORTEST_S;
 use crate::effects::Idle;
 use crate::program::note::Note as OfProgram;
-use serde::{Serialize, Serializer};
 
 /// A remark on a predicted log.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -40,8 +39,4 @@ pub enum Note {
     },
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);

@@ -2,7 +2,6 @@
 
 use super::digits::digits;
 use crate::gaps;
-use serde::{Serialize, Serializer};
 use std::fmt;
 
 /// A remark on an assessed line. A state is named by its columns: `speed_mm_s=1000, payload_kg=5`.
@@ -144,11 +143,7 @@ fn listed(poses: &[PoseName]) -> String {
     text.join(", ")
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);
 
 #[cfg(test)]
 mod tests {

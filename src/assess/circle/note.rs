@@ -1,7 +1,6 @@
 //! What a reader of a circle's figures should know. Code compares the variants; the words are for readers.
 
 use super::SMOOTHING_S;
-use serde::{Serialize, Serializer};
 
 /// A remark on an assessed circle.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -51,8 +50,4 @@ pub enum Remark {
     },
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);

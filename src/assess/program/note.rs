@@ -3,7 +3,6 @@
 use crate::error::counted;
 use crate::program::Assumed;
 use crate::program::note::Waiting;
-use serde::{Serialize, Serializer};
 
 /// A remark on the comparison of two runs.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -64,8 +63,4 @@ pub enum Note {
     },
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);

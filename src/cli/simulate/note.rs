@@ -1,7 +1,6 @@
 //! What a user of `simulate` should know: of the predicted log, and of options that do not apply.
 
 use crate::simulate::Note as OfLog;
-use serde::{Serialize, Serializer};
 
 /// A remark on a run of the command.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -26,8 +25,4 @@ pub enum Note {
     },
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);

@@ -12,7 +12,6 @@ pub mod static_test;
 use super::Distrust;
 use crate::robot::JointKind;
 use crate::robot::gap_of::JointsAlone;
-use serde::{Serialize, Serializer};
 
 /// A remark on gaps.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -82,11 +81,7 @@ impl Note {
     }
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note);
 
 /// A value of a joint (rad or m) in the unit of the edges, without that unit.
 fn edge(value: f64, kind: JointKind) -> f64 {

@@ -2,7 +2,6 @@
 
 use crate::robot::JointKind;
 use crate::robot::gap_of::JointsAlone;
-use serde::{Serialize, Serializer};
 
 /// A remark on a program to record. Values of joints are in rad or m, as `kind` says.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -203,17 +202,7 @@ fn gaps_of(told: &[String]) -> String {
     if told.is_empty() { "no gap".into() } else { format!("the gaps of {}", told.join(", ")) }
 }
 
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-impl Serialize for Reason {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Note, Reason);
 
 #[cfg(test)]
 mod tests {

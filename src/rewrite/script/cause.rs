@@ -1,7 +1,6 @@
 //! Why a move of a program stays as it is, and why directions are lost at it. Code compares the variants; the words are for readers.
 
 use crate::program::script::{Goal, Move, OtherWay};
-use serde::{Serialize, Serializer};
 
 /// Why a move stays as it is, or why directions are lost at it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -173,11 +172,7 @@ impl Cause {
     }
 }
 
-impl Serialize for Cause {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
+crate::io::in_words!(Cause);
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! The goal of a move in joints: those that it names, or those of its Cartesian target; and with which tool it goes there.
 
 use super::arm::{self, joints_of};
-use super::{Cutter, Joints, Reached, ToolAndMiddle, Turn};
+use super::{Cutter, Joints, LastFrame, Reached, ToolAndMiddle};
 use crate::program::script::{At, AxisSet, Move, Note, OtherWay, PathKind, PoseGoal, Script, TargetRef};
 use crate::rewrite::script::cause::Cause;
 use crate::rewrite::script::circles;
@@ -70,7 +70,7 @@ impl Cutter<'_> {
         self.known.clear();
         let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
         let other_way = m.other_way.filter(|_| m.path != PathKind::Joint);
-        self.turn = None;
+        self.last_frame = None;
         let followed = match (&from, &m.circle) {
             (Some(_), _) if other_way.is_some() => Err(other_way.map_or(Cause::CurveToJoints, Cause::OtherWay)),
             (Some(from), Some(targets)) if !self.is_gantry() => self.on_circle(script, targets, m, from, &q),
@@ -237,20 +237,18 @@ impl Cutter<'_> {
         has_start: bool,
         place: &Place,
     ) -> bool {
-        let here = Turn { name: goal.frame.name_at_rest(), rotation: place.frame.rotation };
-        let before = self.turn.take();
+        let here = LastFrame { name: goal.frame.name_at_rest(), rotation: place.frame.rotation };
+        let before = self.last_frame.take();
         let same =
-            |before: &Turn| before.name == here.name && before.rotation.angle_to(&here.rotation) < SAME_FRAME_RAD;
+            |before: &LastFrame| before.name == here.name && before.rotation.angle_to(&here.rotation) < SAME_FRAME_RAD;
         // a unit that only shifts the part leaves a straight way straight
         let shifts = m.path == PathKind::Linear && before.as_ref().is_some_and(same);
-        self.turn = Some(here);
+        self.last_frame = Some(here);
         let way =
             m.other_way.filter(|way| m.path != PathKind::Joint && has_start && !(*way == OtherWay::Carried && shifts));
         let Some(way) = way else { return false };
-        let kept = self.turn.take();
         self.out.left.insert(step, Cause::OtherWay(way));
         self.lost(at, Cause::OtherWay(way));
-        self.turn = kept;
         true
     }
 

@@ -7,7 +7,7 @@
 //!
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
-use super::{Cause, Cut, Cutter, Joints, Role, Run, Turn, Vertex, empty_run};
+use super::{Cause, Cut, Cutter, Joints, LastFrame, Role, Run, Vertex, empty_run};
 use crate::program::script::{At, Join, Round, Script, StepKind};
 use crate::rewrite::script::approach::Directions;
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,7 +30,7 @@ pub(super) struct Standing {
     before: Vec<Vertex>,
     directions: Directions,
     hint: Option<Joints>,
-    turn: Option<Turn>,
+    last_frame: Option<LastFrame>,
     lettered: bool,
     by_joints: bool,
     untimed: Option<At>,
@@ -65,7 +65,7 @@ impl Cutter<'_> {
                 before: last.iter().map(kept).collect(),
                 directions: self.directions.clone(),
                 hint: self.hint.clone(),
-                turn: self.turn.clone(),
+                last_frame: self.last_frame.clone(),
                 lettered: self.lettered,
                 by_joints: self.by_joints,
                 untimed: self.run.untimed,
@@ -78,9 +78,9 @@ impl Cutter<'_> {
     /// A run that goes on from a place.
     fn seed(&mut self, standing: &Standing) {
         self.end(false);
-        let Standing { before, directions, hint, turn, lettered, by_joints, untimed, certain, by_program } =
+        let Standing { before, directions, hint, last_frame, lettered, by_joints, untimed, certain, by_program } =
             standing.clone();
-        self.turn = turn;
+        self.last_frame = last_frame;
         self.run = Run { vertices: before, untimed, certain, by_program, ..empty_run(false) };
         (self.directions, self.hint, self.lettered, self.by_joints) = (directions, hint, lettered, by_joints);
         (self.stands, self.rest) = (false, None);

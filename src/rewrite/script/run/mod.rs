@@ -163,7 +163,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         over: Vec::new(),
         lettered: false,
         by_joints: false,
-        turn: None,
+        last_frame: None,
         stands: false,
         tcp: LastTcp::default(),
         directions: Directions::default(),
@@ -196,9 +196,9 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     (out, over, failed)
 }
 
-/// A frame that axes may carry which the robot file does not have.
+/// The frame of a Cartesian target, which axes may carry that the robot file does not have.
 #[derive(Debug, Clone)]
-struct Turn {
+struct LastFrame {
     /// Its name without the places of these axes.
     name: String,
     /// Its orientation in the world where they stand.
@@ -249,7 +249,7 @@ struct Cutter<'a> {
     /// The move before led to joint values.
     by_joints: bool,
     /// The frame of the last Cartesian target, if the last target was one.
-    turn: Option<Turn>,
+    last_frame: Option<LastFrame>,
     /// The robot stands still at the last vertex.
     stands: bool,
     tcp: LastTcp,
@@ -326,7 +326,7 @@ impl Cutter<'_> {
 
     /// A move that cannot be determined: only straight ones and arcs keep the arm in its configuration.
     fn forget(&mut self, m: &Move) {
-        self.turn = None;
+        self.last_frame = None;
         if m.path == PathKind::Joint {
             self.hint = None;
         }
