@@ -320,6 +320,13 @@ fn hygiene_sees_clocks_that_are_far_apart() {
             let right = |e: lostmotion::error::Error| e.to_string().contains("`meas_A2_deg` about 1.00 s behind");
             assert!(found.err().is_none_or(right));
         }
+        // of a sensor of the wrong sign half a period would be a shift, too
+        let mut reversed = log.clone();
+        reversed.tcp_m.fill(None);
+        reversed.meas = vec![None; 6];
+        reversed.meas[1] = Some(log.cmd[1].iter().map(|v| Some(-v)).collect());
+        let notes = plausibility::check(&reversed, &robot()).unwrap().notes;
+        assert!(notes.iter().any(|n| n.to_string().contains("wrong sign")), "{notes:?}");
         let rows = (shift_s / 0.04) as usize;
         log.tcp_m.rotate_right(rows);
         log.tcp_m[..rows].fill(None);

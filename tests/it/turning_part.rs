@@ -64,6 +64,16 @@ fn a_straight_move_on_a_base_that_an_axis_turns_stays_in_krl() {
     );
     desk.write("slides.yaml", &frames(-45, 90));
     assert_eq!(unchanged(&desk, "p.src", " --frames slides.yaml"), Vec::<usize>::new());
+    // an arc on it is none for the robot
+    let arc = String::from_utf8(desk.read("p.src")).unwrap();
+    let straight = pose(180, 20, 45, 90);
+    let turned = "CIRC {X 185,Y 10,Z 200,A 45,B 180,C 0,E1 90},{X 180,Y 20,Z 200,A 45,B 180,C 0,E1 90}\n";
+    assert!(arc.contains(&straight));
+    desk.write("p.src", &arc.replace(&straight, turned));
+    desk.run("rewrite --model model.yaml p.src --max-added 0 --force --output out-p.src --frames slides.yaml")
+        .success();
+    assert!(String::from_utf8(desk.read("out-p.src")).unwrap().contains(turned));
+    desk.write("p.src", &arc);
     // but not where the wrist turns joint by joint
     let slide = String::from_utf8(desk.read("p.src")).unwrap();
     desk.write("p.src", &slide.replace("BAS(#EX", "$ORI_TYPE=#JOINT\nBAS(#EX"));

@@ -406,3 +406,20 @@ fn the_only_target_before_a_call_is_reached_over_a_point() {
         assert_eq!(out == text, moves == 1, "{out}");
     }
 }
+
+/// Movement within the dead band counts as none: the way from the point is longer.
+#[test]
+fn the_way_from_a_point_of_approach_is_longer_than_the_dead_band() {
+    let (desk, robot) = desk_of(&after_a_call("krl"));
+    desk.run("rewrite --model model.yaml p.src --approach-unknown --deadband-deg 0.02 --output out.src").success();
+    let (before, after) =
+        (targets(&robot, "p.src", desk.read("p.src")), targets(&robot, "out.src", desk.read("out.src")));
+    for k in 0..6 {
+        // the offset is that of the side from which the joint comes
+        let way = after[1][k] - after[0][k];
+        assert!(
+            way.abs() > 0.02 && ((after[1][k] - before[0][k]) - HALF_GAP * way.signum()).abs() < 2e-4,
+            "{k}: {after:?}"
+        );
+    }
+}
