@@ -198,12 +198,6 @@ impl Places {
     pub fn external(&self, number: usize) -> Option<usize> {
         self.external.iter().find(|e| e.0 == number).map(|e| e.1)
     }
-
-    /// Why a list of axes cannot be read, where names and kinds do not tell the external ones.
-    pub fn unclear(axes: &Axes) -> String {
-        let names = axes.axis_names().join(", ");
-        format!("which axes of the robot file ({names}) are external is not certain: name them E1, E2, ...")
-    }
 }
 
 /// The number of an external axis by its name: `E1`, `eax_a`, `joint_7`.

@@ -248,8 +248,8 @@ mod tests {
         let one = |goal| script(vec![step(7, to(goal, Speed::Unknown, Vec::new()))], &[[Some(1.0), None]]);
         for (s, words) in [
             (
-                one(Goal::Opaque("P[3] is taught at run time".into())),
-                "p.src:7: found a target that cannot be read: P[3]",
+                one(Goal::opaque(crate::fanuc::Reason::NotTaught(3))),
+                "p.src:7: found a target that cannot be read: P[3] is not taught",
             ),
             (one(Goal::Joints(0)), "p.src:7: found no value for joint X"),
             (script(Vec::new(), &[]), "p.src:1: found a program without a move"),

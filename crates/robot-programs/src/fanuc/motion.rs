@@ -1,8 +1,9 @@
 //! A motion instruction: `J P[1] 100% FINE`, `L P[2:name] 100mm/sec CNT50 ACC80 TB .10sec,DO[1]=ON`, `C P[3] P[4] ...`.
 
+use super::reason::Reason;
 use super::statement::{Statement, has, index, is_position, is_register};
 use crate::script::cursor::strip_word;
-use crate::script::{Few, PathKind, Span, Speed, Text};
+use crate::script::{self, Few, PathKind, Span, Speed, Text};
 use std::ops::Range;
 
 /// Where a motion stands and what it says besides its goal.
@@ -34,7 +35,7 @@ pub(super) struct MotionInstruction {
     pub speed: Speed,
     pub blend_m: Option<f64>,
     /// Index of the goal's position; why it cannot be determined.
-    pub goal: Result<u64, String>,
+    pub goal: Result<u64, script::Reason>,
     /// Its goal is this position register.
     pub register: Option<u64>,
     /// It calls a program on its way.
@@ -50,7 +51,7 @@ pub(super) struct MotionInstruction {
     pub any: bool,
     /// Its goal counts from where the motion before ends.
     pub relative: bool,
-    pub closed: Option<String>,
+    pub closed: Option<script::Reason>,
     /// Welding goes on or off at the goal.
     pub process: Option<bool>,
     /// It may end before its goal, elsewhere in the program.
@@ -61,25 +62,22 @@ pub(super) struct MotionInstruction {
     pub wrist: bool,
 }
 
-/// Why a motion to a register has no goal.
-const REGISTER: &str = "a position register: its value is not in the program";
-
 /// The goal of a motion: the digits of its index where it is a position of the program.
 ///
 /// `goal = "P[" index "]"`
 fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -> Option<Range<usize>> {
     if is_register(text.slice(target.clone())) {
-        said.goal = Err(REGISTER.into());
+        said.goal = Err(Reason::Register.into());
         said.register = index(text, target.clone()).map(|i| i.1);
         return None;
     }
     if !is_position(text.slice(target.clone())) {
-        said.goal = Err("the goal is no position".into());
+        said.goal = Err(Reason::NoPosition.into());
         return None;
     }
     let found = index(text, target.clone());
     said.any |= found.is_none();
-    said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| "the position's index is computed".into());
+    said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| Reason::IndexComputed.into());
     found.map(|i| i.0)
 }
 
@@ -93,8 +91,8 @@ fn is_termination(word: &[u8]) -> bool {
 
 impl MotionInstruction {
     /// Whether the goal cannot be determined for no other reason than that it is a register.
-    pub fn is_register(&self, why: &str) -> bool {
-        self.register.is_some() && why == REGISTER
+    pub fn is_register(&self, why: &script::Reason) -> bool {
+        self.register.is_some() && matches!(why, script::Reason::Fanuc(why) if **why == Reason::Register)
     }
 
     /// A motion of which nothing is read yet.
@@ -104,7 +102,7 @@ impl MotionInstruction {
             path: PathKind::Curve,
             speed: Speed::Unknown,
             blend_m: None,
-            goal: Err(String::new()),
+            goal: Err(script::Reason::NoGoal),
             register: None,
             calls: false,
             offset_by: None,
@@ -137,7 +135,7 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
     said.speed = speed(word(goal + 1), said.path);
     let end = read_termination(text, words, goal, &mut said);
     if matches!(said.speed, Speed::Seconds(_)) {
-        close(&mut said, "its duration is written, and a point on the way would have a duration of its own");
+        close(&mut said, Reason::Duration);
     }
     let mut kept = Vec::new();
     let own = said.goal.as_ref().ok().copied();
@@ -172,20 +170,20 @@ fn read_path(text: &Text, words: &[Range<usize>], said: &mut MotionInstruction) 
     match letter.to_ascii_uppercase().as_slice() {
         b"J" => said.path = PathKind::Joint,
         b"L" => said.path = PathKind::Linear,
-        b"A" => close(said, "an arc is given by three points"),
+        b"A" => close(said, script::Reason::ThreePoints),
         b"C" => {
-            close(said, "an arc is given by three points");
+            close(said, script::Reason::ThreePoints);
             passes(text, &words[1], said);
             goal = 2;
         }
         _ => {
-            said.goal = Err(format!("`{}` is no motion that is known", String::from_utf8_lossy(letter)));
+            said.goal = Err(Reason::UnknownMotion(String::from_utf8_lossy(letter).into()).into());
             words.iter().filter(|w| is_position(text.slice((*w).clone()))).for_each(|w| passes(text, w, said));
             return None;
         }
     }
     if goal >= words.len() {
-        said.goal = Err("the motion has no goal".into());
+        said.goal = Err(script::Reason::NoGoal);
         return None;
     }
     Some(goal)
@@ -202,7 +200,7 @@ struct Termination {
 fn read_termination(text: &Text, words: &[Range<usize>], goal: usize, said: &mut MotionInstruction) -> Termination {
     let word = |k: usize| words.get(k).map_or(&[][..], |w| text.slice(w.clone()));
     let Some(k) = (goal + 1..words.len()).take(4).find(|&k| is_termination(word(k))) else {
-        close(said, "how it ends (FINE, CNT) is not known");
+        close(said, Reason::UnknownEnd);
         let after = words[goal].end;
         return Termination { span: after..after, exact: false, next: goal + 2 };
     };
@@ -226,7 +224,7 @@ fn passes(text: &Text, word: &Range<usize>, said: &mut MotionInstruction) {
     }
 }
 
-fn close(said: &mut MotionInstruction, why: &str) {
+fn close(said: &mut MotionInstruction, why: impl Into<script::Reason>) {
     said.closed.get_or_insert_with(|| why.into());
 }
 
@@ -236,11 +234,11 @@ const PLAIN: [&str; 9] = ["PTH", "MPTH", "LDC", "BREAK", "TA", "TB", "DB", "PSPI
 /// What an option says where the robot ends elsewhere than at its goal, or does not go straight to it.
 ///
 /// `option = "MROT" | "RTCP" | "SEARCH[" ...`
-fn otherwise(upper: &[u8], path: PathKind) -> Option<&'static str> {
+fn otherwise(upper: &[u8], path: PathKind) -> Option<Reason> {
     match upper {
-        b"MROT" => Some("MROT: the wrist takes the shorter turn, whatever the position says"),
-        b"RTCP" if path != PathKind::Joint => Some("RTCP: the part moves along a tool that stands still"),
-        _ if upper.starts_with(b"SEARCH[") => Some("a search ends where it touches"),
+        b"MROT" => Some(Reason::ShorterTurn),
+        b"RTCP" if path != PathKind::Joint => Some(Reason::RemoteTool),
+        _ if upper.starts_with(b"SEARCH[") => Some(Reason::Search),
         _ => None,
     }
 }
@@ -270,19 +268,19 @@ fn read_options(
             said.skips |= upper.starts_with(b"SEARCH");
         } else if upper == b"COORD" {
             said.coordinated = true;
-            close(said, "it is coordinated with another group");
+            close(said, Reason::Coordinated);
         } else if upper == b"INC" {
-            said.goal = Err("an increment: the goal depends on where the robot stands".into());
+            said.goal = Err(Reason::Increment.into());
             said.relative = true;
         } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {
             let from = said.offset.is_none();
             k += usize::from(read_offset(&upper, &next, said));
             said.offset_by = said.offset.as_ref().filter(|_| from).and_then(|(_, text)| register_of(text));
         } else if has(&upper, b"PR[") || has(&upper, b"VR[") || has(&upper, b"VOFFSET") {
-            said.goal = Err("an offset is added to the goal".into());
+            said.goal = Err(Reason::Offset.into());
         } else if upper.starts_with(b"SKIP") {
             said.skips = true;
-            close(said, "a skip may end it before its goal");
+            close(said, Reason::Skip);
         } else if upper.starts_with(b"ACC") || upper.starts_with(b"PSPD") {
             let computed = matches!(upper.as_slice(), b"ACC" | b"PSPD") && next_bracket;
             kept.push(span.start..words.get(k + usize::from(computed)).map_or(span.end, |w| w.end));
@@ -290,7 +288,7 @@ fn read_options(
         } else if upper == b"WJNT" || upper == b"RTCP" {
             if said.path != PathKind::Joint {
                 said.wrist = upper == b"WJNT";
-                close(said, "Wjnt: the wrist turns joint by joint on its way");
+                close(said, Reason::WristByJoint);
             }
             kept.push(span.clone());
         } else if upper == b"CALL" || upper.ends_with(b",CALL") || upper == b"AUFRUF" || upper.ends_with(b",AUFRUF") {
@@ -300,8 +298,7 @@ fn read_options(
             // TB, TA, DB in German
             k += 1;
         } else if !(PLAIN.iter().any(|p| p.as_bytes() == upper) || next_bracket || parameter(&upper)) {
-            let name = String::from_utf8_lossy(word).into_owned();
-            said.goal = Err(format!("`{name}` is not known: it may move the goal"));
+            said.goal = Err(Reason::UnknownOption(String::from_utf8_lossy(word).into()).into());
         }
         k += 1;
     }
@@ -319,7 +316,7 @@ fn read_offset(upper: &[u8], next: &[u8], said: &mut MotionInstruction) -> bool 
     // its register may have any word for a comment
     let word = upper.split(|b| matches!(b, b'[' | b',')).next().unwrap_or(upper);
     said.offset = Some((has(word, b"TOOL"), text));
-    close(said, "an offset is added to the goal");
+    close(said, Reason::Offset);
     register
 }
 

@@ -4,6 +4,7 @@
 //! (`X =`, `Y =`, `Z =` in mm, `W =`, `P =`, `R =` in degrees: turns about fixed X, Y, Z in this order). What is not the
 //! robot's own (further groups, further axes) is compared byte by byte, never changed.
 
+use super::reason::Reason;
 use super::statement::{is_position, shown};
 use crate::axes::{Axes, JointKind, Places};
 use crate::error::Result;
@@ -159,7 +160,7 @@ impl Position {
             .filter(|v| v.as_ref().is_none_or(|v| v.1 != 0.0))
             .collect();
         let frame = match carried {
-            None => Frame::Unknown("an extended axis that is not taught, and may carry the robot".into()),
+            None => Frame::unclear(Reason::CarrierNotTaught),
             Some(axes) => named(self.frame, "user frame").carried("0", &axes),
         };
         let solution = self.configuration.map_or(Solution::Same, Solution::Configured);
@@ -207,11 +208,11 @@ pub(super) fn configuration(text: &[u8]) -> Option<Configuration> {
 }
 
 /// User frame or tool by its number; 0 is the world, or the flange.
-pub(super) fn named(number: Option<u64>, what: &str) -> Frame {
+pub(super) fn named(number: Option<u64>, what: &'static str) -> Frame {
     match number {
         Some(0) => Frame::Null,
         Some(n) => Frame::Named(n.to_string()),
-        None => Frame::Unknown(format!("the {what} that is selected")),
+        None => Frame::unclear(Reason::Selected(what)),
     }
 }
 

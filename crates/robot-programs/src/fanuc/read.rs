@@ -6,6 +6,7 @@ use super::instruction;
 use super::listing::Register;
 use super::motion::{self, MotionInstruction};
 use super::positions::{self, Position};
+use super::reason::Reason;
 use super::registers::Known;
 use super::sections::{line_count, sections, tracks};
 use super::statement::{Statement, is_comment, statements, words};
@@ -19,7 +20,7 @@ use crate::script::called::{self, Called, NamedCalls};
 use crate::script::lex::not_too_long;
 use crate::script::pose::{Configuration, Shift, Solution};
 use crate::script::{
-    At, Break, Few, Frame, Goal, How, Move, Note, OtherWay, PathKind, PoseGoal, Script, StepKind, Text, pragma,
+    self, At, Break, Few, Frame, Goal, How, Move, Note, OtherWay, PathKind, PoseGoal, Script, StepKind, Text, pragma,
 };
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -73,8 +74,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut script = Script { targets, notes, ..Script::default() };
     named_calls.report_to(&mut script);
     let motions = steps.finish(&mut script);
-    script.keep_before_relative("a motion after it counts from where it ends (INC)", &counted_calls, true);
-    script.keep_before_reading("the program reads where it ends (LPOS, JPOS)", &reads);
+    script.keep_before_relative(&Reason::BeforeIncrement.into(), &counted_calls, true);
+    script.keep_before_reading(&Reason::EndIsRead.into(), &reads);
     script.texts = texts;
     let robot = robot.clone();
     Ok(Program { script, kinds, robot, motions, numbered, count, positions, of_target, shared, last, end, bare })
@@ -258,23 +259,19 @@ impl<'a> Reader<'a> {
         // a register holds values of the other groups, too
         let alone = self.taught.positions.iter().all(|p| p.others.is_empty());
         if !(alone && self.robot.places().certain && self.robot.dof() == 6 && self.robot.places().external.is_empty()) {
-            return Goal::Opaque("a position register: its value is not in the program".into());
+            return Goal::opaque(Reason::Register);
         }
         let goal = match self.registers.value(n) {
-            Err(why) => return Goal::Opaque(why),
+            Err(why) => return Goal::opaque(why),
             Ok(Register::Joints(deg)) => Goal::Joints(self.taught.stands(n, line, *deg)),
             Ok(Register::Pose(values, configuration)) => {
                 let [Some(frame), Some(tool)] = self.selected else {
-                    return Goal::Opaque(format!(
-                        "a position register: in which user frame and for which tool PR[{n}] counts is not known"
-                    ));
+                    return Goal::opaque(Reason::RegisterFrame(n));
                 };
                 let sets = self.uses.sets.has_frame(Some(frame)) || self.uses.sets.has_tool(Some(tool));
                 let [frame, tool] = [positions::named(Some(frame), "user frame"), positions::named(Some(tool), "tool")];
                 if sets {
-                    return Goal::Opaque(format!(
-                        "a position register: the program sets the frame or the tool of PR[{n}]"
-                    ));
+                    return Goal::opaque(Reason::RegisterFrameSet(n));
                 }
                 Goal::pose(listed_pose(values, *configuration, frame, tool))
             }
@@ -358,12 +355,12 @@ impl<'a> Reader<'a> {
     /// Where `P[n]` leads; `position`: its place in /POS; `offset`: a register that moves it.
     fn goal(&mut self, n: u64, position: Option<usize>, said: &MotionInstruction, line: u64) -> Goal {
         let offset = &said.offset;
-        let Some(p) = position else { return Goal::Opaque(format!("P[{n}] is not in /POS")) };
+        let Some(p) = position else { return Goal::opaque(Reason::NotInPos(n)) };
         if let Some(line) = self.uses.written(n).or(self.uses.written_any) {
-            return Goal::Opaque(format!("the program writes P[{n}] (line {line})"));
+            return Goal::opaque(Reason::Written { position: n, line });
         }
         match self.taught.joints[p].clone() {
-            Ok(_) if offset.is_some() => Goal::Opaque("an offset is added to the goal".into()),
+            Ok(_) if offset.is_some() => Goal::opaque(Reason::Offset),
             Ok(t) => Goal::Joints(t),
             Err(why) => match (self.pose(p), self.displacement(said, line)) {
                 (None, _) => Goal::Opaque(why),
@@ -383,15 +380,15 @@ impl<'a> Reader<'a> {
     }
 
     /// Why no point may come before a motion, whatever its words are.
-    fn closed(&self, position: Option<usize>, goal: &Goal, motion: Option<&Motion>) -> Option<&'static str> {
+    fn closed(&self, position: Option<usize>, goal: &Goal, motion: Option<&Motion>) -> Option<script::Reason> {
         let still = self.others_stand(position);
         let further = matches!(goal, Goal::Pose(_)) && !self.robot.places().certain;
         let uncounted = self.uncounted && motion.is_some_and(|m| m.number.is_some());
         let reasons = [
-            (!still, "another axis or group may move with it"),
-            (further, "which axes of the robot file are external is not certain"),
-            (motion.is_none(), "its statement cannot be copied"),
-            (uncounted, "no attribute gives the number of lines, which must grow (LINE_COUNT)"),
+            (!still, Reason::OthersMove.into()),
+            (further, Reason::UnclearAxes.into()),
+            (motion.is_none(), script::Reason::NoCopy),
+            (uncounted, Reason::NoLineCount.into()),
         ];
         reasons.into_iter().find(|r| r.0).map(|r| r.1)
     }
@@ -421,11 +418,9 @@ impl<'a> Reader<'a> {
             Err(why) => Goal::Opaque(why),
             Ok(_) if self.tracks || self.led_now != 0 => {
                 let by = instruction::led_by(self.led_now).unwrap_or("a conveyor that the program tracks");
-                Goal::Opaque(format!("{by} leads the robot away from its positions"))
+                Goal::opaque(Reason::Led(by))
             }
-            Ok(_) if said.coordinated && !self.taught.leader_stands() => {
-                Goal::Opaque("COORD: its way is straight for a part that another group moves".into())
-            }
+            Ok(_) if said.coordinated && !self.taught.leader_stands() => Goal::opaque(Reason::LeaderMoves),
             Ok(n) => self.goal(n, position, &said, at.line),
         };
         let goal = match (goal, &said.via[..], position) {
@@ -434,10 +429,10 @@ impl<'a> Reader<'a> {
             }
             (goal, ..) => goal,
         };
-        let closed = said.closed.or_else(|| self.closed(position, &goal, said.motion.as_ref()).map(String::from));
+        let closed = said.closed.or_else(|| self.closed(position, &goal, said.motion.as_ref()));
         let fixed = register.filter(|_| position.is_none() && !matches!(goal, Goal::Opaque(_)));
-        let fixed = fixed.map(|n| format!("the value of PR[{n}] is not in the program, but known by the listing"));
-        let closed = closed.or_else(|| fixed.as_ref().map(|_| "it leads to a position register".to_string()));
+        let fixed = fixed.map(|n| Reason::Listed(n).into());
+        let closed = closed.or_else(|| fixed.as_ref().map(|_| Reason::ToRegister.into()));
         // a position that is no part of the program does not tell
         let carried = matches!(goal, Goal::Pose(_)) && position.is_some() && !self.others_stand(position);
         let other_way = said.wrist.then_some(OtherWay::Wrist).or_else(|| carried.then_some(OtherWay::Carried));

@@ -8,6 +8,7 @@
 use super::calls::{name_in, stem};
 use super::flow::{self, Flow};
 use super::listing::{Register, Registers};
+use super::reason::{Reason, SetsAny};
 use super::sections::sections;
 use super::statement::{is_comment, program_name, statements, words};
 use super::{instruction, motion};
@@ -25,7 +26,7 @@ struct Sets {
     /// Registers that it sets or may set.
     numbers: BTreeSet<u64>,
     /// Why it may set any.
-    any: Option<String>,
+    any: Option<SetsAny>,
     /// What it calls, and whether with arguments.
     calls: BTreeSet<(String, bool)>,
     /// Macros that it runs, and whether with arguments: which program that is the file does not tell.
@@ -38,8 +39,8 @@ pub(super) struct Known<'a> {
     listed: Option<&'a BTreeMap<u64, Register>>,
     /// Registers that are set, with the program.
     set: BTreeMap<u64, String>,
-    /// Why none is known.
-    any: Option<String>,
+    /// The program that may set any, and why.
+    any: Option<(String, SetsAny)>,
 }
 
 impl<'a> Known<'a> {
@@ -56,9 +57,9 @@ impl<'a> Known<'a> {
                 |(name, arguments): &&(String, bool)| !there.contains(name) && (*arguments || !declared.has(name));
             let unknown = |(name, arguments): &&(String, bool)| *arguments || !declared.has(name);
             let gone = sets.calls.iter().find(gone).or_else(|| sets.macros.iter().find(unknown));
-            let called = gone.map(|c| format!("{} is called and is not among the files", c.0));
+            let called = gone.map(|c| SetsAny::CallsAbsent(c.0.as_str().into()));
             if let Some(why) = sets.any.clone().or(called) {
-                known.any.get_or_insert(format!("{}: {why}", text.name));
+                known.any.get_or_insert_with(|| (text.name.clone(), why));
             }
             for number in &sets.numbers {
                 known.set.entry(*number).or_insert_with(|| text.name.clone());
@@ -71,15 +72,16 @@ impl<'a> Known<'a> {
     ///
     /// # Errors
     /// Why it is not known.
-    pub(super) fn value(&self, number: u64) -> Result<&'a Register, String> {
-        let unknown = || format!("a position register: its value is not in the program (PR[{number}])");
-        let listed = self.listed.ok_or("a position register: its value is not in the program")?;
-        let value = listed.get(&number).ok_or_else(unknown)?;
+    pub(super) fn value(&self, number: u64) -> Result<&'a Register, Reason> {
+        let listed = self.listed.ok_or(Reason::Register)?;
+        let value = listed.get(&number).ok_or(Reason::NotListed(number))?;
         if let Some(by) = self.set.get(&number) {
-            return Err(format!("a position register: {by} may set PR[{number}]"));
+            return Err(Reason::RegisterSet { by: by.as_str().into(), register: number });
         }
         match &self.any {
-            Some(why) => Err(format!("a position register: PR[{number}] may be set ({why})")),
+            Some((program, why)) => {
+                Err(Reason::RegisterMayBeSet { register: number, program: program.as_str().into(), why: why.clone() })
+            }
             None => Ok(value),
         }
     }
@@ -92,7 +94,7 @@ impl Sets {
         sets.names.extend(name_in(text));
         let read = sections(text).ok().and_then(|s| statements(text, s.program).ok());
         let (Some((all, _)), false) = (read, text.unread) else {
-            sets.any = Some("it cannot be read".into());
+            sets.any = Some(SetsAny::Unread);
             return sets;
         };
         for statement in all {
@@ -108,7 +110,7 @@ impl Sets {
         sets
     }
 
-    fn open(&mut self, why: String) {
+    fn open(&mut self, why: SetsAny) {
         self.any.get_or_insert(why);
     }
 
@@ -127,7 +129,7 @@ impl Sets {
             let rest = upper.get(k + 1..).unwrap_or_default().concat();
             let rest = rest.get(name.len()..).unwrap_or_default();
             if name.is_empty() || rest.starts_with(b"[") {
-                self.open("it calls a program whose name is computed".into());
+                self.open(SetsAny::CallComputed);
             } else {
                 self.calls.insert((text_of(name).into_owned(), rest.starts_with(b"(")));
             }
@@ -136,16 +138,16 @@ impl Sets {
         match flow::read(text, words) {
             _ if moves => {}
             // programs that run beside or after this one
-            Flow::Step(StepKind::Break(Break::Interrupt)) => self.open("a monitor may run a program".into()),
-            _ if upper.first().is_some_and(starts_one) => self.open("an error may run a program".into()),
+            Flow::Step(StepKind::Break(Break::Interrupt)) => self.open(SetsAny::Monitor),
+            _ if upper.first().is_some_and(starts_one) => self.open(SetsAny::ErrorProgram),
             Flow::Macro(name) => {
                 let arguments = upper.concat().contains(&b'(');
                 self.macros.insert((name, arguments));
             }
             Flow::Step(StepKind::Break(Break::Call)) if !found => {
-                self.open(format!("`{}` is not known", String::from_utf8_lossy(&upper.join(&b' '))));
+                self.open(SetsAny::Unknown(String::from_utf8_lossy(&upper.join(&b' ')).into()));
             }
-            _ if nested => self.open("a block within a statement is not read".into()),
+            _ if nested => self.open(SetsAny::Nested),
             _ => {}
         }
     }
@@ -171,7 +173,7 @@ impl Sets {
             }
             match close.and_then(|k| number(&inside[..k])) {
                 Some(n) => drop(self.numbers.insert(n)),
-                None => self.open("it sets a register of a computed number".into()),
+                None => self.open(SetsAny::NumberComputed),
             }
         }
     }

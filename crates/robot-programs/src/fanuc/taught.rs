@@ -1,9 +1,10 @@
 //! The positions of `/POS` as targets of the script, and what they say of axes that are none of the robot's.
 
 use super::positions::{Field, Position};
+use super::reason::Reason;
 use crate::axes::{Axes, JointKind, Places};
 use crate::error::Result;
-use crate::script::{At, PoseForm, PoseGoal, Target, Targets, Text, Value, number};
+use crate::script::{self, At, PoseForm, PoseGoal, Target, Targets, Text, Value, number};
 use std::collections::HashMap;
 
 /// The finest weight of a digit in a position: the controller writes three decimals, deg or mm. A number that stands there
@@ -19,7 +20,7 @@ pub(super) struct Taught {
     /// Position of each target.
     pub of_target: Vec<usize>,
     /// Target of each position's joints; why there is none.
-    pub joints: Vec<std::result::Result<usize, String>>,
+    pub joints: Vec<std::result::Result<usize, script::Reason>>,
     /// Target of each Cartesian position.
     poses: Vec<Option<usize>>,
     /// What each position says of axes that are not the robot's, and whether all say the same.
@@ -55,19 +56,19 @@ impl Taught {
     fn add(&mut self, text: &Text, robot: &Axes, i: usize, p: &Position) -> Result<()> {
         let mut pose = None;
         let joints = if !p.ours {
-            Err(format!("P[{}] has no group 1", p.index))
+            Err(Reason::NoGroup(p.index).into())
         } else if p.untaught() {
-            Err(format!("P[{}] is not taught", p.index))
+            Err(Reason::NotTaught(p.index).into())
         } else if p.is_joints() {
             match robot.places() {
                 places if places.certain => Ok(self.push(i, target(text, robot, p, places)?)),
-                _ => Err(Places::unclear(robot)),
+                _ => Err(script::Reason::unclear_axes(robot)),
             }
         } else if let Some(target) = coordinates(p, robot) {
             pose = Some(self.push(i, target));
-            Err("a Cartesian position".into())
+            Err(Reason::Cartesian.into())
         } else {
-            Err(format!("P[{}] holds neither joints nor a pose", p.index))
+            Err(Reason::NeitherJointsNorPose(p.index).into())
         };
         self.joints.push(joints);
         self.poses.push(pose);

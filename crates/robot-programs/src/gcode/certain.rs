@@ -5,10 +5,10 @@
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 
-use super::codes::code_text;
 use super::goal::opaque;
 use super::lex::Block;
 use super::read::Reader;
+use super::reason::{After, Doubt, Elsewhere, Reason};
 use crate::script::{AxisSet, Break, Goal, StepKind, Value};
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ pub(super) enum Carried {
 
 impl Reader<'_> {
     /// Nothing is known of the position any more.
-    pub(super) fn lose(&mut self, why: &str) {
+    pub(super) fn lose(&mut self, why: After) {
         if (self.absolute != Some(true) || self.relative) && !self.settled {
             self.anchor(why);
         }
@@ -37,7 +37,7 @@ impl Reader<'_> {
     }
 
     /// Of some axes it is not known any more where they stand, nor from where their next words count.
-    pub(super) fn slip(&mut self, k: usize, axes: Option<AxisSet>, why: &str) {
+    pub(super) fn slip(&mut self, k: usize, axes: Option<AxisSet>, why: After) {
         match axes.filter(|_| self.words_are_plain()) {
             Some(axes) => {
                 self.lose_axes(axes, why);
@@ -48,18 +48,18 @@ impl Reader<'_> {
     }
 
     /// A move of some axes (`None`: of any) to a place that the program does not contain.
-    pub(super) fn goes_elsewhere(&mut self, k: usize, axes: Option<AxisSet>, why: String) {
+    pub(super) fn goes_elsewhere(&mut self, k: usize, axes: Option<AxisSet>, why: Elsewhere) {
         let axes = axes.filter(|axes| !axes.is_empty() && self.words_are_plain());
         match axes {
             Some(axes) => {
-                self.lose_axes(axes, &why);
+                self.lose_axes(axes, why.into());
                 // what counts from there counts from a place of the machine
                 axes.axes().for_each(|a| self.carried[a] = Carried::Nothing);
                 self.settled = true;
             }
-            None => self.lose(&why),
+            None => self.lose(why.into()),
         }
-        let mut goes = opaque(why);
+        let mut goes = opaque(why.into());
         goes.moves_alone = axes;
         self.step(k, StepKind::Move(goes), None);
     }
@@ -69,7 +69,7 @@ impl Reader<'_> {
         self.strange.is_none() && self.modal_macro.is_none() && self.compensation.is_none()
     }
 
-    fn lose_axes(&mut self, axes: AxisSet, why: &str) {
+    fn lose_axes(&mut self, axes: AxisSet, why: After) {
         if self.absolute != Some(true) || self.relative {
             self.anchor(why);
         }
@@ -88,17 +88,18 @@ impl Reader<'_> {
     /// A block whose words are or may be relative: moves from which they count, and of which that is known only now, end where they always
     /// did.
     pub(super) fn keep_before_relative(&mut self, block: &Block) {
-        const WHY: &str = "where relative words count from here later on";
         if self.absolute == Some(true) {
             return;
         }
         for w in &block.words {
             let axis = self.letters.iter().position(|&l| l == w.letter).filter(|a| self.position[*a].is_none());
             match axis.map(|a| std::mem::take(&mut self.carried[a])) {
-                Some(Carried::After(step)) => self.anchor_at(step, WHY),
+                Some(Carried::After(step)) => self.anchor_at(step, After::RelativeWords),
                 Some(Carried::Anywhere) if !self.counts_anywhere => {
                     self.counts_anywhere = true;
-                    std::mem::take(&mut self.leaving).into_iter().for_each(|step| self.anchor_at(step, WHY));
+                    std::mem::take(&mut self.leaving)
+                        .into_iter()
+                        .for_each(|step| self.anchor_at(step, After::RelativeWords));
                 }
                 _ => {}
             }
@@ -106,15 +107,15 @@ impl Reader<'_> {
     }
 
     /// The last move must end where it always did, on every axis.
-    pub(super) fn anchor(&mut self, why: &str) {
+    pub(super) fn anchor(&mut self, why: After) {
         if let Some(step) = self.last {
             self.anchor_at(step, why);
         }
     }
 
-    fn anchor_at(&mut self, step: usize, why: &str) {
+    fn anchor_at(&mut self, step: usize, why: After) {
         let Some(StepKind::Move(m)) = self.script.steps.get_mut(step).map(|s| &mut s.kind) else { return };
-        m.fixed.get_or_insert_with(|| format!("a change would stay in all that follows {why}"));
+        m.fixed.get_or_insert_with(|| Reason::Stays(why).into());
         let Goal::Joints(t) = m.goal else { return };
         let Some(s) = self.statements.get(step, self.text, self.letters) else { return };
         // axes without a word may need one, to take back what was changed before
@@ -128,14 +129,14 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn end(&mut self, k: usize, kind: Break, why: &str) {
+    pub(super) fn end(&mut self, k: usize, kind: Break, why: After) {
         self.lose(why);
         self.step(k, StepKind::Break(kind), None);
     }
 
     /// Control may come from elsewhere: only what the whole text never changes is still certain.
     pub(super) fn join(&mut self, k: usize, kind: Break) {
-        let why = if kind == Break::Call { "a call" } else { "a label, jump or loop" };
+        let why = if kind == Break::Call { After::Call } else { After::Jump };
         let last = self.last;
         self.end(k, kind, why);
         // where the position was lost before, relative words may still count from a move above
@@ -165,7 +166,7 @@ impl Reader<'_> {
         self.feed = None;
         self.lost_frame |= self.survey.frames();
         if self.survey.leaves_compensation {
-            self.compensation = Some("G41 or G42 may be on".into());
+            self.compensation = Some(Doubt::CompensationMayBeOn);
         }
         self.may_be_strange();
         if [430, 431, 440].iter().any(|c| self.survey.codes.contains(c)) && self.length_reference.is_some() {
@@ -179,37 +180,36 @@ impl Reader<'_> {
             // what runs stands in this text
             return self.join(k, Break::Call);
         }
-        self.end(k, Break::Call, "a call");
+        self.end(k, Break::Call, After::Call);
         self.variables.forget();
         self.may_be_strange();
-        self.forget_modes("modes after a call are not known");
+        self.forget_modes(After::Call);
     }
 
     /// What the text sets somewhere may be in force where control comes from elsewhere.
     fn may_be_strange(&mut self) {
         if self.strange.is_none() && self.survey.hidden {
-            self.strange = Some("a line of the program does what is not followed".into());
+            self.strange = Some(Doubt::Unfollowed);
         }
         if let (None, Some(c)) = (&self.strange, self.survey.unfollowed) {
-            self.strange = Some(format!("{} may be on", code_text(c)));
+            self.strange = Some(Doubt::MayBeOn(c));
         }
         if self.strange.is_none() && self.survey.mirrors {
-            self.strange = Some("M21 or M22 may be on, which mirror an axis on older controls".into());
+            self.strange = Some(Doubt::MirrorMayBeOn);
         }
         // centres of arcs, and feeds, that another way there may take otherwise
-        for (set, words) in [(&[901, 911][..], "the centres of arcs"), (&[930, 940, 950], "the feed")] {
-            let other = set[0];
+        for (other, doubt) in [(901, Doubt::CentresMayDiffer(901)), (930, Doubt::FeedMayDiffer(930))] {
             if self.strange.is_none() && self.survey.codes.contains(&other) {
-                self.strange = Some(format!("{} may be on, by which {words} count otherwise", code_text(other)));
+                self.strange = Some(doubt);
             }
         }
         if self.survey.macros > 0 {
-            self.modal_macro = Some("G66 may be on: a block may run a macro".into());
+            self.modal_macro = Some(Doubt::MacroMayBeOn);
         }
     }
 
     /// No mode is certain.
-    pub(super) fn forget_modes(&mut self, why: &str) {
+    pub(super) fn forget_modes(&mut self, after: After) {
         self.motion = None;
         self.absolute = None;
         self.inch = None;
@@ -217,7 +217,7 @@ impl Reader<'_> {
         self.feed = None;
         self.lost_frame = true;
         self.frame_to_name = true;
-        self.compensation.get_or_insert_with(|| format!("{why} (G40)"));
+        self.compensation.get_or_insert(Doubt::Modes(after));
     }
 
     /// What words mean, to be compared.

@@ -3,6 +3,7 @@
 use super::codes::code_text;
 use super::lex::Block;
 use super::read::Reader;
+use super::reason::After;
 use crate::script::{Break, StepKind};
 
 impl Reader<'_> {
@@ -15,7 +16,7 @@ impl Reader<'_> {
             }
             Err(()) => self.lost_frame = true,
         }
-        self.end(k, Break::Frame, "a G52");
+        self.end(k, Break::Frame, After::G52);
     }
 
     pub(super) fn shift_frame(&mut self, k: usize, block: &Block, c: u32) {
@@ -25,7 +26,7 @@ impl Reader<'_> {
         }
         // a lathe's relative words, which move axes by other names
         let others = block.words.iter().any(|w| b"UVW".contains(&w.letter) && !self.letters.contains(&w.letter));
-        self.anchor("a G92");
+        self.anchor(After::G92);
         match (c, self.axis_values(block)) {
             (921, _) => self.moved.fill(Some(0.0)),
             (920, Ok(values)) if named && !others => {
@@ -38,7 +39,7 @@ impl Reader<'_> {
             }
             _ => self.moved.fill(None),
         }
-        self.end(k, Break::Frame, "a G92");
+        self.end(k, Break::Frame, After::G92);
     }
 
     /// What is added to an absolute word. Where that is not known, the axis counts from an origin of its own ([`Self::is_displaced`]).
@@ -65,7 +66,7 @@ impl Reader<'_> {
 
     pub(super) fn tool_length(&mut self, k: usize, block: &Block, c: u32) {
         // a dynamic offset may be of any axis
-        self.slip(k, self.length_axis().filter(|_| c != 431), "a tool length");
+        self.slip(k, self.length_axis().filter(|_| c != 431), After::ToolLength);
         let h = block.words.iter().find(|w| w.letter == b'H').map(|w| self.text.slice(w.number()));
         self.length = match h {
             _ if c == 490 => "G49".into(),
@@ -77,7 +78,7 @@ impl Reader<'_> {
     pub(super) fn select(&mut self, k: usize, c: u32) {
         if self.frame != Some(c) || self.lost_frame {
             self.step(k, StepKind::Break(Break::Frame), None);
-            self.lose("a work frame");
+            self.lose(After::WorkFrame);
         }
         self.frame = Some(c);
         self.frame_to_name = false;

@@ -1,10 +1,11 @@
 //! Where a block leads: frames, arcs, and why it cannot be determined.
 
 use super::arc::{Arc, Centre, NoArc};
-use super::codes::{AXES, SPLINES, code_text};
+use super::codes::{AXES, SPLINES};
 use super::lex::{Block, Word};
 use super::read::Reader;
-use super::statements::{MIXED, Statement, axis_words, canonical, most, motion_word};
+use super::reason::{After, Reason};
+use super::statements::{Statement, axis_words, canonical, most, motion_word};
 use crate::axes::JointKind;
 use crate::error::Result;
 use crate::script::number::last_digit;
@@ -35,28 +36,28 @@ impl Reader<'_> {
     }
 
     /// Why a block's goal cannot be determined.
-    pub(super) fn unclear(&self, block: &Block) -> Option<String> {
-        if let Some(why) = self.strange.as_ref().or(self.modal_macro.as_ref()).or(self.compensation.as_ref()).cloned() {
-            return Some(why);
+    pub(super) fn unclear(&self, block: &Block) -> Option<Reason> {
+        if let Some(doubt) = self.strange.or(self.modal_macro).or(self.compensation) {
+            return Some(doubt.into());
         }
         match self.motion {
             Some(0 | 10 | 20 | 30) => {}
-            Some(c) if SPLINES.contains(&c) => return Some(format!("spline {}", code_text(c))),
-            Some(c) if c < 700 => return Some(format!("{} leads to where a probe touches", code_text(c))),
-            Some(c) => return Some(format!("canned cycle {}", code_text(c))),
-            None => return Some("no G0, G1, G2 or G3 is certain here".into()),
+            Some(c) if SPLINES.contains(&c) => return Some(Reason::Spline(c)),
+            Some(c) if c < 700 => return Some(Reason::Probe(c)),
+            Some(c) => return Some(Reason::Canned(c)),
+            None => return Some(Reason::NoMotion),
         }
-        let Some(absolute) = self.absolute else { return Some("neither G90 nor G91 is certain here".into()) };
+        let Some(absolute) = self.absolute else { return Some(Reason::NoDistance) };
         if self.inch.is_none() {
-            return Some("neither G20 nor G21 is certain here".into());
+            return Some(Reason::NoUnit);
         }
         if self.frame_to_name {
-            return Some("its work frame is not certain: name it again (G54)".into());
+            return Some(Reason::NoFrame);
         }
         // without the comma, as lathes write it: the way ends beside the place that is written, and goes on from there
         let cuts = |w: &&Word| b"IJKR".contains(&w.letter) && w.value.is_none_or(|v| v.0 != 0.0);
         if let (Some(0 | 10), Some(w)) = (self.motion, block.words.iter().find(cuts)) {
-            return Some(format!("a word {} on a straight move: a chamfer or corner", w.letter as char));
+            return Some(Reason::CornerWord(w.letter as char));
         }
         let mut seen = 0u64;
         for w in &block.words {
@@ -66,24 +67,24 @@ impl Reader<'_> {
             // letters are bytes 65 to 90
             let bit = 1 << (w.letter & 63);
             if geometry && seen & bit != 0 {
-                return Some(format!("{name} stands twice in the block"));
+                return Some(Reason::Twice(name));
             }
             seen |= if geometry { bit } else { 0 };
             if AXES.contains(&w.letter) && axis.is_none() {
-                return Some(format!("a word {name}, and the robot file has no such axis"));
+                return Some(Reason::NoAxis(name));
             }
             let Some((v, style)) = w.value else {
                 if geometry {
-                    return Some("an expression or a variable".into());
+                    return Some(Reason::Expression);
                 }
                 continue;
             };
             if geometry && self.survey.points && !style.point && v != 0.0 {
-                return Some("a number without a point where others end in one: it may count increments".into());
+                return Some(Reason::NoPoint);
             }
             let Some(axis) = axis else { continue };
             if !absolute && self.position[axis].is_none() {
-                return Some("a relative word, and the position before it is not known".into());
+                return Some(Reason::RelativeToUnknown);
             }
         }
         None
@@ -94,7 +95,7 @@ impl Reader<'_> {
         k: usize,
         block: Block,
         codes: &[Option<u32>],
-        unclear: Option<String>,
+        unclear: Option<Reason>,
         exact: bool,
     ) -> Result<()> {
         // the first motion says in which frame the axes are counted
@@ -106,7 +107,7 @@ impl Reader<'_> {
         self.keep_before_relative(&block);
         let unclear = unclear.or_else(|| self.unclear(&block));
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
-            return self.opaque(k, unclear.unwrap_or_default());
+            return self.opaque(k, unclear.unwrap_or(Reason::NoMotion));
         };
         let absolute = self.absolute == Some(true);
         let dof = self.letters.len();
@@ -121,8 +122,8 @@ impl Reader<'_> {
                 Ok(arc) => Some(arc),
                 Err(why) => {
                     // from another start it might be one
-                    self.anchor("an arc that is none");
-                    return self.opaque(k, why.to_string());
+                    self.anchor(After::NoArc);
+                    return self.opaque(k, why.into());
                 }
             },
             _ => None,
@@ -180,7 +181,7 @@ impl Reader<'_> {
         let mut m = self.describe(&statement, codes, exact);
         if self.survey.mixed() && statement.ends_in_point() {
             // such numbers say how the others are to be read: they must not go
-            m.fixed = Some(MIXED.into());
+            m.fixed = Some(Reason::Mixed.into());
         }
         self.target(&statement);
         self.position.clear();
@@ -196,8 +197,8 @@ impl Reader<'_> {
         self.statements.push(step, statement);
     }
 
-    pub(super) fn opaque(&mut self, k: usize, why: String) -> Result<()> {
-        self.lose("a block that cannot be determined");
+    pub(super) fn opaque(&mut self, k: usize, why: Reason) -> Result<()> {
+        self.lose(After::Unclear);
         self.step(k, StepKind::Move(opaque(why)), None);
         Ok(())
     }
@@ -275,22 +276,22 @@ impl Reader<'_> {
         let other = s.words.iter().find(|w| !b"NGFIJKR".contains(&w.letter) && !self.letters.contains(&w.letter));
         let before = self.script.steps.last().filter(|b| b.at.line == s.line as u64 + 1);
         let closed = if before.is_some_and(|b| !matches!(b.kind, StepKind::Dwell(_) | StepKind::Process(_))) {
-            Some("a label or a word to this tool stands before it in its line".into())
+            Some(Reason::SharedLine)
         } else if self.feed_mode == 93 && s.motion > 0 {
-            Some("inverse time feed G93: its time is that of the whole move".into())
+            Some(Reason::InverseTime)
         } else if s.words.iter().any(|w| w.letter == b'F' && w.value.is_none()) {
-            Some("a computed feed in the block".into())
+            Some(Reason::FeedComputed)
         } else if codes.iter().flatten().any(|c| [93, 301, 281].contains(c)) {
-            Some("another G word in the block".into())
+            Some(Reason::OtherGWord)
         } else {
-            other.map(|w| format!("a word {} in the block acts once", w.letter as char))
+            other.map(|w| Reason::ActsOnce(w.letter as char))
         };
         let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
         let path = if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint };
         let axes = || 0..self.letters.len();
         let how = How {
             path,
-            closed,
+            closed: closed.map(Into::into),
             speed,
             blend_m: exact.then_some(0.0),
             turns_known: true,
@@ -352,6 +353,6 @@ fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Sha
     if same { Shared::clone(last) } else { (0..count).map(new).collect() }
 }
 
-pub(super) fn opaque(why: String) -> Move {
-    Move::new(How { path: PathKind::Curve, ..How::default() }, Goal::Opaque(why), Few::new())
+pub(super) fn opaque(why: Reason) -> Move {
+    Move::new(How { path: PathKind::Curve, ..How::default() }, Goal::opaque(why), Few::new())
 }

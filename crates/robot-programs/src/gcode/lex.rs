@@ -1,6 +1,7 @@
 //! A line to words: letter and number, with or without spaces; comments, expressions and the words of flow control are
 //! recognised and not evaluated.
 
+use super::reason::Reason;
 use crate::error::Result;
 use crate::script::Text;
 use crate::script::cursor::Cursor;
@@ -52,7 +53,7 @@ pub(super) struct Block {
     /// The value of an expression was put in its place.
     pub folded: bool,
     /// `,C2` or `*71`: chamfers, checksums.
-    pub special: Option<&'static str>,
+    pub special: Option<Reason>,
 }
 
 /// Words of a block for which memory is reserved at once.
@@ -91,13 +92,13 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 cursor.digits();
             }
             b'#' if first => return Ok(Block { assignment: true, ..block }),
-            b'*' => return Ok(Block { special: Some("a checksum"), ..block }),
+            b'*' => return Ok(Block { special: Some(Reason::Checksum), ..block }),
             b',' => {
-                block.special = Some("a chamfer or corner");
+                block.special = Some(Reason::Corner);
                 cursor.skip(1);
             }
             b'@' | b'^' => {
-                block.special = Some("polar coordinates");
+                block.special = Some(Reason::Polar);
                 word(text, base, &mut cursor, &mut block)?;
             }
             // after an M or S word: which spindle

@@ -31,6 +31,7 @@ mod lex;
 mod passed;
 mod pieces;
 mod read;
+mod reason;
 mod statements;
 mod survey;
 #[cfg(test)]
@@ -39,11 +40,13 @@ mod variables;
 mod words;
 mod write;
 
-use super::script::{Document, Edits, Format, Patches, Script, Text};
+use super::script::{self, Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 pub use crate::control::{Control, UnknownWord};
 use crate::error::{Error, Place, Result};
+pub use arc::NoArc;
 use lex::Word;
+pub use reason::{After, Doubt, Elsewhere, Reason};
 use statements::Program;
 
 /// The format.
@@ -93,11 +96,11 @@ impl Document for Program {
         write::patches(self, edits)
     }
 
-    fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
+    fn unwritable(&self, edits: &Edits) -> Vec<(usize, script::Reason)> {
         write::written_or_not(self, edits).0
     }
 
-    fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, String)>, Option<Patches>) {
+    fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, script::Reason)>, Option<Patches>) {
         write::written_or_not(self, edits)
     }
 

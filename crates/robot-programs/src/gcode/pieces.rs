@@ -5,6 +5,7 @@
 //! arc, so that the modal motion after it stays. What was written is read as a control would read it before it is taken.
 
 use super::arc::{Arc, Centre, NoArc};
+use super::reason::Reason;
 use super::statements::{Statement, most};
 use super::write::{SAME, Writer, Written};
 use crate::axes::JointKind;
@@ -132,8 +133,7 @@ impl Writer<'_> {
             let after = (reached.share - 1e-9..=1.0).contains(&p.share);
             if !after || !is_within(&bounds, end.offset, block.noise) {
                 let by = end.offset[0].hypot(end.offset[1]);
-                let why = format!("a new point lies {by:.4} mm beside the arc on which it should be");
-                return Err(self.refused(step, &why));
+                return Err(self.refused(step, Reason::BesideArc(by)));
             }
             straight = self.insert_piece(&block, reached, end, &want)?;
             reached = end;
@@ -174,8 +174,7 @@ impl Writer<'_> {
         // the centre's words stay where a control still finds one radius, and the same turn
         if other || !self.keeps(s, arc, form, &piece) {
             if piece.closes(arc) {
-                let why = "both ends of an arc would stand on one place, as those of a full circle do";
-                return Err(self.refused(step, why));
+                return Err(self.refused(step, Reason::ArcCloses));
             }
             let centre = self.centre(step, s, arc, form, &piece)?;
             self.replace_centre(s, &centre);
@@ -221,7 +220,7 @@ impl Writer<'_> {
         let (chord, turn, differ) = (piece.chord(), piece.turn(arc), piece.differ());
         let length = chord[0].hypot(chord[1]);
         if differ > piece.noise && turn > MOST_TURN {
-            return Err(self.refused(step, "the offset changes over a whole circle, and no point may stand between"));
+            return Err(self.refused(step, Reason::WholeCircle));
         }
         let own = [0, 1].map(|k| arc.centre[k] + 0.5 * (piece.offsets[0][k] + piece.offsets[1][k]));
         // onto the middle perpendicular: both ends get the same radius
@@ -250,7 +249,7 @@ impl Writer<'_> {
                 return Ok(words);
             }
         }
-        Err(self.refused(step, "no arc in the format's digits holds what is wanted here"))
+        Err(self.refused(step, Reason::DigitsTooCoarse))
     }
 
     /// Words of a centre, and what a control makes of them.

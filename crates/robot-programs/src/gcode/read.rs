@@ -5,6 +5,7 @@ use super::assignments::Assignments;
 use super::certain::Carried;
 use super::codes::AXES;
 use super::lex::{self, Block};
+use super::reason::{After, Doubt};
 use super::statements::{Program, Statement, Statements};
 use super::survey::{Survey, assignments_of, flow_hides, is_flow};
 use super::variables::Variables;
@@ -31,7 +32,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             reader.block(k)?;
         }
     }
-    reader.lose("the end of the program");
+    reader.lose(After::End);
     let mixed = reader.survey.mixed();
     let Reader { mut script, statements, .. } = reader;
     let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
@@ -108,11 +109,11 @@ pub(super) struct Reader<'a> {
     pub(super) feed: Option<f64>,
     pub(super) exact: bool,
     /// Cutter compensation that is, or may be, on.
-    pub(super) compensation: Option<String>,
+    pub(super) compensation: Option<Doubt>,
     /// A code after which words mean something else.
-    pub(super) strange: Option<String>,
+    pub(super) strange: Option<Doubt>,
     /// A macro that each block runs, or may.
-    pub(super) modal_macro: Option<String>,
+    pub(super) modal_macro: Option<Doubt>,
     pub(super) frame: Option<u32>,
     pub(super) reference: Option<u32>,
     pub(super) lost_frame: bool,
@@ -231,21 +232,21 @@ impl Reader<'_> {
     fn assign(&mut self, k: usize, found: &Assignments) {
         // a place that is read, and a frame that may be set from it, would keep a change
         if found.hidden || found.frame || found.any || reads_places(self.text.line(k)) {
-            self.anchor("a line that may read where the machine stands");
+            self.anchor(After::ReadsPlace);
         }
         self.variables.assign(self.text.line(k), found);
         if found.hidden {
-            self.strange = Some(format!("line {} assigns, and does what is not followed", k + 1));
-            self.end(k, Break::Call, "a line that is not followed");
-            self.forget_modes("modes after a line that is not followed are not known");
+            self.strange = Some(Doubt::LineUnfollowed(k as u64 + 1));
+            self.end(k, Break::Call, After::Unfollowed);
+            self.forget_modes(After::Unfollowed);
         } else if found.frame || found.any {
-            self.end(k, Break::Frame, "an assignment that may move a frame");
+            self.end(k, Break::Frame, After::FrameAssigned);
             self.lost_frame |= self.reference.is_some();
             if self.reference.is_some() {
-                self.strange = Some(format!("line {} assigns what may move or turn a frame", k + 1));
+                self.strange = Some(Doubt::FrameAssigned(k as u64 + 1));
             }
         } else if found.signal {
-            self.end(k, Break::Call, "a signal that may move the machine");
+            self.end(k, Break::Call, After::Signal);
             self.motion = None;
         }
     }
@@ -259,7 +260,7 @@ impl Reader<'_> {
             }
         }
         if block.percent {
-            self.end(k, Break::Start, "the tape's end");
+            self.end(k, Break::Start, After::TapeEnd);
             return Ok(());
         }
         let assigned = assignments_of(self.text, k, &block);

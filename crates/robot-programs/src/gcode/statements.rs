@@ -35,9 +35,6 @@ pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
     }
 }
 
-/// Why a number that ends in a point must stay: it says how those without one are to be read.
-pub(super) const MIXED: &str = "numbers with and without a point stand in the program";
-
 /// A length or angle without the noise of sums: the same place has the same number, however it was reached.
 pub(super) fn canonical(x: f64) -> f64 {
     let rounded = (x * 1e9).round() / 1e9;

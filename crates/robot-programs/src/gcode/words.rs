@@ -1,8 +1,9 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
-use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, code_text, is_work_frame};
+use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, is_work_frame};
 use super::lex::{self, Block, Word};
 use super::read::Reader;
+use super::reason::{After, Doubt, Elsewhere, Reason};
 use super::survey::{Survey, has_axes, homes, is_numbered_call, moves_offsets, work_frame};
 use crate::error::Result;
 use crate::script::{AxisSet, Break, StepKind};
@@ -48,9 +49,6 @@ struct OwnWords {
     exact: bool,
 }
 
-/// Every block between G66 and G67 runs a macro.
-const MODAL_MACRO: &str = "G66 is on: a block may run a macro";
-
 /// What an M word calls.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Call {
@@ -83,19 +81,19 @@ impl Reader<'_> {
     /// A block that an operator may switch off: where it leads is not determined, and modes that it changes are not certain after it.
     fn optional(&mut self, k: usize, block: Block) -> Result<()> {
         let before = self.modes();
-        let (modal_macro, strange, feed_mode) = (self.modal_macro.clone(), self.strange.clone(), self.feed_mode);
-        self.certain_words(k, block, Some("a block that an operator may switch off".into()))?;
+        let (modal_macro, strange, feed_mode) = (self.modal_macro, self.strange, self.feed_mode);
+        self.certain_words(k, block, Some(Reason::Optional))?;
         if self.modes() != before {
             // what it switches off may stay on
             self.modal_macro = self.modal_macro.take().or(modal_macro);
             self.strange = self.strange.take().or(strange);
             if self.feed_mode != feed_mode {
-                self.strange.get_or_insert_with(|| "the feed's mode is not known".into());
+                self.strange.get_or_insert(Doubt::FeedMode);
             }
-            self.anchor("a block that may be switched off");
+            self.anchor(After::Optional);
             self.variables.forget();
-            self.end(k, Break::Call, "a block that may be switched off");
-            self.forget_modes("modes after a block that may be switched off are not known");
+            self.end(k, Break::Call, After::Optional);
+            self.forget_modes(After::Optional);
         }
         Ok(())
     }
@@ -103,12 +101,12 @@ impl Reader<'_> {
     /// The words of a block that certainly runs.
     ///
     /// `block = {M_word | G_word | axis_word | "F" number | ...}`
-    fn certain_words(&mut self, k: usize, block: Block, unclear: Option<String>) -> Result<()> {
+    fn certain_words(&mut self, k: usize, block: Block, unclear: Option<Reason>) -> Result<()> {
         if is_numbered_call(&block) {
             self.call(k);
             return Ok(());
         }
-        let mut unclear = unclear.or_else(|| block.special.map(String::from));
+        let mut unclear = unclear.or_else(|| block.special.clone());
         let ending = self.m_words(k, &block, &mut unclear);
         let codes: Vec<Option<u32>> =
             block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
@@ -116,18 +114,18 @@ impl Reader<'_> {
         for c in &codes {
             match *c {
                 Some(c) => self.g_word(k, &block, c, &codes, &mut own),
-                None => self.strange = Some("a computed G word".into()),
+                None => self.strange = Some(Doubt::ComputedGWord),
             }
         }
         if codes.contains(&Some(431)) && has_axes(&block) {
-            unclear.get_or_insert_with(|| "G43.1: its words may be those of the tool".into());
+            unclear.get_or_insert(Reason::WordsOfTool);
         }
         if own.dwells {
-            unclear.get_or_insert_with(|| "G4 beside positions".into());
+            unclear.get_or_insert(Reason::DwellBesidePositions);
         }
         let changes_tool = changes_tool(&block, &self.survey);
         if changes_tool {
-            unclear.get_or_insert_with(|| "a change of tool or offset in the block".into());
+            unclear.get_or_insert(Reason::ToolOrOffset);
         }
         if let Some(w) = block.words.iter().find(|w| w.letter == b'F') {
             self.feed = w.value.map(|v| v.0);
@@ -139,19 +137,16 @@ impl Reader<'_> {
             && let Some(m) = block.words.iter().find(|w| w.letter != b'N').filter(|w| lex::is_firmware(w))
         {
             own.taken |= self.survey.printer;
-            unclear.get_or_insert_with(|| {
-                let m = String::from_utf8_lossy(self.text.slice(m.span()));
-                format!("words that may be those of {m}")
-            });
+            unclear.get_or_insert_with(|| Reason::WordsOf(String::from_utf8_lossy(self.text.slice(m.span())).into()));
         }
         if !own.taken && own.machine_frame && unclear.is_none() && block.words.iter().any(moves) {
             let axes = self.axes_of_machine(&block);
-            self.goes_elsewhere(k, axes, "G53: a place of the machine".into());
+            self.goes_elsewhere(k, axes, Elsewhere::Machine);
         } else if !own.taken && (block.words.iter().any(moves) || arc) {
             self.movement(k, block, &codes, unclear, own.exact)?;
         }
         if changes_tool {
-            self.end(k, Break::Frame, "a change of tool or offset");
+            self.end(k, Break::Frame, After::Tool);
         }
         self.finish(k, ending);
         Ok(())
@@ -172,7 +167,7 @@ impl Reader<'_> {
     }
 
     /// The M words of a block: what starts before its move is done here, what follows the move is returned.
-    fn m_words(&mut self, k: usize, block: &Block, unclear: &mut Option<String>) -> Ending {
+    fn m_words(&mut self, k: usize, block: &Block, unclear: &mut Option<Reason>) -> Ending {
         let mut ending = Ending::default();
         for w in block.words.iter().filter(|w| w.letter == b'M') {
             if self.survey.printer && w.value.is_some_and(|v| v.0.floor() == 862.0) {
@@ -192,7 +187,7 @@ impl Reader<'_> {
                 m if SAVES.contains(&m) && !self.survey.printer => ending.call = Some(Call::Program),
                 6 => {
                     self.variables.forget();
-                    unclear.get_or_insert_with(|| "a tool change in the block".into());
+                    unclear.get_or_insert(Reason::ToolChange);
                     ending.call.get_or_insert(Call::MayMove);
                 }
                 21..=23 if self.survey.mirrors => self.mirror(k, m),
@@ -209,11 +204,11 @@ impl Reader<'_> {
 
     /// M21 and M22 mirror X and Y on older controls, M23 ends both; elsewhere they are the maker's own.
     fn mirror(&mut self, k: usize, m: u32) {
-        self.end(k, Break::Call, "an M word that may mirror an axis");
+        self.end(k, Break::Call, After::MayMirror);
         self.motion = None;
         match m {
-            23 => drop(self.strange.take_if(|why| why.contains("mirror"))),
-            _ => drop(self.strange.get_or_insert_with(|| format!("M{m} may mirror an axis"))),
+            23 => drop(self.strange.take_if(|doubt| doubt.mirrors())),
+            _ => drop(self.strange.get_or_insert(Doubt::MayMirror(m))),
         }
     }
 
@@ -250,7 +245,7 @@ impl Reader<'_> {
             51 if !has_axes(block) => {}
             c if SPLINES.contains(&c) && (c != 50 || has_axes(block)) => self.motion = Some(c),
             c if HARMLESS.contains(&c) => {}
-            c => self.strange = Some(format!("{} is on", code_text(c))),
+            c => self.strange = Some(Doubt::On(c)),
         }
     }
 
@@ -265,13 +260,13 @@ impl Reader<'_> {
             200 | 210 => {
                 if self.inch.is_some_and(|i| i != (c == 200)) {
                     self.step(k, StepKind::Break(Break::Frame), None);
-                    self.lose("a change of units");
+                    self.lose(After::Units);
                 }
                 self.inch = Some(c == 200);
                 self.feed = None;
             }
             900 | 940 if self.survey.lathe => {
-                self.strange = Some(format!("{} may be a turning cycle of a lathe", code_text(c)));
+                self.strange = Some(Doubt::TurningCycle(c));
             }
             900 | 910 => self.absolute = Some(c == 900),
             901 | 911 => self.centre_absolute = c == 901,
@@ -280,7 +275,7 @@ impl Reader<'_> {
                 self.feed = None;
             }
             400 => self.compensation = None,
-            410 | 420 | 411 | 421 => self.compensation = Some(format!("cutter compensation {} is on", code_text(c))),
+            410 | 420 | 411 | 421 => self.compensation = Some(Doubt::Compensation(c)),
             430 | 431 | 440 | 490 => self.tool_length(k, block, c),
             c if is_work_frame(c) => self.select(k, work_frame(block, c, k)),
             _ => return false,
@@ -291,18 +286,16 @@ impl Reader<'_> {
     /// What a word does itself with the numbers of its block, which are then no target; false where it does nothing.
     fn action(&mut self, k: usize, block: &Block, c: u32, alone: bool) -> bool {
         match c {
-            c if self.survey.printer && PROBES.contains(&c) && alone => {
-                self.end(k, Break::Call, "a probing of the bed")
-            }
+            c if self.survey.printer && PROBES.contains(&c) && alone => self.end(k, Break::Call, After::BedProbing),
             // retraction of filament
             100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() => {}
             100 => {
                 // it may be set from where the machine stands
-                self.anchor("a G10");
-                self.end(k, Break::Frame, "a G10");
+                self.anchor(After::G10);
+                self.end(k, Break::Frame, After::G10);
                 self.lost_frame |= self.reference.is_some();
                 if !moves_offsets(block) {
-                    self.strange = Some("a G10 that may turn the axes is on".into());
+                    self.strange = Some(Doubt::MayTurn);
                 }
             }
             520 => self.local_frame(k, block),
@@ -310,26 +303,26 @@ impl Reader<'_> {
             // a lathe's G92
             500 if has_axes(block) => self.shift_frame(k, block, 920),
             501 | 510 | 511 => {
-                self.end(k, Break::Frame, "a scaling or a mirror");
+                self.end(k, Break::Frame, After::Scaling);
                 if c != 501 {
-                    self.strange = Some(format!("{} is on", code_text(c)));
+                    self.strange = Some(Doubt::On(c));
                 }
             }
             280 | 300 | 1610 | 1620 if c < 1000 || homes(block) => {
                 // G91 in this block is about the way there alone
                 let absolute = self.absolute.replace(true);
                 let axes = self.axes_named(block).and_then(|axes| self.with_length(axes)).filter(|_| has_axes(block));
-                self.goes_elsewhere(k, axes, format!("{} goes to a reference point", code_text(c)));
+                self.goes_elsewhere(k, axes, Elsewhere::Reference(c));
                 self.absolute = absolute;
             }
             650 => self.call(k),
             660 | 661 => {
                 self.call(k);
-                self.modal_macro = Some(MODAL_MACRO.into());
+                self.modal_macro = Some(Doubt::MacroOn);
             }
             670 => {
                 // of several, it ends one
-                let ends = self.survey.macros <= 1 && self.modal_macro.as_deref() == Some(MODAL_MACRO);
+                let ends = self.survey.macros <= 1 && self.modal_macro == Some(Doubt::MacroOn);
                 self.call(k);
                 if ends {
                     self.modal_macro = None;
@@ -346,12 +339,12 @@ impl Reader<'_> {
             self.step(k, kind, None);
         }
         if ending.program {
-            self.end(k, Break::Jump, "the end of the program");
+            self.end(k, Break::Jump, After::End);
         }
         match ending.call {
             Some(Call::Program) => self.call(k),
             Some(Call::MayMove) => {
-                self.end(k, Break::Call, "an M word that may move the machine");
+                self.end(k, Break::Call, After::MayMove);
                 self.motion = None;
             }
             None => {}

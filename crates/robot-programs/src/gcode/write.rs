@@ -6,12 +6,13 @@
 //! rounding never adds up.
 
 use super::lex::Word;
-use super::statements::{MIXED, Places, Program, Statement, canonical, most};
+use super::reason::Reason;
+use super::statements::{Places, Program, Statement, canonical, most};
 use crate::axes::JointKind;
 use crate::decimal::POW10;
 use crate::error::{Error, Result};
 use crate::script::number::{self, Own, Style};
-use crate::script::{AxisSet, Break, EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
+use crate::script::{self, AxisSet, Break, EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
 use std::ops::Range;
 
 /// Two places are one, mm or deg.
@@ -27,7 +28,7 @@ const FULL: u8 = 12;
 #[derive(Debug)]
 pub(super) struct Unwritable {
     pub(super) step: usize,
-    pub(super) why: String,
+    pub(super) why: script::Reason,
 }
 
 pub(super) type Written<T = ()> = std::result::Result<T, Unwritable>;
@@ -41,7 +42,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
 
 /// Edited moves that cannot be written, and why; a block that is not edited itself stands for the edit before it.
 /// Where there are none, the patches.
-pub(super) fn written_or_not(program: &Program, edits: &Edits) -> (Vec<(usize, String)>, Option<Patches>) {
+pub(super) fn written_or_not(program: &Program, edits: &Edits) -> (Vec<(usize, script::Reason)>, Option<Patches>) {
     let mut found = Vec::new();
     let patches = match written(program, edits, Some(&mut found)) {
         Ok(patches) => Some(patches).filter(|_| found.is_empty()),
@@ -80,12 +81,12 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
         let done = match (&one.kind, is_move.then(statement).flatten()) {
             (StepKind::Move(_), Some(statement)) => writer.block(step, &statement, edit),
             (StepKind::Move(_), None) if edit.is_some_and(|e| e.goal.is_some() || !e.before.is_empty()) => {
-                Err(writer.refused(step, "its target is not known"))
+                Err(writer.refused(step, Reason::NoTarget))
             }
             (StepKind::Move(m), None) => writer.forget(m.moves_alone),
             (StepKind::Break(Break::Axes(axes)), _) => writer.forget(Some(*axes)),
             (StepKind::Break(_), _) => writer.forget(None),
-            _ if edit.is_some() => Err(writer.refused(step, "no move stands there")),
+            _ if edit.is_some() => Err(writer.refused(step, Reason::NoMove)),
             _ => Ok(()),
         };
         match (done, &mut left) {
@@ -135,7 +136,7 @@ pub(super) struct Leg {
 }
 
 impl Writer<'_> {
-    pub(super) fn refused(&self, step: usize, why: &str) -> Unwritable {
+    pub(super) fn refused(&self, step: usize, why: impl Into<script::Reason>) -> Unwritable {
         Unwritable { step, why: why.into() }
     }
 
@@ -151,7 +152,7 @@ impl Writer<'_> {
         if let Some((step, left)) = self.relative.take()
             && left > SAME
         {
-            return Err(self.refused(step, "what changes here would stay in all relative words after it"));
+            return Err(self.refused(step, Reason::RelativeLeft));
         }
         for a in (0..self.now.len()).filter(|a| axes.is_none_or(|axes| axes.has(*a))) {
             (self.now[a], self.decimals[a]) = (None, 0);
@@ -162,13 +163,13 @@ impl Writer<'_> {
     /// Refuses an edit that the move does not take.
     fn refuse_edit(&self, step: usize, m: &Move, edit: EditRef) -> Written {
         if edit.as_joint_moves {
-            return Err(self.refused(step, "it is a joint move already"));
+            return Err(self.refused(step, Reason::JointMove));
         }
         if let (Some(why), true) = (&m.fixed, edit.goal.is_some()) {
-            return Err(self.refused(step, why));
+            return Err(self.refused(step, why.clone()));
         }
         if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
-            return Err(self.refused(step, &format!("no point can be added: {why}")));
+            return Err(self.refused(step, Reason::Closed(Box::new(why.clone()))));
         }
         Ok(())
     }
@@ -272,7 +273,7 @@ impl Writer<'_> {
             return Ok(());
         }
         if s.arc.is_some() && self.program.mixed && s.ends_in_point() {
-            return Err(self.refused(step, MIXED));
+            return Err(self.refused(step, Reason::Mixed));
         }
         let commanded = |a: usize| match m.goal {
             Goal::Joints(t) => self.program.script.targets.get(t).is_some_and(|t| t.values.get(a).is_some()),
@@ -291,7 +292,7 @@ impl Writer<'_> {
             })
             .collect();
         if goal.iter().flatten().any(|v| !v.is_finite() || v.abs() > 1e7) {
-            return Err(self.refused(step, "a place beyond 10 km"));
+            return Err(self.refused(step, Reason::TooFar));
         }
         match &s.arc {
             None => self.line(step, s, edit, &goal)?,
@@ -330,7 +331,7 @@ impl Writer<'_> {
             })
             .collect();
         if want.iter().flatten().any(|v| !v.is_finite() || v.abs() > 1e7) {
-            return Err(self.refused(step, "a new point beyond 10 km"));
+            return Err(self.refused(step, Reason::PointTooFar));
         }
         Ok(want)
     }

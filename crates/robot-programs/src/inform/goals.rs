@@ -4,18 +4,18 @@
 
 use super::job::{ANGLE_DECIMALS, Kind, LENGTH_DECIMALS, Meaning, Number, Numbers, Position, Reference};
 use super::read::Reader;
-use crate::axes::Places;
+use super::reason::Reason;
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
-use crate::script::{At, Goal, Move, Note, PoseForm, PoseGoal, Solution, Span, Target, Value, number};
+use crate::script::{self, At, Goal, Move, Note, PoseForm, PoseGoal, Solution, Span, Target, Value, number};
 use nalgebra::{UnitQuaternion, Vector3};
 
 impl Reader<'_> {
     /// Why a copy of a position at the end of its kind would mean something else.
-    pub(super) fn no_copy(&self, position: usize) -> Option<String> {
+    pub(super) fn no_copy(&self, position: usize) -> Option<Reason> {
         let p = &self.list.positions[position];
         let header = p.section.lacks(self.ends.get(&p.kind)?)?;
-        Some(format!("no {header} before its position, which a copy after the other positions would get"))
+        Some(Reason::NoHeaderToCopy(header))
     }
 
     /// Where a move leads; also says whether it is fixed or closed by what its positions are.
@@ -32,18 +32,18 @@ impl Reader<'_> {
         key.sort_by_key(|&p| list.positions[p].kind);
         let Some(first) = key.first().map(|&p| &list.positions[p]).filter(|p| matches!(p.kind, Kind::C | Kind::P))
         else {
-            return Ok(Goal::Opaque("it names no position of the robot".into()));
+            return Ok(Goal::opaque(Reason::NoPosition));
         };
         if key.windows(2).any(|w| list.positions[w[0]].kind == list.positions[w[1]].kind) {
-            return Ok(Goal::Opaque("it names two positions of one kind".into()));
+            return Ok(Goal::opaque(Reason::TwoPositions));
         }
         if first.kind == Kind::P {
             if self.assigned.contains(&first.number) {
-                return Ok(Goal::Opaque(format!("position variable P{:03} is set in the job", first.number)));
+                return Ok(Goal::opaque(Reason::VariableSet(first.number)));
             }
             // from a place that may be another one no direction is known
             if let Some(why) = self.shared.uncertain(first.number) {
-                return Ok(Goal::Opaque(why));
+                return Ok(Goal::opaque(Reason::VariableUncertain { number: first.number, why: Box::new(why) }));
             }
             if !self.has_noted {
                 self.has_noted = true;
@@ -51,11 +51,11 @@ impl Reader<'_> {
                             undoes that";
                 self.script.notes.push(Note { place: At::of_line(k), text: text.into() });
             }
-            m.closed.get_or_insert_with(|| "its target is a position variable".into());
+            m.closed.get_or_insert_with(|| Reason::ToVariable.into());
         }
         match first.section.meaning {
             Meaning::Pulse | Meaning::Angle => self.joints(k, key, m),
-            Meaning::Unknown => Ok(Goal::Opaque("no ///POSTYPE before its position".into())),
+            Meaning::Unknown => Ok(Goal::opaque(Reason::NoHeader("///POSTYPE"))),
             meaning => {
                 let stations: Vec<f64> = key[1..]
                     .iter()
@@ -65,7 +65,7 @@ impl Reader<'_> {
                     .collect();
                 if !stations.is_empty() {
                     if self.still.as_ref() != Some(&stations) {
-                        m.closed.get_or_insert_with(|| "axes that the robot file does not have may move along".into());
+                        m.closed.get_or_insert_with(|| Reason::OthersMove.into());
                     }
                     self.still = Some(stations);
                 }
@@ -92,7 +92,7 @@ impl Reader<'_> {
     pub(super) fn tool(&self, position: &Position) -> Frame {
         let tool = match self.header(position.section.tool) {
             Some(n) => Frame::Named(n.to_string()),
-            None => Frame::Unknown("no ///TOOL before its position".into()),
+            None => Frame::unclear(Reason::NoHeader("///TOOL")),
         };
         self.as_set(tool, position.section.tool, true)
     }
@@ -113,19 +113,19 @@ impl Reader<'_> {
         };
         let values: Option<Vec<Value>> = list.positions.numbers(key[0]).iter().take(6).enumerate().map(value).collect();
         let Some(values) = values.filter(|v| v.len() == 6) else {
-            return Goal::Opaque("a Cartesian position of fewer than six numbers".into());
+            return Goal::opaque(Reason::FewNumbers);
         };
         let n: Vec<f64> = values.iter().map(|v| v.si).collect();
         let carried = key.iter().any(|&p| list.positions[p].kind == Kind::Bc) || self.base_axes;
         let header = |line: Option<u32>| self.header(line);
         let frame = match meaning {
-            _ if carried => Frame::Unknown("a robot on base axes".into()),
+            _ if carried => Frame::unclear(Reason::OnBase),
             Meaning::Robot | Meaning::Base => Frame::Null,
             Meaning::User => match header(position.section.user) {
                 Some(n) => Frame::Named(n.to_string()),
-                None => Frame::Unknown("no ///USER before its position".into()),
+                None => Frame::unclear(Reason::NoHeader("///USER")),
             },
-            _ => Frame::Unknown("a tool frame, or one of another robot".into()),
+            _ => Frame::unclear(Reason::OtherFrame),
         };
         let of_user = position.section.user.filter(|_| meaning == Meaning::User);
         let (frame, tool) = (self.as_set(frame, of_user, false), self.tool(position));
@@ -180,7 +180,7 @@ impl Reader<'_> {
         if !rest.is_empty() {
             let rest: Vec<f64> = rest.iter().filter_map(read).collect();
             if self.still.as_ref() != Some(&rest) {
-                m.closed.get_or_insert_with(|| "axes that the robot file does not have may move along".into());
+                m.closed.get_or_insert_with(|| Reason::OthersMove.into());
             }
             self.still = Some(rest);
         }
@@ -189,7 +189,7 @@ impl Reader<'_> {
             .map(|n| &list.positions[n.0 as usize])
             .find(|p| !matches!(p.section.meaning, Meaning::Pulse | Meaning::Angle))
         {
-            return Ok(Goal::Opaque(format!("{}{:05} holds no joint values", p.kind.word(), p.number)));
+            return Ok(Goal::opaque(Reason::NoJointValues { kind: p.kind.word(), number: p.number }));
         }
         if let Some(t) = self.targets.get(&key) {
             return Ok(Goal::Joints(t));
@@ -243,11 +243,15 @@ impl Reader<'_> {
     ///
     /// # Errors
     /// Why it is not certain which number is which axis'.
-    fn of_axes(&self, key: &[usize], all: &[Number]) -> std::result::Result<(Vec<Number>, Vec<Number>), String> {
+    fn of_axes(
+        &self,
+        key: &[usize],
+        all: &[Number],
+    ) -> std::result::Result<(Vec<Number>, Vec<Number>), script::Reason> {
         let (robot, list) = (self.robot, self.list);
         let places = robot.places();
         if !places.certain {
-            return Err(Places::unclear(robot));
+            return Err(script::Reason::unclear_axes(robot));
         }
         let (axes, rest) = all.split_at(robot.dof());
         // listed after the arm they follow it in a position, too
@@ -262,7 +266,7 @@ impl Reader<'_> {
         // further numbers of the C line are further axes of the group
         let beyond = lead.saturating_sub(places.arm.len());
         if carrying != base.len() || carrying + places.arm.len() > all.len() || carrying > 0 && beyond > 0 {
-            return Err("the robot file's external axes before the arm are not the base axes of the position".into());
+            return Err(Reason::OtherBaseAxes.into());
         }
         let mut after = all.iter().skip(places.arm.len()).filter(|n| !matches!(kind(n), Kind::Bc | Kind::Bp)).copied();
         let mut base = base.into_iter();
@@ -274,7 +278,7 @@ impl Reader<'_> {
             of_axis[axis] = if axis < arm_from { base.next() } else { after.next() };
         }
         let axes: Option<Vec<Number>> = of_axis.into_iter().collect();
-        let axes = axes.ok_or("it has too few numbers for the robot's external axes")?;
+        let axes = axes.ok_or(Reason::FewExternalAxes)?;
         Ok((axes, after.chain(base).collect()))
     }
 

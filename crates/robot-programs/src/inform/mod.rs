@@ -30,6 +30,7 @@ mod job;
 mod list;
 mod movement;
 mod read;
+mod reason;
 mod shared;
 #[cfg(test)]
 mod tests;
@@ -38,10 +39,11 @@ mod write;
 
 use super::files::Folders;
 use super::script::cursor::unmarked;
-use super::script::{Document, Edits, Format, Patches, Script, Text};
+use super::script::{self, Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
 use job::Job;
+pub use reason::{Reason, Uncertain};
 use std::path::{Path, PathBuf};
 
 /// The format.
@@ -88,7 +90,7 @@ impl Document for Job {
         write::patches(self, edits)
     }
 
-    fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
+    fn unwritable(&self, edits: &Edits) -> Vec<(usize, script::Reason)> {
         write::unwritable(self, edits)
     }
 }

@@ -5,12 +5,16 @@
 
 use super::job::{Kind, Position, Reference, Tag};
 use super::read::Reader;
+use super::reason::Reason;
 use super::words::words;
 use crate::error::Result;
 use crate::script::cursor::integer;
 use crate::script::lex::upper_of;
-use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Span, Speed, StepKind, Text, number};
+use crate::script::{self, Break, Few, Goal, How, Move, OtherWay, PathKind, Span, Speed, StepKind, Text, number};
 use std::ops::Range;
+
+/// The goal of a move of which no position has been read yet.
+const UNREAD: Goal = Goal::Opaque(script::Reason::NoGoal);
 
 /// The line of a move while its words are read.
 struct MoveLine {
@@ -19,7 +23,7 @@ struct MoveLine {
     /// Words that a copy takes along.
     tags: Vec<Tag>,
     /// Why its goal cannot be determined.
-    unclear: Option<String>,
+    unclear: Option<Reason>,
     /// An input may stop it.
     may_stop: bool,
     /// What follows are conditions: no word of the move.
@@ -36,27 +40,27 @@ impl MoveLine {
             "MOVL" | "SMOVL" | "IMOV" => PathKind::Linear,
             _ => PathKind::Curve,
         };
-        let closed = second_group.then(|| "a second motion group moves along".into());
+        let closed = second_group.then(|| Reason::SecondGroup.into());
         let relative = word.contains("IMOV");
-        let m = Move::new(How { path, closed, relative, ..How::default() }, Goal::Opaque(String::new()), Few::new());
+        let m = Move::new(How { path, closed, relative, ..How::default() }, UNREAD, Few::new());
         let unclear = match word {
             "MOVJ" | "MOVL" | "MOVC" | "MOVS" | "SMOVJ" | "SMOVL" | "SMOVC" | "SMOVS" => None,
-            word if word.contains("IMOV") => Some("a relative move".to_string()),
-            word => Some(format!("{word} is not known")),
+            word if word.contains("IMOV") => Some(Reason::Relative),
+            word => Some(Reason::UnknownMove(word.into())),
         };
         let mut line =
             Self { m, references: Vec::new(), tags: Vec::new(), unclear, may_stop: false, conditions: false };
         if word.starts_with("SMOV") {
-            line.close("synchronised with a station or another robot");
+            line.close(Reason::Synchronised);
         }
         if matches!(word, "MOVC" | "MOVS") {
-            line.close("an arc or spline is given by its neighbours");
+            line.close(Reason::ByNeighbours);
         }
         line
     }
 
     /// No point can be added.
-    fn close(&mut self, why: &str) {
+    fn close(&mut self, why: Reason) {
         self.m.closed.get_or_insert_with(|| why.into());
     }
 
@@ -72,7 +76,7 @@ impl MoveLine {
             "NWAIT" | "ENWAIT" => {}
             "UNTIL" | "SRCH" | "NSRCH" => (self.may_stop, self.conditions) = (true, true),
             "IF" => {
-                self.unclear.get_or_insert_with(|| "it is made on a condition alone".into());
+                self.unclear.get_or_insert(Reason::Conditional);
                 self.conditions = true;
             }
             _ if tag.is_some() => {
@@ -86,14 +90,14 @@ impl MoveLine {
                     _ => {}
                 }
                 if matches!(key, "PL" | "CR") && n.is_none() {
-                    self.close(&format!("`{name}`: the size of its corner is computed"));
+                    self.close(Reason::CornerComputed(name.into()));
                 }
                 self.tags.extend(tag);
             }
             _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
-                self.unclear.get_or_insert_with(|| format!("{name} is set at run time"));
+                self.unclear.get_or_insert_with(|| Reason::SetAtRunTime(name.into()));
             }
-            _ => self.close(&format!("`{name}` on the move is not known")),
+            _ => self.close(Reason::UnknownTag(name.into())),
         }
     }
 }
@@ -130,7 +134,7 @@ impl Model {
             name: of_line(reference.span)?,
             digits,
             kind,
-            m: line.m.alike(Goal::Opaque(String::new())),
+            m: line.m.alike(UNREAD),
             tags: line.tags.iter().map(|tag| Some(tag.at(of_line(tag.span)?))).collect::<Option<_>>()?,
         })
     }
@@ -162,7 +166,7 @@ impl Reader<'_> {
         let indent = (text.line_span(k).start..words[0].start).into();
         let word = words[0].clone().into();
         if let Some(group) = &self.list.foreign {
-            line.unclear = Some(format!("the job is of group {group}"));
+            line.unclear = Some(Reason::ForeignGroup(group.as_str().into()));
         }
         for w in &own[1..] {
             let name = upper_of(text.slice(w.clone()));
@@ -172,11 +176,11 @@ impl Reader<'_> {
             }
         }
         if line.may_stop {
-            line.close("an input may stop it");
+            line.close(Reason::MayStop);
         }
         let what = self.overlaid(k);
         if !what.is_empty() {
-            line.unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
+            line.unclear.get_or_insert_with(|| Reason::Overlaid(what.into()));
         }
         let alone = second.is_none() && !synchronised;
         self.model = if alone { Model::of(text, k, [indent, word], &line) } else { None };
@@ -249,7 +253,7 @@ impl Reader<'_> {
         let Some(position) = found.filter(|_| self.line_of_others(k).is_none()) else { return Ok(false) };
         let moved = |span: Span| Span::from(span.start() + start..span.end() + start);
         let line = MoveLine {
-            m: model.m.alike(Goal::Opaque(String::new())),
+            m: model.m.alike(UNREAD),
             references: vec![Reference { position: position as u32, span: moved(model.name) }],
             tags: model.tags.iter().map(|tag| tag.at(moved(tag.span))).collect(),
             unclear: None,
@@ -266,7 +270,7 @@ impl Reader<'_> {
         match self.list.by_name.get((kind, n)) {
             Some(position) => line.references.push(Reference { position: position as u32, span: w.clone().into() }),
             None if kind >= Kind::P => {
-                line.unclear.get_or_insert_with(|| format!("{name} is not in the list of the job"));
+                line.unclear.get_or_insert_with(|| Reason::NotInList(name.into()));
             }
             None => {
                 let found = format!("{name}, which is not in the list");
@@ -280,7 +284,7 @@ impl Reader<'_> {
     fn place(&mut self, k: usize, indent: Span, word: Span, line: MoveLine) -> Result<()> {
         let MoveLine { mut m, references, tags, unclear, may_stop, .. } = line;
         m.goal = match unclear {
-            Some(why) => Goal::Opaque(why),
+            Some(why) => Goal::opaque(why),
             None => self.goal(k, &references, &mut m)?,
         };
         let of_circle = self.circles.get(&k).map(|c| c.0);
@@ -293,7 +297,7 @@ impl Reader<'_> {
             m.tool = lead.map(|p| Box::new(self.tool(p)));
         }
         if let Some(why) = references.iter().find_map(|r| self.no_copy(r.position())) {
-            m.closed.get_or_insert(why);
+            m.closed.get_or_insert_with(|| why.into());
         }
         self.counted(&mut m);
         if m.goal.target().is_none() || m.fixed.is_some() {

@@ -6,6 +6,7 @@ use super::flow::{self, Flow};
 use super::job::{self, Job, Kind, Parts, Section, Statement};
 use super::list::{List, shown};
 use super::movement::Model;
+use super::reason::Reason;
 use super::shared::Shared;
 use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_frame, upper, words};
 use crate::axes::Axes;
@@ -35,8 +36,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let statements = steps.finish(&mut script);
     circles::join(&mut script, &circles);
     // what a move before a relative one leads to stays, whoever else leads there
-    let mut kept = script.keep_before_relative("IMOV after it counts from where it ends", &counted_calls, true);
-    kept.extend(script.keep_before_reading("the job reads where it ends", &reads_place(text, begin)));
+    let mut kept = script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, true);
+    kept.extend(script.keep_before_reading(&Reason::EndIsRead.into(), &reads_place(text, begin)));
     for step in kept {
         let positions = statements.get(step).map(|s| parts.references(s)).unwrap_or_default();
         positions.iter().for_each(|r| pinned[r.position()] = true);
@@ -267,7 +268,7 @@ impl Reader<'_> {
             return Ok(false);
         }
         let kind = if foreign {
-            self.close_last("a second motion group moves along");
+            self.close_last(Reason::SecondGroup);
             None
         } else if let Some(&(_, on)) = PROCESS.iter().find(|p| p.0 == word) {
             Some(StepKind::Process(on))
@@ -330,13 +331,13 @@ impl Reader<'_> {
     pub(super) fn counted(&mut self, m: &mut Move) {
         self.moves += 1;
         let Some(counted) = &self.counted else { return };
-        m.closed.get_or_insert_with(|| "STEP# in the job counts its moves".into());
+        m.closed.get_or_insert_with(|| Reason::StepsCounted.into());
         if counted.any || counted.steps.contains(&self.moves) {
-            m.fixed.get_or_insert_with(|| "STEP# in the job reads where it leads".into());
+            m.fixed.get_or_insert_with(|| Reason::StepRead.into());
         }
     }
 
-    fn close_last(&mut self, why: &str) {
+    fn close_last(&mut self, why: Reason) {
         if let Some(Step { kind: StepKind::Move(m), .. }) = self.steps.last_mut()
             && m.closed.is_none()
         {

@@ -5,6 +5,7 @@
 //! names it, and every job that any of them runs stands there; it is then known as well as a C position.
 
 use super::job::Kind;
+use super::reason::Uncertain;
 use super::words::{STARTS, is_known, is_plain_move, upper_words};
 use crate::files::{self, Folders, of_folder};
 use crate::script::Text;
@@ -72,7 +73,7 @@ pub(super) struct Shared {
     /// Numbers that other jobs name, and the name of one such job.
     named: BTreeSet<u32>,
     /// Why no variable is certain.
-    open: Option<String>,
+    open: Option<Uncertain>,
 }
 
 impl Shared {
@@ -85,7 +86,7 @@ impl Shared {
             let own = std::ptr::eq(other, text);
             // what cannot be read comes without a line
             if other.line_count() == 0 {
-                shared.open(format!("{} is not read", other.name));
+                shared.open(Uncertain::Unread(other.name.as_str().into()));
             }
             // any job may be the one that runs this one
             for k in from..other.line_count() {
@@ -95,7 +96,7 @@ impl Shared {
         shared
     }
 
-    fn open(&mut self, why: String) {
+    fn open(&mut self, why: Uncertain) {
         self.open.get_or_insert(why);
     }
 
@@ -121,20 +122,20 @@ impl Shared {
         let Some(first) = first.map(String::as_str) else { return };
         // the list of a job that stands beside comes before its instructions
         if !is_known(first) && !first.contains('=') {
-            self.open(format!("{first} is not known"));
+            self.open(Uncertain::Unknown(first.into()));
         }
         if let Some(job) = runs(&words, there) {
             self.open(job);
         }
         if clears_positions(&words) {
-            self.open("CLEAR sets several".into());
+            self.open(Uncertain::Clear);
         }
         let moves = first.contains("MOV");
         for word in words.iter().filter(|w| !w.starts_with("JOB:")) {
             let (numbers, any) = variables(word);
             // a move sets none
             if any && !moves {
-                self.open(format!("`{word}` may be any"));
+                self.open(Uncertain::Any(word.as_str().into()));
             }
             if !own {
                 self.named.extend(numbers);
@@ -143,28 +144,23 @@ impl Shared {
     }
 
     /// Why the value of a variable may be another than that of the list.
-    pub(super) fn uncertain(&self, number: u32) -> Option<String> {
-        let why = match &self.open {
-            _ if self.named.contains(&number) => "another job beside this one names it",
-            Some(why) => why,
-            None => return None,
-        };
-        Some(format!("position variable P{number:03}: its value may be changed at run time ({why})"))
+    pub(super) fn uncertain(&self, number: u32) -> Option<Uncertain> {
+        if self.named.contains(&number) { Some(Uncertain::Named) } else { self.open.clone() }
     }
 }
 
 /// What a line runs or goes to that does not stand here, wherever in the line it is ordered.
 ///
 /// `run = ("JUMP" | "CALL" | "PSTART") ("JOB:" name | word) ...`
-fn runs(words: &[String], there: &BTreeSet<String>) -> Option<String> {
+fn runs(words: &[String], there: &BTreeSet<String>) -> Option<Uncertain> {
     let mut jobs = words.iter().filter_map(|w| w.split_once("JOB:").map(|(_, job)| job)).peekable();
     let jump = words.windows(2).any(|w| w[0] == "JUMP" && !w[1].starts_with('*'));
     let runs = jump || words.iter().any(|w| STARTS.contains(&w.as_str()));
     if runs && jobs.peek().is_none() {
-        return Some("a job that is named at run time is called and does not stand beside this one".into());
+        return Some(Uncertain::CallComputed);
     }
     let gone = jobs.find(|job| !there.contains(*job))?;
-    Some(format!("job {gone} is called and does not stand beside this one"))
+    Some(Uncertain::CallsAbsent(gone.into()))
 }
 
 /// `CLEAR P100 10`, `CLEAR ALL`: position variables that are not named one by one.
@@ -222,7 +218,7 @@ mod tests {
         Text::new(name, format!("/JOB\r\n//NAME {name}\r\n//POS\r\n{list}//INST\r\n{lines}END\r\n").into_bytes())
     }
 
-    fn uncertain(own: &str, beside: &[Text]) -> Option<String> {
+    fn uncertain(own: &str, beside: &[Text]) -> Option<Uncertain> {
         let text = job("MAIN", "P00105=1,2,3,0,0,0\r\n", own);
         Shared::of(&text, 4, beside).uncertain(105)
     }
@@ -260,7 +256,7 @@ mod tests {
             ("NOP\r\n", vec![job("SUB", "", "SETE P105 (3) 100\r\n")], "another job"),
             ("NOP\r\n", vec![job("SUB", "P00105=0,0,0,0,0,0\r\n", "")], "another job"),
         ] {
-            let found = uncertain(own, &beside).unwrap_or_default();
+            let found = uncertain(own, &beside).map(|why| why.to_string()).unwrap_or_default();
             assert!(found.contains(why), "{own}: {found}");
         }
     }

@@ -13,10 +13,12 @@ mod corners;
 mod lines;
 
 use super::job::{ANGLE_DECIMALS, Job, Kind, Meaning, Numbers, Section, Statement, ends};
+use super::reason::Reason;
 use crate::error::{Error, Result};
 use crate::script::number::{self, Own};
-use crate::script::{EditRef, Edits, Patch, Patches, StepKind, Text, Value};
+use crate::script::{self, EditRef, Edits, Patch, Patches, StepKind, Text, Value};
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::sync::Arc;
 
 /// New texts of a line's numbers; what is not named stays.
@@ -79,7 +81,7 @@ struct NewLine {
 }
 
 /// Edited moves to a position variable whose moves want different values: no other number of a variable is this job's own.
-pub(super) fn unwritable(job: &Job, edits: &Edits) -> Vec<(usize, String)> {
+pub(super) fn unwritable(job: &Job, edits: &Edits) -> Vec<(usize, script::Reason)> {
     let writer = Writer::new(job, edits);
     let mut references = writer.references();
     references.retain(|r| job.positions[r.0].kind >= Kind::P);
@@ -94,9 +96,8 @@ pub(super) fn unwritable(job: &Job, edits: &Edits) -> Vec<(usize, String)> {
         if !differ {
             continue;
         }
-        let why =
-            format!("position variable P{:03}: its moves need different values, and it has but one", position.number);
-        found.extend(uses.into_iter().filter(|u| !u.1.0.is_empty()).map(|u| (u.0, why.clone())));
+        let why = || Reason::VariableShared(position.number).into();
+        found.extend(uses.into_iter().filter(|u| !u.1.0.is_empty()).map(|u| (u.0, why())));
     }
     found
 }
@@ -126,7 +127,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn refused(&self, step: usize, why: &str) -> Error {
+    fn refused(&self, step: usize, why: impl Display) -> Error {
         let script = &self.job.script;
         let place = script.steps.get(step).map(|s| script.place(s.at).to_string()).unwrap_or_default();
         Error::Refused(format!("{place}: {why}; nothing was written"))

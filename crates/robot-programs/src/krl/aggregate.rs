@@ -2,6 +2,7 @@
 //! target, as a frame.
 
 use super::lex::{Kind, Token};
+use super::reason::Reason;
 use super::target::axis_value;
 use crate::axes::JointKind;
 use crate::decimal::POW10;
@@ -158,10 +159,8 @@ impl Aggregate {
             (status, turn) => Solution::Configured(Configuration::Kuka { status, turn }),
         };
         let frame = match (carried.filter(|_| placed.is_some()), unread) {
-            (None, _) => {
-                Frame::Unknown("an external axis that is computed, and may carry the robot or the work piece".into())
-            }
-            (_, true) => Frame::Unknown("a status S or turn T that is computed".into()),
+            (None, _) => Frame::unclear(Reason::CarrierComputed),
+            (_, true) => Frame::unclear(Reason::ConfigurationComputed),
             (Some(axes), false) => frame.clone().carried("$NULLFRAME", &axes),
         };
         let tool = tool.clone();
@@ -203,12 +202,13 @@ impl Aggregate {
         ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
     }
 
-    /// Why it is no Cartesian target; `what`: whose part.
-    pub fn incomplete(&self, what: &str) -> String {
+    /// Why it is no Cartesian target; `of`: the point, `None`: the goal itself.
+    pub fn incomplete(&self, of: Option<&str>) -> Reason {
+        let of = of.map(Box::from);
         let computed = ["X", "Y", "Z"].iter().find(|n| self.component(n).is_some_and(|c| c.value.is_none()));
         match computed {
-            Some(name) => format!("{name} of {what} is an expression"),
-            None => format!("a part of {what} is not given"),
+            Some(&part) => Reason::PartComputed { part, of },
+            None => Reason::PartMissing(of),
         }
     }
 

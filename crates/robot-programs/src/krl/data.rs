@@ -6,6 +6,7 @@ use super::frame::numbered_field;
 use super::lex::{Kind, Token, begins_with, first_word, in_upper, index, tokens, upper};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
+use super::reason::{Uncertain, Where};
 use super::statement::{DECLARING, assignment, comma, declaration, is_routine, item, may_declare, statements};
 use crate::error::Result;
 use crate::script::{Few, Text};
@@ -161,7 +162,7 @@ impl Data {
                     }
                     (Some(value), None, end)
                 }
-                Some(k) => (None, Some("its value is computed".into()), k),
+                Some(k) => (None, Some(Box::new(Uncertain::Computed)), k),
             };
             next = comma(line, end);
             let name = Name {
@@ -194,7 +195,7 @@ impl Data {
             Some(there) if text.context => {
                 let there = &mut self.names[there];
                 if there.context {
-                    there.spoiled.get_or_insert_with(|| "it is declared in several modules".into());
+                    there.spoiled.get_or_insert_with(|| Box::new(Uncertain::SeveralModules));
                 }
             }
             Some(_) => {
@@ -244,9 +245,10 @@ impl Data {
             if Some(i) == goal {
                 continue;
             }
-            let spoil = |name: &mut Name, why: String| {
-                name.spoiled.get_or_insert(why);
+            let spoil = |name: &mut Name, why: Uncertain| {
+                name.spoiled.get_or_insert_with(|| Box::new(why));
             };
+            let here = || Where::Line(k as u64 + 1);
             match sign {
                 Some(sign) if i == 0 && sign == next && !self.names[n].array => {
                     let whole = line.get(sign + 1).filter(|t| t.is(b'{'));
@@ -261,15 +263,12 @@ impl Data {
                     self.names[n].assigned.push(Assigned { line: k, routine, aggregate: whole, always });
                 }
                 Some(_) if i == 0 => {
-                    spoil(
-                        &mut self.names[n],
-                        format!("a part of it is assigned while the program runs (line {})", k + 1),
-                    );
+                    spoil(&mut self.names[n], Uncertain::PartAssigned(here()));
                 }
                 _ => match &call {
                     Some(name) => {
-                        let why = format!("it is passed to {name}, which may change it (line {})", k + 1);
-                        spoil(&mut self.names[n], why);
+                        let to = name.as_str().into();
+                        spoil(&mut self.names[n], Uncertain::Passed { to, at: here() });
                     }
                     None => self.names[n].read = true,
                 },
@@ -282,7 +281,7 @@ impl Data {
     pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>, elsewhere: bool) {
         let name = &mut self.names[n];
         if name.given.is_some() || value.is_none() || (name.context && !elsewhere) {
-            name.spoiled.get_or_insert_with(|| "its value in the data list is not plain".into());
+            name.spoiled.get_or_insert_with(|| Box::new(Uncertain::NotPlain));
         }
         name.given = value;
     }

@@ -8,6 +8,7 @@ use super::calls::calls;
 use super::data::{Data, Declared};
 use super::lex::{Kind, Token, tokens, upper};
 use super::project::is_read;
+use super::reason::{Uncertain, Where};
 use super::statement::{assignment, declaration, is_routine, statements};
 use crate::script::Text;
 use crate::script::lex::outside;
@@ -52,9 +53,8 @@ impl Data {
             // it may give a point of a public list another name, and assign that
             let public: Vec<bool> = texts.iter().map(|t| !t.context && is_public(t)).collect();
             for name in self.names.iter_mut().filter(|n| public.get(n.file).copied().unwrap_or_default()) {
-                let why =
-                    format!("its value is not certain: its data list is public, and {} cannot be read", unread.name);
-                name.spoiled.get_or_insert(why);
+                let why = || Box::new(Uncertain::PublicList(unread.name.as_str().into()));
+                name.spoiled.get_or_insert_with(why);
             }
         }
         if !self.names.iter().any(|n| n.global) {
@@ -62,14 +62,13 @@ impl Data {
         }
         let found = texts.iter().any(|t| t.context && file_name(t).eq_ignore_ascii_case("$config.dat"));
         if !found || unread.is_some() {
-            let lacks = match unread {
-                Some(t) => format!("{} cannot be read", t.name),
-                None => "no whole project with its $config.dat was found".into(),
-            };
             for name in self.names.iter_mut().filter(|n| n.global) {
-                let at = texts.get(name.file).map(|t| format!("{}:{}", t.name, name.line + 1)).unwrap_or_default();
-                let why = format!("its value is not certain: it is one of all modules ({at}), and {lacks}");
-                name.spoiled.get_or_insert(why);
+                let at = Where::in_file(texts.get(name.file).map_or("", |t| &t.name), name.line);
+                let why = match unread {
+                    Some(t) => Uncertain::GlobalUnread { at, unread: t.name.as_str().into() },
+                    None => Uncertain::GlobalAlone(at),
+                };
+                name.spoiled.get_or_insert_with(|| Box::new(why));
             }
         }
         let mut line = Vec::new();
@@ -111,8 +110,8 @@ impl Data {
                 let dots = line.windows(3).find(|w| w[0].is(b'.') && w[1].is(b'.') && w[2].kind == Kind::Word);
                 let Some([_, _, name]) = dots.filter(|_| begins) else { continue };
                 if let Some(n) = self.known(None, &upper(text, name)) {
-                    let why = format!("another module has a name of its own for it ({}:{})", text.name, k + 1);
-                    self.names[n].spoiled.get_or_insert(why);
+                    let why = || Box::new(Uncertain::OtherName(Where::in_file(&text.name, k)));
+                    self.names[n].spoiled.get_or_insert_with(why);
                 }
             }
         }
@@ -146,11 +145,11 @@ impl Data {
                 if is_basis(text) && is_home(&name) {
                     continue;
                 }
-                let why = format!("it is assigned while the program runs ({}:{})", text.name, k + 1);
-                self.names[n].spoiled.get_or_insert(why);
+                let why = || Box::new(Uncertain::Assigned(Where::in_file(&text.name, k)));
+                self.names[n].spoiled.get_or_insert_with(why);
             } else if let Some(routine) = call().filter(|_| sign.is_none_or(|s| s != next)) {
-                let why = format!("it is passed to {routine}, which may change it ({}:{})", text.name, k + 1);
-                self.names[n].spoiled.get_or_insert(why);
+                let why = || Uncertain::Passed { to: routine.into(), at: Where::in_file(&text.name, k) };
+                self.names[n].spoiled.get_or_insert_with(|| Box::new(why()));
             }
         }
     }

@@ -60,6 +60,7 @@ mod product;
 mod program;
 mod project;
 mod read;
+mod reason;
 mod relative;
 mod settings;
 mod stance;
@@ -75,11 +76,12 @@ mod tests;
 
 use super::files::{Files, Folders};
 use super::script::cursor::unmarked;
-use super::script::{Document, Edits, Format, Patches, Script, Text};
+use super::script::{self, Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
 pub use machine::Machine;
 use program::Program;
+pub use reason::{MovesBase, Reason, Uncertain, Where};
 use std::path::{Path, PathBuf};
 
 /// KUKA KRL (`.src` with its `.dat`).
@@ -158,7 +160,7 @@ impl Document for Program {
         write::patches(self, edits)
     }
 
-    fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
+    fn unwritable(&self, edits: &Edits) -> Vec<(usize, script::Reason)> {
         write::unwritable(self, edits)
     }
 }

@@ -3,6 +3,7 @@
 //! that runs before the assignment finds another value there.
 
 use super::aggregate::Aggregate;
+use super::reason::{Reason, Uncertain};
 use crate::script::{Few, Span};
 
 /// What a point holds.
@@ -36,7 +37,7 @@ pub(super) struct Name {
     /// Something uses it, in the part of the program that has been read.
     pub used: bool,
     /// Why its value is not certain.
-    pub spoiled: Option<String>,
+    pub spoiled: Option<Box<Uncertain>>,
     /// Something else than a motion reads it.
     pub read: bool,
 }
@@ -54,23 +55,22 @@ pub(super) struct Assigned {
 
 impl Name {
     /// The aggregate that gives its value, where there is exactly one.
-    pub fn value(&self) -> std::result::Result<&Aggregate, String> {
+    pub fn value(&self) -> std::result::Result<&Aggregate, Reason> {
+        let name = || Box::from(self.text.as_str());
         if let Some(why) = &self.spoiled {
-            return Err(format!("{}: {why}", self.text));
+            return Err(Reason::Uncertain { name: name(), why: why.clone() });
         }
         if self.array {
-            return Err(format!("{} is an array", self.text));
+            return Err(Reason::Array(name()));
         }
         match (&self.given, self.assigned.as_slice()) {
             (Some(a), []) => Ok(a),
             (None, [Assigned { aggregate: Some(a), always: true, .. }]) if !self.global => Ok(a),
-            (None, []) => Err(format!("{} has no value in the program", self.text)),
-            (None, [Assigned { aggregate: Some(_), always: false, line, .. }]) => Err(format!(
-                "{}: its value is not certain: it is assigned in line {}, but not always before it is used",
-                self.text,
-                line + 1
-            )),
-            (_, [a, ..]) => Err(format!("{} is assigned while the program runs (line {})", self.text, a.line + 1)),
+            (None, []) => Err(Reason::NoValue(name())),
+            (None, [Assigned { aggregate: Some(_), always: false, line, .. }]) => {
+                Err(Reason::AssignedSometimes { name: name(), line: *line as u64 + 1 })
+            }
+            (_, [a, ..]) => Err(Reason::Assigned { name: name(), line: a.line as u64 + 1 }),
         }
     }
 

@@ -10,6 +10,7 @@ use super::going::{Going, Turning};
 use super::led;
 use super::lex::{Kind, Token, in_upper, tokens, upper};
 use super::lists::{LISTS, Lists, as_set};
+use super::reason::MovesBase;
 use super::statement::{assignment, is_routine};
 use super::still::may_begin_routine;
 use crate::script::Text;
@@ -25,8 +26,8 @@ pub(super) struct Outside {
     pub(super) frames: [bool; 2],
     pub(super) turning: Turning,
     /// A variable that they set and that makes any base mean something else.
-    pub(super) carried: Option<String>,
-    pub(super) moved: Option<String>,
+    pub(super) carried: Option<MovesBase>,
+    pub(super) moved: Option<MovesBase>,
     /// Elements of `BASE_DATA` and `TOOL_DATA` that they set.
     pub(super) lists: Lists,
     /// What each of them switches on and off.
@@ -123,11 +124,11 @@ impl Outside {
             "FDAT_ACT" => [is_set(); 2],
             "$IPO_MODE" if is_set() => {
                 let back = line.last().is_some_and(|t| upper(text, t) == "BASE");
-                self.carried = self.carried.take().or_else(|| (!back).then(|| format!("{word} is set")));
+                self.carried = self.carried.or_else(|| (!back).then_some(MovesBase::IpoMode));
                 return;
             }
             "$WORLD" | "$ROBROOT" if is_set() => {
-                self.moved = Some(format!("{word} is set"));
+                self.moved = Some(MovesBase::of_world(word));
                 return;
             }
             _ => {

@@ -8,6 +8,7 @@ use super::aggregate::{Aggregate, aggregate};
 use super::data::Data;
 use super::lex::{Kind, Token, index, upper};
 use super::name::Holds;
+use super::reason::Reason;
 use crate::error::Result;
 use crate::script::Text;
 use std::ops::Range;
@@ -69,11 +70,10 @@ pub(super) fn factors(
     mut at: usize,
     data: &Data,
     routine: usize,
-) -> Result<std::result::Result<(Vec<Factor>, usize), String>> {
-    const COMPUTED: &str = "the goal is computed";
+) -> Result<std::result::Result<(Vec<Factor>, usize), Reason>> {
     let mut all = Vec::new();
     loop {
-        let Some(next) = after(text, line, at) else { return Ok(Err(COMPUTED.into())) };
+        let Some(next) = after(text, line, at) else { return Ok(Err(Reason::Computed)) };
         let tokens = at..next;
         let factor = if line[at].is(b'{') {
             let (value, _) = aggregate(text, 0, line, at)?;
@@ -81,16 +81,16 @@ pub(super) fn factors(
             Factor { value, name: None, inline, tokens }
         } else {
             let (name, _) = name(text, line, at);
-            let Some(n) = data.find(routine, &name) else { return Ok(Err(COMPUTED.into())) };
+            let Some(n) = data.find(routine, &name) else { return Ok(Err(Reason::Computed)) };
             let known = &data.names[n];
             match known.value() {
                 Err(why) => return Ok(Err(why)),
-                Ok(_) if known.holds != Holds::Pose => return Ok(Err(COMPUTED.into())),
+                Ok(_) if known.holds != Holds::Pose => return Ok(Err(Reason::Computed)),
                 Ok(value) => Factor { value: value.clone(), name: Some(n), inline: false, tokens },
             }
         };
         if factor.value.isometry().is_none() {
-            return Ok(Err("a part of its position is not given".into()));
+            return Ok(Err(Reason::PartMissing(None)));
         }
         all.push(factor);
         match line.get(next) {

@@ -20,6 +20,7 @@ use super::machine::installed;
 use super::motion::{self, Motion};
 use super::outside::Outside;
 use super::program::{Program, Source};
+use super::reason::{MovesBase, Reason};
 use super::relative::{self, Stands};
 use super::settings::{self, Settings};
 use super::stance::stance;
@@ -34,7 +35,7 @@ use crate::script::called::{self, NamedCalls};
 use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
-use crate::script::{At, Break, Goal, Note, Script, Solution, Step, StepKind, Targets, Text, pragma};
+use crate::script::{self, At, Break, Goal, Note, Script, Solution, Step, StepKind, Targets, Text, pragma};
 use ahead::{Ahead, by_a_routine, changed_frame_data, reads_place, steers_arcs};
 use alike::Alike;
 use flow::Block;
@@ -65,8 +66,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     named_calls.report_to(&mut script);
     let mut notes = std::mem::take(&mut script.notes);
     let sites = steps.finish(&mut script);
-    script.keep_before_relative(relative::BEFORE, &counted_calls, jumps);
-    script.keep_before_reading("the program reads where it ends", &reads_place(text));
+    script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, jumps);
+    script.keep_before_reading(&script::Reason::EndIsRead, &reads_place(text));
     let mut steps = std::mem::take(&mut script.steps);
     external_axes(&mut steps, &sites, &others);
     let motions = sites.filter_map(|site| site.motion);
@@ -102,7 +103,7 @@ fn close_without_axes(steps: &mut [Step], targets: &Targets) {
         if let StepKind::Move(m) = &mut step.kind
             && !matches!(m.goal, Goal::Pose(_))
         {
-            m.closed.get_or_insert_with(|| "no motion of the program gives axis values".into());
+            m.closed.get_or_insert_with(|| Reason::NoAxisValues.into());
         }
     }
 }
@@ -395,7 +396,7 @@ impl<'a> Reader<'a> {
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
         self.frames_set |= self.set.base.is_some() || self.set.tool.is_some();
         if word == "FDAT_ACT" && self.going.holds_part(self.text, &line[1..]) {
-            self.set.carried = Some("the robot holds the part (IPO_FRAME #TCP)".into());
+            self.set.carried = Some(MovesBase::HoldsPart);
         }
     }
 }

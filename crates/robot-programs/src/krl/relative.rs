@@ -20,13 +20,6 @@ use crate::script::{PathKind, Solution, Text};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::BTreeSet;
 
-/// Why such a goal is not written, and why the one before it is not.
-pub(super) const ITSELF: &str = "a relative motion: it counts from where the motion before ends";
-pub(super) const BEFORE: &str = "a relative motion after it would carry its offset along";
-
-/// Why the goal is not known.
-pub(super) const UNKNOWN: &str = "a relative motion: the goal depends on where the robot stands";
-
 /// Names of the routines of a program and its project in which a relative motion stands, themselves or in what they call: it may be the first
 /// that they make, and count from where their caller has led the robot.
 pub(super) fn routines(texts: &[Text]) -> BTreeSet<String> {

@@ -5,6 +5,7 @@ use super::frame::{self, Known, number, numbered_field, written};
 use super::going::Turning;
 use super::lex::{Kind, Token, upper};
 use super::lists::{BASES, LISTS, Lists, TOOLS, as_set};
+use super::reason::{MovesBase, Reason};
 use crate::script::Text;
 use crate::script::cursor::integer;
 use crate::script::lex::outside;
@@ -27,8 +28,8 @@ pub(super) struct Settings {
     /// Base and tool of `FDAT_ACT`, which `BAS` puts into force with the parameters of a motion.
     pub frame_data: Option<[Frame; 2]>,
     /// What makes any base mean something else: `$IPO_MODE`, `$WORLD`.
-    pub carried: Option<String>,
-    pub moved: Option<String>,
+    pub carried: Option<MovesBase>,
+    pub moved: Option<MovesBase>,
     /// How the tool turns on the way, by `$ORI_TYPE`; by `LDAT_ACT`, which `BAS` puts into force; the latter is set and not in force yet.
     pub turning: Turning,
     pub motion_data: Option<Turning>,
@@ -92,8 +93,8 @@ impl Settings {
             ("$TOOL", part) => self.tool = Some(self.of_list(TOOLS, text, value, part, known)),
             // #BASE: the robot carries the tool
             ("$IPO_MODE", None) if value.get(1).is_some_and(|t| upper(text, t) == "BASE") => self.carried = None,
-            ("$IPO_MODE", _) => self.carried = Some(format!("{word} is set")),
-            ("$WORLD" | "$ROBROOT", _) => self.moved = Some(format!("{word} is set")),
+            ("$IPO_MODE", _) => self.carried = Some(MovesBase::IpoMode),
+            ("$WORLD" | "$ROBROOT", _) => self.moved = Some(MovesBase::of_world(word)),
             ("FDAT_ACT", None) => self.motion_frames(text, value, data),
             ("FDAT_ACT", Some("TOOL_NO")) => {
                 let tool = self.numbered(TOOLS, text, value);
@@ -212,10 +213,10 @@ pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, rou
         return [None, None];
     };
     let known = &|name: &str| data.frame(routine, name);
-    let of = |word: &str, list: usize| {
+    let of = |word: &'static str, list: usize| {
         let place = line.iter().enumerate().skip(at).find(|(_, t)| t.kind == Kind::Word && upper(text, t) == word)?.0;
         let Some(sign) = (place + 1..line.len()).find(|&k| line[k].is(b'=')) else {
-            return Some(Frame::Unknown(format!("WITH {word}")));
+            return Some(Frame::unclear(Reason::With(word)));
         };
         let approximates =
             |k: usize| k > sign + 1 && line[k].kind == Kind::Word && upper(text, &line[k]).starts_with("C_");

@@ -3,6 +3,7 @@
 use super::aggregate::{Aggregate, axis_name, finest};
 use super::motion::Word;
 use super::read::Site;
+use super::reason::Reason;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::blocks::BySteps;
@@ -49,7 +50,7 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
                 let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
                 if !still {
                     m.other_way.get_or_insert(OtherWay::Carried);
-                    m.closed.get_or_insert_with(|| "an external axis may move with it".into());
+                    m.closed.get_or_insert_with(|| Reason::ExternalAxis.into());
                 }
                 before = here;
             }
@@ -58,8 +59,6 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
         }
     }
 }
-
-const UNCLEAR: &str = "which axes of the robot file are external is not certain: name them E1, E2, ...";
 
 /// Values of axes that are none of the robot's; `None`: not known.
 pub(super) type Others = Option<Arc<[(String, Vec<u8>)]>>;
@@ -85,9 +84,9 @@ pub(super) fn target(
     name: Option<String>,
     at: At,
     word: Word,
-) -> Result<std::result::Result<Target, String>> {
+) -> Result<std::result::Result<Target, Reason>> {
     if word.path != PathKind::Joint {
-        return Ok(Err("axis values in a motion that takes a Cartesian position".into()));
+        return Ok(Err(Reason::AxesForPose));
     }
     if let Some(c) = a.components().find(|c| !axis_name(c.name.as_str())) {
         let expected = "A1 to A6 and E1 to E6 in an aggregate of axis values";
@@ -99,13 +98,12 @@ pub(super) fn target(
             values.push(None);
             continue;
         };
-        let Some((span, value, style)) = c.value else { return Ok(Err(format!("{} is computed", c.name.as_str()))) };
+        let Some((span, value, style)) = c.value else { return Ok(Err(Reason::AxisComputed(c.name.as_str().into()))) };
         values.push(Some(axis_value(*kind, *value, *style, span.range())));
     }
     if values.iter().all(Option::is_none) {
         let unclear = axes.iter().any(|(name, _)| name.is_empty());
-        let why = if unclear { UNCLEAR } else { "it moves none of the robot's axes" };
-        return Ok(Err(why.into()));
+        return Ok(Err(if unclear { Reason::UnclearAxes } else { Reason::OtherAxes }));
     }
     Ok(Ok(Target { name, at, values, pose: None }))
 }

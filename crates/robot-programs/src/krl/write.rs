@@ -6,11 +6,12 @@ use super::form;
 use super::lex::tokens;
 use super::motion::Motion;
 use super::program::{Program, Source};
+use super::reason::Reason;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::cursor::strip_word;
 use crate::script::number::{self, Own};
-use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, Value};
+use crate::script::{self, EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, Value};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -27,7 +28,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
 
 /// Goals in other modules, and elements of arrays, that no clone can take the place of: in an inline form the clone needs a data list and all that the form
 /// couples.
-pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String)> {
+pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, script::Reason)> {
     let elsewhere = |step: usize| {
         let StepKind::Move(m) = &program.script.steps.get(step)?.kind else { return None };
         match program.sources.get(m.goal.target()?)? {
@@ -39,7 +40,7 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
         let name = elsewhere(step).filter(|_| edit.goal.is_some())?;
         let mut out = Patches::default();
         goals(program, edits, std::iter::once((step, edit)), &mut out).err()?;
-        Some((step, format!("its inline form cannot take a clone of {}, which other uses need as it is", name.text)))
+        Some((step, Reason::NoClone(name.text.as_str().into()).into()))
     };
     edits.steps.iter().filter_map(alone).collect()
 }
@@ -223,8 +224,8 @@ fn insert(
 ) -> Result<()> {
     let points = edit.before;
     let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else { return Ok(()) };
-    let why = m.closed.as_deref().or(match &m.goal {
-        Goal::Opaque(why) => Some(why.as_str()),
+    let why = m.closed.as_ref().or(match &m.goal {
+        Goal::Opaque(why) => Some(why),
         _ => None,
     });
     if let Some(why) = why {

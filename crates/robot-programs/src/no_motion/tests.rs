@@ -36,7 +36,7 @@ fn notes(script: &Script) -> String {
 /// Why the goal of the last move cannot be determined.
 fn last_goal(script: &Script) -> String {
     match &script.moves().last().unwrap().1.goal {
-        Goal::Opaque(why) => why.clone(),
+        Goal::Opaque(why) => why.to_string(),
         _ => "known".into(),
     }
 }

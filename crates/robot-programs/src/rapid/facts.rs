@@ -8,6 +8,7 @@ use super::arguments::{arguments, motion_of, positional};
 use super::lex::Kind;
 use super::project::LeftOut;
 use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
+use super::reason::Reason;
 use super::words::{self, Leads};
 use crate::no_motion::NoMotion;
 use crate::script::Text;
@@ -18,7 +19,7 @@ use std::collections::{HashMap, HashSet};
 #[derive(Debug, Clone, Default)]
 pub struct State {
     /// Why its value may differ from the declared one.
-    pub changed: Option<String>,
+    pub changed: Option<Reason>,
     /// Its value is read elsewhere, so it must stay.
     pub read: bool,
     /// Another declaration of the same scope has the same name.
@@ -155,7 +156,7 @@ impl<'a> Facts<'a> {
             ItemKind::Assign => {
                 self.touch(first);
                 if let Some(d) = self.resolve(self.word(first), place.0, place.1) {
-                    let why = format!("`{}` is assigned", self.shown(d));
+                    let why = Reason::Assigned(self.shown(d).into());
                     self.states[d].changed.get_or_insert(why);
                 }
                 self.mark_span(first + 1..item.span.end, place, None, None);
@@ -234,8 +235,8 @@ impl<'a> Facts<'a> {
                     if let Some(by) = by
                         && self.p.decls[d].storage != Storage::Const
                     {
-                        let name = String::from_utf8_lossy(self.text.slice(self.bytes(by))).into_owned();
-                        let why = format!("`{}` is passed to `{name}`, which may set it", self.shown(d));
+                        let to = String::from_utf8_lossy(self.text.slice(self.bytes(by))).into();
+                        let why = Reason::Passed { name: self.shown(d).into(), to };
                         self.states[d].changed.get_or_insert(why);
                     }
                 }
@@ -254,15 +255,15 @@ impl<'a> Facts<'a> {
     }
 
     /// Whether the declared value is the one that counts at run time; else why not.
-    pub fn certain(&self, d: usize) -> Result<(), String> {
+    pub fn certain(&self, d: usize) -> Result<(), Reason> {
         let decl: &Decl = &self.p.decls[d];
         let state = &self.states[d];
-        let shown = || self.shown(d);
+        let shown = || self.shown(d).into();
         if state.twice {
-            return Err(format!("`{}` is declared more than once", shown()));
+            return Err(Reason::Twice(shown()));
         }
         match decl.storage {
-            Storage::Bound => return Err(format!("`{}` is a parameter of the routine", shown())),
+            Storage::Bound => return Err(Reason::Parameter(shown())),
             Storage::Const => return Ok(()),
             Storage::Var | Storage::Pers => {}
         }
@@ -270,24 +271,21 @@ impl<'a> Facts<'a> {
             return Err(why.clone());
         }
         if self.sets_by_name {
-            return Err(format!("`{}` may be set by SetDataVal; a CONST could not", shown()));
+            return Err(Reason::SetDataVal(shown()));
         }
-        if let Some(why) = self.left_out.by_name() {
-            return Err(format!("`{}` may be set at run time: {why}", shown()));
+        if let Some(by) = self.left_out.by_name() {
+            return Err(Reason::SetByName { name: shown(), by });
         }
         if decl.routine.is_some() || decl.local {
             return Ok(());
         }
-        if let Some(why) = self.left_out.sets(&decl.name, &value_of(self.text, self.p, decl)) {
-            return Err(format!("`{}` is global and not constant: {why}", shown()));
+        if let Some(by) = self.left_out.sets(&decl.name, &value_of(self.text, self.p, decl)) {
+            return Err(Reason::SetElsewhere { name: shown(), by });
         }
         if self.has_main {
             return Ok(());
         }
-        Err(format!(
-            "`{}` is global and not constant: another module may set it (LOCAL or CONST would settle it)",
-            shown()
-        ))
+        Err(Reason::Global(shown()))
     }
 
     /// Whether a file that is left out of the program names something of it.

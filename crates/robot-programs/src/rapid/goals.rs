@@ -3,32 +3,31 @@
 use super::built::{Literal, Owner};
 use super::lex::Kind;
 use super::read::{Item, Span, Storage};
+use super::reason::Reason;
 use super::rules::{External, own_external};
 use super::steps::Builder;
 use super::value::{self, Node};
-use crate::error::Result;
+use crate::error::{Result, one_line};
 use crate::script::cursor::integer;
-use crate::script::{Goal, PoseForm, Target, Value};
+use crate::script::{self, Goal, PoseForm, Target, Value};
 use std::sync::Arc;
 
 impl Builder<'_> {
-    pub(super) fn opaque(&self, span: &Span) -> String {
+    pub(super) fn opaque(&self, span: &Span) -> script::Reason {
         let p = self.f.p;
         let bytes = p.tokens[span.start].start()..p.tokens[span.end - 1].end();
-        let text = String::from_utf8_lossy(self.f.text.slice(bytes)).into_owned();
+        let text = one_line(&String::from_utf8_lossy(self.f.text.slice(bytes))).into();
         let word = self.f.word(span.start);
         match p.tokens.get(span.start + 1).filter(|_| span.len() > 1).map(|t| t.kind) {
-            Some(Kind::Mark(b'(')) if !word.is_empty() => {
-                format!("`{}` computes the target", crate::error::one_line(&text))
-            }
-            _ => format!("the target `{}` is an expression", crate::error::one_line(&text)),
+            Some(Kind::Mark(b'(')) if !word.is_empty() => Reason::Function(text).into(),
+            _ => script::Reason::Expression(text),
         }
     }
 
     /// A declared target: declaration and indices (from 1).
     ///
     /// `target = name ["{" index {"," index} "}"]`
-    pub(super) fn name_of(&self, span: &Span, item: &Item) -> std::result::Result<(usize, Vec<usize>), String> {
+    pub(super) fn name_of(&self, span: &Span, item: &Item) -> std::result::Result<(usize, Vec<usize>), script::Reason> {
         let p = self.f.p;
         let name = self.f.word(span.start);
         let mut indices = Vec::new();
@@ -45,7 +44,7 @@ impl Builder<'_> {
                 match (n % 2, t.kind, index) {
                     (0, Kind::Number, Some(k)) if k > 0 => indices.push(k),
                     (1, Kind::Mark(b','), _) => {}
-                    _ => return Err(format!("the index of `{name}` is computed")),
+                    _ => return Err(Reason::IndexComputed(name.into()).into()),
                 }
             }
         }
@@ -54,7 +53,7 @@ impl Builder<'_> {
         }
         let d = self.f.resolve(name, Some(item.routine), item.module);
         let shown = self.shown(span.start);
-        let d = d.ok_or_else(|| format!("`{shown}` is declared in another module"))?;
+        let d = d.ok_or_else(|| Reason::NotDeclared(shown.into()))?;
         let d = if indices.is_empty() { self.f.passed(d).unwrap_or(d) } else { d };
         self.f.certain(d)?;
         Ok((d, indices))
@@ -98,17 +97,17 @@ impl Builder<'_> {
         };
         let shown = self.f.shown(d);
         if p.decls[d].ty != "jointtarget" {
-            return Ok(Goal::Opaque(format!("`{shown}` is no jointtarget")));
+            return Ok(Goal::opaque(Reason::NoJointTarget(shown.into())));
         }
         if let Some(&t) = self.known.get(&(d, indices.clone())) {
             return Ok(Goal::Joints(t));
         }
         let Some(node) = self.element(d, &indices) else {
-            return Ok(Goal::Opaque(format!("`{shown}` is not declared with numbers")));
+            return Ok(Goal::opaque(Reason::NoNumbers(shown.into())));
         };
         match value::joints(text, &node, self.robot)? {
             Ok(values) => Ok(Goal::Joints(self.declared_target(d, indices, &node, values, None))),
-            Err(why) => Ok(Goal::Opaque(format!("`{shown}`: {why}"))),
+            Err(why) => Ok(Goal::Opaque(why.of_declared(&shown))),
         }
     }
 

@@ -46,6 +46,7 @@ mod passed;
 mod poses;
 mod project;
 mod read;
+mod reason;
 mod rules;
 mod statements;
 mod steps;
@@ -65,6 +66,7 @@ use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, LeastArc, Patches, Script, Text};
 use lex::Like;
 use project::Project;
+pub use reason::{Elsewhere, Reason};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 

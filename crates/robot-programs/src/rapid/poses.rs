@@ -4,6 +4,7 @@ use super::arguments::{Arg, Switch, arguments};
 use super::built::{Literal, Site};
 use super::lex::Kind;
 use super::read::{Item, Span};
+use super::reason::Reason;
 use super::rules::{External, own_external};
 use super::steps::Builder;
 use super::value::{self, Node};
@@ -105,7 +106,7 @@ impl Builder<'_> {
             return Goal::Opaque(self.opaque(span));
         };
         let Some(rotation) = unit(w, x, y, z) else {
-            return Goal::Opaque("its orientation is no quaternion".into());
+            return Goal::opaque(Reason::NoQuaternion);
         };
         *external_axes = self.like_before(External::of(self.f.text, Some(external)));
         if matches!(**external_axes, External::Numbers(_)) {
@@ -163,18 +164,13 @@ impl Builder<'_> {
             Frame::Named(name)
                 if name.ends_with(ON_UNIT) && !external_axes.used_beside([false; 6]) && self.waits_for_tasks() =>
             {
-                Frame::Unknown(format!(
-                    "a unit of another task may carry the work object `{}`",
-                    name.trim_end_matches(ON_UNIT)
-                ))
+                Frame::unclear(Reason::OnOtherTask(name.trim_end_matches(ON_UNIT).into()))
             }
             frame => frame,
         };
         match external_axes.standing(own_external(self.robot)) {
             Some(axes) => frame.carried(&own, &axes),
-            None => {
-                Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
-            }
+            None => Frame::unclear(Reason::CarrierComputed),
         }
     }
 
@@ -220,7 +216,7 @@ impl Builder<'_> {
         }
         let name = self.written(&value);
         if self.is_on_conveyor(&name) {
-            return Frame::Unknown(format!("a conveyor carries the work object `{name}`"));
+            return Frame::unclear(Reason::OnConveyor(name.into()));
         }
         let Some(node) = self.known_data(&value, item) else { return Frame::Named(name) };
         // [robhold, ufprog, ufmec, [user frame], [object frame]]
@@ -229,7 +225,7 @@ impl Builder<'_> {
             _ => None,
         };
         match (flag(0), flag(1)) {
-            (Some(true), _) => Frame::Unknown(format!("the robot holds the work object `{name}`")),
+            (Some(true), _) => Frame::unclear(Reason::RobotHolds(name.into())),
             (_, Some(false)) => self.on_unit(&name, node.get(2)),
             _ => match (node.get(3).and_then(frame_of), node.get(4).and_then(frame_of)) {
                 (Some(user), Some(object)) => Frame::Given(user * object),
@@ -267,7 +263,7 @@ impl Builder<'_> {
             _ => Vec::new(),
         };
         match unit.trim_ascii_start().starts_with(b"\"ROB_") {
-            true => Frame::Unknown(format!("another robot carries the work object `{name}`")),
+            true => Frame::unclear(Reason::OnOtherRobot(name.into())),
             false => Frame::Named(format!("{name}{ON_UNIT}")),
         }
     }
@@ -276,7 +272,7 @@ impl Builder<'_> {
     ///
     /// `tooldata = "[" robhold "," pose "," loaddata "]"`
     fn tool(&mut self, tool: Option<Arg>, item: &Item) -> Frame {
-        let Some(arg) = tool else { return Frame::Unknown("it names no tool".into()) };
+        let Some(arg) = tool else { return Frame::unclear(Reason::NoTool) };
         if self.predefined(&arg.span, item) == Some("tool0") {
             return Frame::Null;
         }
@@ -288,7 +284,7 @@ impl Builder<'_> {
             _ => return Frame::Named(name),
         };
         match node.get(1).and_then(frame_of) {
-            _ if !held => Frame::Unknown(format!("tool `{name}` stands still, and the robot holds the work object")),
+            _ if !held => Frame::unclear(Reason::StandingTool(name.into())),
             Some(frame) => Frame::Given(frame),
             None => Frame::Named(name),
         }

@@ -13,6 +13,7 @@ use super::arguments::motion_of;
 use super::facts::{Facts, value_of};
 use super::lex::{self, Like};
 use super::read::{self, Parsed, Storage};
+use super::reason::Elsewhere;
 use crate::files::{Folders, of_folder};
 use crate::script::cursor::unmarked;
 use crate::script::lex::text_of;
@@ -141,23 +142,23 @@ impl LeftOut {
     }
 
     /// Why the value of a global name that is no constant is not certain; `value`: as the module declares it.
-    pub fn sets(&self, name: &str, value: &[u8]) -> Option<String> {
+    pub fn sets(&self, name: &str, value: &[u8]) -> Option<Elsewhere> {
         let names = |said: &Said| !name.is_ascii() || said.words.contains(name);
         for (file, said) in self.read().filter(|(_, said)| names(said)) {
             if said.sets.as_ref().is_none_or(|sets| !name.is_ascii() || sets.contains(name)) {
-                return Some(format!("{} may set it", file.name));
+                return Some(Elsewhere::Sets(file.name.as_str().into()));
             }
             if said.shared.get(name).is_some_and(|own| own != value) {
-                return Some(format!("{} declares it with another value", file.name));
+                return Some(Elsewhere::Declares(file.name.as_str().into()));
             }
         }
         let unread = self.files.iter().find(|t| t.unread);
-        unread.map(|t| format!("{} is not read, and may set it", t.name)).or_else(|| self.by_name())
+        unread.map(|t| Elsewhere::Unread(t.name.as_str().into())).or_else(|| self.by_name())
     }
 
     /// Why any name may be set.
-    pub fn by_name(&self) -> Option<String> {
-        self.read().find(|(_, said)| said.by_name).map(|(file, _)| format!("{} sets data by name", file.name))
+    pub fn by_name(&self) -> Option<Elsewhere> {
+        self.read().find(|(_, said)| said.by_name).map(|(file, _)| Elsewhere::ByName(file.name.as_str().into()))
     }
 }
 

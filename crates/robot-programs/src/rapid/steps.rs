@@ -21,7 +21,7 @@ use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
 use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
-use crate::script::{At, Break, Note, StepKind, Targets, Text, number};
+use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -83,7 +83,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         .filter(|item| own(item) && takes_on(p, item))
         .filter(|item| item.span.clone().any(|i| matches!(p.words.at(i), "crobt" | "cjointt" | "cpos")));
     let lines = reads.filter_map(|item| p.tokens.get(item.span.start)).map(|t| text.line_of(t.start())).collect();
-    out.script.keep_before_reading("the program reads where it ends", &lines);
+    out.script.keep_before_reading(&Reason::EndIsRead, &lines);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     named_calls.report_to(&mut out.script);
@@ -339,7 +339,7 @@ impl Builder<'_> {
             && let Some(d) = self.f.resolve(self.f.word(span.start), Some(item.routine), item.module)
             && let Err(why) = self.f.certain(d)
         {
-            self.note(self.f.p.decls[d].at, why);
+            self.note(self.f.p.decls[d].at, why.to_string());
         }
         node
     }

@@ -6,10 +6,11 @@
 
 use super::lex::{Kind, Token};
 use super::read::Span;
-use crate::axes::{Axes, JointKind, Places};
+use super::reason::Reason;
+use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::number::last_digit;
-use crate::script::{PoseForm, Text, Value, number};
+use crate::script::{self, PoseForm, Text, Value, number};
 use std::ops::Range;
 
 /// Deepest nesting that is read; a jointtarget array of three dimensions has five.
@@ -134,7 +135,11 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
 ///
 /// # Errors
 /// Where the lists are not two of six.
-pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Result<Vec<Option<Value>>, String>> {
+pub fn joints(
+    text: &Text,
+    node: &Node,
+    robot: &Axes,
+) -> Result<std::result::Result<Vec<Option<Value>>, script::Reason>> {
     const EXPECTED: &str = "`[[six robot axes],[six external axes]]`";
     let at = node.bytes().start;
     let Some([robax, extax]) = node.list() else {
@@ -152,7 +157,7 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
     }
     // a list with a call in it cannot be written into the instruction: the call would happen once more
     if text.slice(node.bytes()).contains(&b'(') {
-        return Ok(Err("a value of it is computed".into()));
+        return Ok(Err(Reason::ValueComputed.into()));
     }
     if robot.dof() > 12 {
         return Err(text.bad(
@@ -164,15 +169,15 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
     let mut out = Vec::with_capacity(robot.dof());
     let places = robot.places();
     if !places.certain {
-        return Ok(Err(Places::unclear(robot)));
+        return Ok(Err(script::Reason::unclear_axes(robot)));
     }
     for (axis, joint) in robot.axis_joints().enumerate() {
         let external = places.external.iter().find(|e| e.1 == axis).map(|e| (extax, e.0 - 1));
         let of_arm = || (robax, places.arm.iter().position(|a| *a == axis).unwrap_or(usize::MAX));
         let (part, k) = external.unwrap_or_else(of_arm);
-        let Some(item) = part.get(k) else { return Ok(Err("its axes are no list of numbers".into())) };
+        let Some(item) = part.get(k) else { return Ok(Err(Reason::NoList.into())) };
         let Node::Number(v, style, b) = item else {
-            return Ok(Err(format!("axis {} of it is no plain number", joint.name)));
+            return Ok(Err(Reason::AxisComputed(joint.name.as_str().into()).into()));
         };
         // 9E9: the axis is not used; older programs write 9E+09 or 1E+10
         if v.abs() >= 8.9e9 {

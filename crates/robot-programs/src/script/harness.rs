@@ -81,9 +81,9 @@ pub fn values(script: &Script, step: usize) -> Vec<f64> {
 }
 
 /// Why a move's goal cannot be determined.
-pub fn opaque(m: &Move) -> &str {
+pub fn opaque(m: &Move) -> String {
     match &m.goal {
-        Goal::Opaque(why) => why,
+        Goal::Opaque(why) => why.to_string(),
         other => panic!("{other:?} is not opaque"),
     }
 }

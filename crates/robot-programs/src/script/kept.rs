@@ -1,7 +1,7 @@
 //! Ends of moves that stay where they are, as the program takes on from there what it goes to later: it reads where the robot stands
 //! (`here:=CRobT()`), or a relative motion counts from there. The offset of the move before would be carried along.
 
-use super::{Break, Script, Step, StepKind};
+use super::{Break, Reason, Script, Step, StepKind};
 use std::collections::BTreeSet;
 
 impl Script {
@@ -9,7 +9,7 @@ impl Script {
     /// branch, a loop or the start of a routine (or a call, in a text of several routines) stands before the relative motion, the motion may follow
     /// any move that ends before such a place; `jumps`: jumps of the language are no steps, so that it may follow any. `calls`: lines of calls of routines in
     /// which one may come first. Gives the steps that it kept.
-    pub fn keep_before_relative(&mut self, why: &str, calls: &BTreeSet<u64>, jumps: bool) -> Vec<usize> {
+    pub fn keep_before_relative(&mut self, why: &Reason, calls: &BTreeSet<u64>, jumps: bool) -> Vec<usize> {
         let ends = |s: &Step| matches!(s.kind, StepKind::Break(kind) if !kind.is_frame());
         let counts = |s: &Step| match &s.kind {
             StepKind::Move(m) => m.relative,
@@ -53,7 +53,7 @@ impl Script {
     /// Keeps the goal of the move before each of the lines (of the first text) at which the program reads where the robot stands, and those
     /// of moves on that line, in whatever order they stand there. Where a label, a branch or the start of a routine comes between, the
     /// move before is not known, and none is kept; a call may move nothing, so the move before it is. Gives the steps that it kept.
-    pub fn keep_before_reading(&mut self, why: &str, lines: &BTreeSet<u64>) -> Vec<usize> {
+    pub fn keep_before_reading(&mut self, why: &Reason, lines: &BTreeSet<u64>) -> Vec<usize> {
         let mut kept = Vec::new();
         for line in lines {
             let before = self.steps.partition_point(|s| s.at.file == 0 && s.at.line < *line);
@@ -69,9 +69,9 @@ impl Script {
     }
 
     /// Fixes the goals of moves that are not fixed yet; gives their steps.
-    fn fix(&mut self, steps: impl IntoIterator<Item = usize>, why: &str) -> Vec<usize> {
+    fn fix(&mut self, steps: impl IntoIterator<Item = usize>, why: &Reason) -> Vec<usize> {
         let mut fixes = |k: &usize| match self.steps.get_mut(*k).map(|s| &mut s.kind) {
-            Some(StepKind::Move(m)) if m.fixed.is_none() => m.fixed.replace(why.into()).is_none(),
+            Some(StepKind::Move(m)) if m.fixed.is_none() => m.fixed.replace(why.clone()).is_none(),
             _ => false,
         };
         steps.into_iter().filter(|k| fixes(k)).collect()
@@ -80,7 +80,7 @@ impl Script {
 
 #[cfg(test)]
 mod tests {
-    use crate::script::{At, Break, Few, Goal, How, Move, Script, Step, StepKind};
+    use crate::script::{At, Break, Few, Goal, How, Move, Reason, Script, Step, StepKind};
 
     fn step(line: u64, kind: StepKind) -> Step {
         Step { at: At { file: 0, line }, kind }
@@ -104,9 +104,9 @@ mod tests {
         let steps = all.into_iter().map(|(line, kind)| step(line, kind)).collect();
         let mut script = Script { steps, ..Script::default() };
         // before any move; after the move of line 4 and a dwell; after a call, which may move nothing; after a label; beside moves
-        let kept = script.keep_before_reading("read", &[2, 6, 9, 12, 13].into_iter().collect());
+        let kept = script.keep_before_reading(&Reason::EndIsRead, &[2, 6, 9, 12, 13].into_iter().collect());
         assert_eq!(kept, [2, 4, 8, 9]);
-        let fixed = |k: usize| matches!(&script.steps[k].kind, StepKind::Move(m) if m.fixed.as_deref() == Some("read"));
+        let fixed = |k: usize| matches!(&script.steps[k].kind, StepKind::Move(m) if m.fixed == Some(Reason::EndIsRead));
         assert_eq!((0..10).filter(|k| fixed(*k)).collect::<Vec<_>>(), [2, 4, 8, 9]);
     }
 }

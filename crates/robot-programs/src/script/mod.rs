@@ -7,6 +7,7 @@
 //!
 //! Modules: [`step`] motions and what stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes
 //! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
+//! [`reason`] why a move stays as it is;
 //! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
 //! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
 //! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps, `by_steps` values of some of them; `joins` and `routines` from where control comes to
@@ -50,6 +51,7 @@ pub mod lex;
 pub mod number;
 pub mod patches;
 pub mod pose;
+pub mod reason;
 mod routines;
 pub mod sites;
 pub mod step;
@@ -65,6 +67,7 @@ pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use joins::Join;
 pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
+pub use reason::Reason;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 pub use step::{At, AxisSet, Break, Goal, How, Move, Note, OtherWay, PathKind, Speed, Step, StepKind, Way};
@@ -128,11 +131,11 @@ pub trait Document: Send + Sync {
     fn patches(&self, edits: &Edits) -> Result<Patches>;
     /// Edited moves that the format cannot say although it reads them (an arc that no centre in its digits holds), and why. A caller
     /// leaves these moves as they are and asks again: what is left of the others may be another case.
-    fn unwritable(&self, _edits: &Edits) -> Vec<(usize, String)> {
+    fn unwritable(&self, _edits: &Edits) -> Vec<(usize, Reason)> {
         Vec::new()
     }
     /// The same edits with the patches for them, where the format has these at hand because all can be said.
-    fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, String)>, Option<Patches>) {
+    fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, Reason)>, Option<Patches>) {
         (self.unwritable(edits), None)
     }
     /// Whether straight moves to Cartesian targets can be written as moves to joint values ([`Edit::as_joint_moves`]).

@@ -9,6 +9,7 @@
 //! ABB, RAPID Instructions, Functions and Data types (`orient`, `confdata`); FANUC operator's manuals (W, P, R; configuration);
 //! Yaskawa NX100, Instructions for Relative Job function, section 4.1 (`RCONF`); Universal Robots, The URScript Programming Language (poses).
 
+use super::reason::Reason;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -243,7 +244,7 @@ impl PoseGoal {
     }
 
     /// Why the frame or the tool cannot be known by any file of a user.
-    pub fn unknown(&self) -> Option<&str> {
+    pub fn unknown(&self) -> Option<&Reason> {
         [&self.frame, &self.tool].into_iter().find_map(Frame::unknown)
     }
 }
@@ -266,14 +267,19 @@ pub enum Frame {
     /// One of these, and which is not certain: known where all are the same.
     Any(Vec<Frame>),
     /// It cannot be determined: why.
-    Unknown(String),
+    Unknown(Reason),
 }
 
 impl Frame {
+    /// One that cannot be determined.
+    pub fn unclear(why: impl Into<Reason>) -> Self {
+        Self::Unknown(why.into())
+    }
+
     /// Why it cannot be determined, where the reader says so.
-    pub fn unknown(&self) -> Option<&str> {
+    pub fn unknown(&self) -> Option<&Reason> {
         match self {
-            Self::Unknown(why) => Some(why.as_str()),
+            Self::Unknown(why) => Some(why),
             Self::Any(all) => all.iter().find_map(Self::unknown),
             _ => None,
         }

@@ -5,6 +5,7 @@ use super::blocks::BySteps;
 use super::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, Script, Span, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::ops::Range;
 
 /// A number's bytes, and what takes their place.
@@ -50,7 +51,7 @@ impl<'a> EditRequest<'a> {
     }
 
     /// A refusal with the place of a step.
-    pub fn refused(&self, k: usize, why: &str) -> Error {
+    pub fn refused(&self, k: usize, why: impl Display) -> Error {
         let place = self.script.steps.get(k).map(|s| self.script.place(s.at)).unwrap_or_default();
         Error::Refused(format!("{place}: {why}"))
     }
@@ -124,8 +125,10 @@ impl<'a> EditRequest<'a> {
     pub fn joints_for_pose(&self, k: usize, m: &Move, edit: EditRef<'a>) -> Result<&'a [f64]> {
         let Some(q) = edit.goal else { return Err(self.refused(k, "a joint move without a goal")) };
         if !matches!(m.goal, Goal::Pose(_)) || m.closed.is_some() {
-            let why = m.closed.as_deref().unwrap_or("only a Cartesian move can become a joint move");
-            return Err(self.refused(k, why));
+            return Err(match &m.closed {
+                Some(why) => self.refused(k, why),
+                None => self.refused(k, "only a Cartesian move can become a joint move"),
+            });
         }
         Ok(q)
     }
@@ -224,7 +227,7 @@ pub trait OneText {
     }
 
     /// A refusal with the place of a step.
-    fn refused(&self, k: usize, why: &str) -> Error {
+    fn refused(&self, k: usize, why: impl Display) -> Error {
         self.asked().refused(k, why)
     }
 

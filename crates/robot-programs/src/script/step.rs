@@ -1,6 +1,7 @@
 //! Steps of a program: motions, and what stands between them.
 
 use super::pose::{Frame, PoseGoal};
+use super::reason::Reason;
 use super::thin::Few;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -192,10 +193,10 @@ impl DerefMut for Move {
 pub struct How {
     /// How the TCP or the joints get there.
     pub path: PathKind,
-    /// Why the goal's numbers may not be changed, although they are known: `declared in another module`. `None`: they may.
-    pub fixed: Option<String>,
+    /// Why the goal's numbers may not be changed, although they are known: a relative motion counts from there. `None`: they may.
+    pub fixed: Option<Reason>,
     /// Whether new points may be put on the way to the goal (most arcs given by three points allow none). Why not.
-    pub closed: Option<String>,
+    pub closed: Option<Reason>,
     /// How fast, as far as the program determines it.
     pub speed: Speed,
     /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
@@ -282,13 +283,18 @@ pub enum Goal {
     /// A Cartesian pose; boxed, as it is large beside the others.
     Pose(Box<PoseGoal>),
     /// Neither can be determined from the text: why.
-    Opaque(String),
+    Opaque(Reason),
 }
 
 impl Goal {
     /// A Cartesian pose.
     pub fn pose(goal: PoseGoal) -> Self {
         Self::Pose(Box::new(goal))
+    }
+
+    /// One that cannot be determined.
+    pub fn opaque(why: impl Into<Reason>) -> Self {
+        Self::Opaque(why.into())
     }
 
     /// The target whose numbers lead there.

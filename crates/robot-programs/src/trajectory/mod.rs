@@ -35,6 +35,7 @@
 
 mod plain;
 mod read;
+mod reason;
 mod spline;
 #[cfg(test)]
 mod tests;
@@ -50,6 +51,7 @@ use super::script::{StepKind, Target, Text, Value, number, pragma};
 use crate::axes::Axes;
 use crate::error::Result;
 use read::{Content, Num, Point, Trajectory};
+pub use reason::Reason;
 use tree::Tree;
 
 /// Digits after the point that a changed number gets where it has fewer and more are asked for: 1e-9 rad is far below any
@@ -307,7 +309,7 @@ fn movement(
     dof: usize,
 ) -> Move {
     let h_s = p.t_s - before.map_or(0.0, |b| b.t_s);
-    let closed = closed(before, p);
+    let closed = closed(before, p).map(Into::into);
     let way = match before {
         // an axis that the message does not name has no place on the way
         Some(b) if closed.is_none() && (0..dof).all(|a| axes.contains(&Some(a))) => turns(t, b, p, axes),
@@ -318,8 +320,7 @@ fn movement(
     });
     // the robot stands at a first point at time 0
     let stands = before.is_none() && p.t_s == 0.0;
-    let goal =
-        if p.positions.is_empty() { Goal::Opaque("the point gives no positions".into()) } else { Goal::Joints(target) };
+    let goal = if p.positions.is_empty() { Goal::opaque(Reason::NoPositions) } else { Goal::Joints(target) };
     let speed = match () {
         () if h_s > 0.0 => Speed::Seconds(h_s),
         () if stands => Speed::Seconds(0.0),
@@ -329,19 +330,19 @@ fn movement(
 }
 
 /// Why no point can be put before this one.
-fn closed(before: Option<&Point>, p: &Point) -> Option<String> {
-    let Some(b) = before else { return Some("first point: where the robot comes from is not in the file".into()) };
+fn closed(before: Option<&Point>, p: &Point) -> Option<Reason> {
+    let Some(b) = before else { return Some(Reason::First) };
     if let Some(key) = &p.foreign {
-        return Some(format!("the point has a key `{key}` that a copy would repeat"));
+        return Some(Reason::ForeignKey(key.clone()));
     }
     if b.positions.is_empty() || p.positions.is_empty() {
-        return Some("a point without positions".into());
+        return Some(Reason::EndWithoutPositions);
     }
     if b.velocities.is_empty() != p.velocities.is_empty() || b.accelerations.is_empty() != p.accelerations.is_empty() {
-        return Some("velocities or accelerations at one end of the way only".into());
+        return Some(Reason::AtOneEnd);
     }
     if p.velocities.is_empty() && !p.accelerations.is_empty() {
-        return Some("accelerations without velocities".into());
+        return Some(Reason::AccelerationsAlone);
     }
     None
 }

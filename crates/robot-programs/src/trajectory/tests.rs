@@ -260,7 +260,7 @@ fn a_point_that_a_copy_cannot_stand_for_is_closed() {
         let text = format!("joint_names: [J1]\npoints:\n{text}\n");
         let d = parse(&text);
         let StepKind::Move(m) = &d.script().steps[2].kind else { panic!() };
-        assert!(m.closed.as_ref().is_some_and(|c| c.contains(why)), "{:?}", m.closed);
+        assert!(m.closed.as_ref().is_some_and(|c| c.to_string().contains(why)), "{:?}", m.closed);
         assert!(d.patches(&before(2, &[0.5, 0.0, 0.0], 0.5)).is_err());
         assert!(d.patches(&before(1, &[0.5, 0.0, 0.0], 0.5)).is_err());
     }

@@ -3,11 +3,12 @@
 use super::arguments::arguments;
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Span};
+use super::reason::Reason;
 use super::steps::{Builder, Literal, Owner};
 use super::value;
 use crate::error::{Result, one_line};
 use crate::script::pose::Frame;
-use crate::script::{At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
+use crate::script::{self, At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
@@ -48,7 +49,7 @@ impl Builder<'_> {
             let tool = match (pose, args.first()) {
                 (Some((pose, _)), _) => Frame::Given(isometry(pose)),
                 (None, Some(a)) => Frame::Named(format!("set_tcp {}", self.shown(&a.span))),
-                (None, None) => Frame::Unknown("a TCP that is computed".into()),
+                (None, None) => Frame::unclear(Reason::TcpComputed),
             };
             let (_, all) = found.get_or_insert_with(|| (i, Vec::new()));
             let same = |other: &Frame| match (other, &tool) {
@@ -205,9 +206,7 @@ impl Builder<'_> {
     pub fn pose_or_opaque(&mut self, span: &Span, item: &Item) -> Goal {
         match self.displaced(span, item) {
             Some(found) => self.pose_goal(found, span, item),
-            None => Goal::Opaque(
-                self.assigned(span, item).err().unwrap_or_else(|| "its target is no pose of plain numbers".into()),
-            ),
+            None => Goal::Opaque(self.assigned(span, item).err().unwrap_or_else(|| Reason::NoPose.into())),
         }
     }
 
@@ -243,7 +242,7 @@ impl Builder<'_> {
         let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
         let pose = first.as_ref().and_then(|s| self.displaced(s, item));
         let (Some(pose), Some(first)) = (pose, first) else {
-            return Goal::Opaque("get_inverse_kin computes the target".into());
+            return Goal::opaque(Reason::InverseKinematics);
         };
         let mut goal = self.pose_goal(pose, &first, item);
         if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
@@ -252,7 +251,7 @@ impl Builder<'_> {
                     goal.binding = matches!(solution, Solution::Near(_));
                     goal.solution = solution;
                 }
-                None => return Goal::Opaque("qnear of get_inverse_kin is computed".into()),
+                None => return Goal::opaque(Reason::NearComputed),
             }
         }
         goal
@@ -276,7 +275,7 @@ impl Builder<'_> {
                     self.literals.push(Literal { bytes: self.bytes(span).into(), units, owner: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
-                Err(why) => Goal::Opaque(why),
+                Err(why) => Goal::opaque(why),
             });
         }
         let (value, n) = match self.assigned(span, item) {
@@ -284,16 +283,16 @@ impl Builder<'_> {
             Err(why) => return Ok(Goal::Opaque(why)),
         };
         let name = p.words.at(span.start).to_string();
-        let Some(key) = p.key(item.def, &name) else { return Ok(Goal::Opaque(format!("`{name}` is not assigned"))) };
+        let Some(key) = p.key(item.def, &name) else { return Ok(Goal::opaque(Reason::NotAssigned(name.into()))) };
         if let Some(&t) = self.known.get(&key) {
             return Ok(Goal::Joints(t));
         }
         if value.is_empty() {
-            return Ok(Goal::Opaque(format!("`{name}` is assigned nothing")));
+            return Ok(Goal::opaque(Reason::AssignedNothing(name.into())));
         }
         let (values, units) = match value::joints(text, &p.tokens, &p.words, &value, robot)? {
             Ok(found) => found,
-            Err(why) => return Ok(Goal::Opaque(format!("`{name}`: {why}"))),
+            Err(why) => return Ok(Goal::Opaque(script::Reason::from(why).of_declared(&name))),
         };
         let statement = p.items[n].span.clone();
         let qualifier = p.words.at(statement.start);

@@ -41,6 +41,7 @@ mod goals;
 mod lex;
 mod moves;
 mod read;
+mod reason;
 mod scopes;
 mod steps;
 mod value;
@@ -57,6 +58,7 @@ use crate::error::{Error, Place, Result};
 use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, Patches, Script, Text};
 use lex::Like;
+pub use reason::Reason;
 use std::collections::HashSet;
 
 /// The format.

@@ -2,11 +2,12 @@
 
 use super::arguments::{Arg, argument, goal};
 use super::read::{Item, Span};
+use super::reason::Reason;
 use super::steps::{Builder, Site};
 use super::value;
 use super::words::{self, Motion, MotionKind};
 use crate::error::Result;
-use crate::script::{Break, Few, Goal, How, Move, PathKind, PoseGoal, Speed, StepKind, number};
+use crate::script::{self, Break, Few, Goal, How, Move, PathKind, PoseGoal, Speed, StepKind, number};
 use std::ops::Range;
 
 /// Shortest time between two set points that controllers of every generation keep, s (8 ms cycle of the CB series).
@@ -31,9 +32,9 @@ impl Builder<'_> {
         let point = self.bytes(&target);
         let mut site = Site { bytes: bytes.into(), point: point.clone().into(), goal: point.into(), ..Site::default() };
         let mut closed = match self.closed(motion, args) {
-            None if calls => Some("its arguments call a function that may move the robot"),
-            None if !self.stands_alone(item, &span) => Some("it shares its line with other code"),
-            closed => closed,
+            None if calls => Some(script::Reason::CallInArguments),
+            None if !self.stands_alone(item, &span) => Some(Reason::SharedLine.into()),
+            closed => closed.map(Into::into),
         };
         let t = argument(motion, args, "t").map(|a| value::plain(self.text, &self.p.tokens, &a.span));
         let seconds = duration(t, motion.kind, &mut site, &mut closed);
@@ -45,10 +46,9 @@ impl Builder<'_> {
             let known = matches!(&goal, Goal::Pose(pose) if pose.via_m.is_some() && pose.target.is_some());
             site.via = via.filter(|_| known).map(|v| self.bytes(&v).into());
             if !known {
-                closed.get_or_insert("it is an arc whose points are not all numbers");
+                closed.get_or_insert_with(|| Reason::ArcComputed.into());
             }
         }
-        let closed = closed.map(String::from);
         let straight = motion.path == PathKind::Linear && matches!(goal, Goal::Joints(_));
         let tool = straight.then(|| Box::new(self.tcp(token)));
         let how = How { path: motion.path, closed, speed, blend_m, tool, ..How::default() };
@@ -58,11 +58,11 @@ impl Builder<'_> {
     }
 
     /// Why no point may come before a motion of its kind.
-    fn closed(&self, motion: &Motion, args: &[Arg]) -> Option<&'static str> {
+    fn closed(&self, motion: &Motion, args: &[Arg]) -> Option<Reason> {
         let splittable = argument(motion, args, "pose_via").is_some() && self.interpolates(motion, args);
         match motion.kind {
-            MotionKind::Arc if !splittable => Some("it is an arc or a process move"),
-            MotionKind::Velocity => Some("it commands a velocity"),
+            MotionKind::Arc if !splittable => Some(Reason::ArcOrProcess),
+            MotionKind::Velocity => Some(Reason::Velocity),
             _ => None,
         }
     }
@@ -120,14 +120,9 @@ impl Builder<'_> {
     ) -> Result<Goal> {
         self.inner = None;
         let goal = match motion.kind {
-            _ if self.led.is_some() => {
-                let by = self.led.unwrap_or_default();
-                Goal::Opaque(format!("{by}() leads the robot away from the target"))
-            }
-            MotionKind::Velocity => Goal::Opaque("a velocity ends where its time ends".into()),
-            MotionKind::Arc if self.keeps_to_tangent(motion, args) => {
-                Goal::Opaque("mode: on this arc the tool keeps its turn to the tangent, whatever the pose says".into())
-            }
+            _ if self.led.is_some() => Goal::opaque(Reason::Led(self.led.unwrap_or_default())),
+            MotionKind::Velocity => Goal::opaque(Reason::VelocityEnds),
+            MotionKind::Arc if self.keeps_to_tangent(motion, args) => Goal::opaque(Reason::Tangent),
             MotionKind::Arc => self.pose_or_opaque(target, item),
             _ => self.goal(target, item)?,
         };
@@ -146,20 +141,20 @@ fn duration(
     t: Option<Option<(f64, number::Style, Range<usize>)>>,
     kind: MotionKind,
     site: &mut Site,
-    closed: &mut Option<&'static str>,
+    closed: &mut Option<script::Reason>,
 ) -> Option<f64> {
     match t {
         Some(Some((s, style, bytes))) if s > 0.0 => {
             if s < 2.0 * CYCLE_S {
-                closed.get_or_insert("its time is too short to be shared out over two cycles of the controller");
+                closed.get_or_insert_with(|| Reason::TimeTooShort.into());
             }
             site.time = Some(Box::new((bytes, s, style)));
             return Some(s);
         }
         Some(Some((s, ..))) if s == 0.0 && kind == MotionKind::Move => {}
         None if kind != MotionKind::Servo => {}
-        Some(_) => drop(closed.get_or_insert("its time is no plain number, and cannot be shared out")),
-        None => drop(closed.get_or_insert("it has no time t= that could be shared out")),
+        Some(_) => drop(closed.get_or_insert_with(|| Reason::TimeComputed.into())),
+        None => drop(closed.get_or_insert_with(|| Reason::NoTime.into())),
     }
     None
 }

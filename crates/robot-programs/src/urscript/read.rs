@@ -5,6 +5,7 @@
 //! closes none.
 
 use super::lex::{Kind, Lexed, Token, Words};
+use super::reason::Reason;
 use super::words;
 use crate::error::{Error, Result};
 use crate::no_motion::NoMotion;
@@ -53,7 +54,7 @@ pub struct Variable {
     /// Items that assign it.
     pub assigned: Vec<usize>,
     /// Why its value may differ from the one list that it is assigned.
-    pub changed: Option<String>,
+    pub changed: Option<Reason>,
     /// Its value is read by more than moves.
     pub read: bool,
 }
@@ -303,9 +304,9 @@ impl Parsed {
                 let variable = self.variables.entry((def, name.clone())).or_default();
                 variable.assigned.push(n);
                 if !whole {
-                    variable.changed.get_or_insert_with(|| format!("an element of `{name}` is assigned"));
+                    variable.changed.get_or_insert_with(|| Reason::ElementAssigned(name.into()));
                 } else if conditional {
-                    variable.changed.get_or_insert_with(|| format!("`{name}` is assigned under a condition"));
+                    variable.changed.get_or_insert_with(|| Reason::AssignedConditionally(name.into()));
                 }
             }
             _ => self.push(def, span, ItemKind::Other),

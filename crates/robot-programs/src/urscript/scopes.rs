@@ -2,6 +2,7 @@
 
 use super::lex::Kind;
 use super::read::{ItemKind, Parsed};
+use super::reason::Reason;
 use std::collections::{HashMap, HashSet};
 
 impl Parsed {
@@ -24,7 +25,7 @@ impl Parsed {
         let items = std::mem::take(&mut self.items);
         for ((_, name), v) in &mut self.variables {
             if v.assigned.len() > 1 {
-                v.changed.get_or_insert_with(|| format!("`{name}` is assigned more than once"));
+                v.changed.get_or_insert_with(|| Reason::AssignedTwice(name.as_str().into()));
             }
         }
         let names: HashSet<String> = self.variables.keys().map(|key| key.1.clone()).collect();
@@ -40,7 +41,8 @@ impl Parsed {
                     continue;
                 }
                 if let Some(key) = self.key(item.def, name) {
-                    let changed = self.method(i).map(|method| format!("`{name}.{method}()` changes it"));
+                    let changed =
+                        self.method(i).map(|method| Reason::Method { name: name.into(), method: method.into() });
                     if let Some(v) = self.variables.get_mut(&key) {
                         v.read = true;
                         v.changed = v.changed.take().or(changed);

@@ -4,6 +4,7 @@ mod alike;
 
 use super::arguments::{arguments, call, goal_name};
 use super::read::{Item, ItemKind, Parsed, Span};
+use super::reason::Reason;
 use super::value;
 use super::words;
 use crate::axes::Axes;
@@ -13,7 +14,7 @@ use crate::script::called::{NamedCalls, Needs, strikes};
 use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
-use crate::script::{At, Break, Note, Script, Span as Bytes, StepKind, Targets, Text};
+use crate::script::{self, At, Break, Note, Script, Span as Bytes, StepKind, Targets, Text};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -114,7 +115,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     let Builder { steps, targets, literals, notes, named_calls, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
-    out.script.keep_before_reading("the program reads where it ends", &lines);
+    out.script.keep_before_reading(&script::Reason::EndIsRead, &lines);
     out.script.targets = targets;
     out.script.notes = notes;
     named_calls.report_to(&mut out.script);
@@ -378,27 +379,24 @@ impl Builder<'_> {
     }
 
     /// What the name in `span` is assigned, if that is certain: tokens of the value, and the item.
-    pub fn assigned(&self, span: &Span, item: &Item) -> std::result::Result<(Span, usize), String> {
+    pub fn assigned(&self, span: &Span, item: &Item) -> std::result::Result<(Span, usize), script::Reason> {
         let name = self.p.words.at(span.start);
         if span.len() != 1 || name.is_empty() {
             let shown = one_line(&String::from_utf8_lossy(self.text.slice(self.bytes(span))));
-            return Err(format!("the target `{shown}` is an expression"));
+            return Err(script::Reason::Expression(shown.into()));
         }
         let Some(key) = self.p.key(item.def, name) else {
-            let what = if self.p.is_parameter(item.def, name) {
-                "a parameter of the function"
-            } else {
-                "not assigned in this file"
-            };
-            return Err(format!("`{name}` is {what}"));
+            let parameter = self.p.is_parameter(item.def, name);
+            let why = if parameter { Reason::Parameter(name.into()) } else { Reason::NotInFile(name.into()) };
+            return Err(why.into());
         };
         let variable = &self.p.variables[&key];
         if let Some(why) = &variable.changed {
-            return Err(why.clone());
+            return Err(why.clone().into());
         }
         match variable.assigned.first().map(|&n| (&self.p.items[n], n)) {
             Some((Item { kind: ItemKind::Assign { value, .. }, span, .. }, n)) => Ok((*value..span.end, n)),
-            _ => Err(format!("`{name}` is not assigned in this file")),
+            _ => Err(Reason::NotInFile(name.into()).into()),
         }
     }
 }

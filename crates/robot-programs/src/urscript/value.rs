@@ -7,6 +7,7 @@
 
 use super::lex::{Kind, Token, Words};
 use super::read::Span;
+use super::reason::Reason;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::number::last_digit;
@@ -32,7 +33,7 @@ fn elements(
     tokens: &[Token],
     words: &Words,
     span: &Span,
-) -> Option<std::result::Result<Vec<Element>, String>> {
+) -> Option<std::result::Result<Vec<Element>, Reason>> {
     let last = span.end.checked_sub(1)?;
     let is = |i: usize, b: u8| tokens.get(i).is_some_and(|t| t.kind == Kind::Mark(b));
     if span.len() < 3 || !is(span.start, b'[') || !is(last, b']') {
@@ -49,7 +50,7 @@ fn elements(
                 }
                 match element(text, tokens, words, start..i) {
                     Some(e) => out.push(e),
-                    None => return Some(Err(format!("value {} of its list is no plain number", out.len() + 1))),
+                    None => return Some(Err(Reason::ValueComputed(out.len() + 1))),
                 }
                 start = i + 1;
             }
@@ -142,9 +143,9 @@ pub fn joints(
     words: &Words,
     span: &Span,
     robot: &Axes,
-) -> Result<std::result::Result<Joints, String>> {
+) -> Result<std::result::Result<Joints, Reason>> {
     let list = match elements(text, tokens, words, span) {
-        None => return Ok(Err("it is no list of numbers".into())),
+        None => return Ok(Err(Reason::NoList)),
         Some(Err(why)) => return Ok(Err(why)),
         Some(Ok(list)) => list,
     };
@@ -157,7 +158,7 @@ pub fn joints(
     let mut units = Vec::with_capacity(robot.dof());
     for (joint, e) in robot.axis_joints().zip(&list) {
         if e.degrees && joint.kind == JointKind::Prismatic {
-            return Ok(Err(format!("axis {} is not in degrees", joint.name)));
+            return Ok(Err(Reason::NotInDegrees(joint.name.as_str().into())));
         }
         let unit = if e.degrees { JointKind::Revolute.si_per_user_unit() } else { 1.0 };
         units.push(unit);

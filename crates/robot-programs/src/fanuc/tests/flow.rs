@@ -179,5 +179,5 @@ fn a_motion_before_an_increment_stays_and_the_others_are_edited() {
     let d = doc(of_lines(text).as_bytes());
     let fixed: Vec<bool> = moves(d.as_ref()).iter().map(|m| m.1.fixed.is_some()).collect();
     assert_eq!(fixed, [false, true, false, false]);
-    assert!(moves(d.as_ref())[1].1.fixed.as_deref().is_some_and(|w| w.contains("INC")));
+    assert!(moves(d.as_ref())[1].1.fixed.as_ref().is_some_and(|w| w.to_string().contains("INC")));
 }

@@ -1,6 +1,7 @@
 //! Lines of a program: which of them belong together, what moves besides motions, what stays as it is written.
 
 use super::*;
+use crate::fanuc::Reason;
 
 /// A program of these lines, with three positions.
 pub(super) fn of_lines(lines: &str) -> String {
@@ -170,7 +171,7 @@ fn blank_statements_are_passed_over() {
 /// Why the goals of motions cannot be determined; empty: they can.
 fn left(text: &str) -> Vec<String> {
     let why = |m: &Move| match &m.goal {
-        Goal::Opaque(why) => why.clone(),
+        Goal::Opaque(why) => why.to_string(),
         _ => String::new(),
     };
     moves(doc(text.as_bytes()).as_ref()).iter().map(|(_, m)| why(m)).collect()
@@ -195,7 +196,7 @@ fn motions_that_an_option_leads_otherwise_stay_and_wjnt_takes_no_points() {
         assert!(left[1].starts_with(option) && left[0].is_empty(), "{left:?}");
     }
     let closed = |line: &str| moves(doc(of(line).as_bytes()).as_ref())[1].1.closed.clone();
-    assert!(closed("L P[2] 100mm/sec FINE Wjnt").unwrap().starts_with("Wjnt"));
+    assert_eq!(closed("L P[2] 100mm/sec FINE Wjnt"), Some(Reason::WristByJoint.into()));
     assert_eq!((closed("J P[2] 100% FINE Wjnt"), closed("L P[2] 100mm/sec FINE")), (None, None));
     let way = |line: &str| moves(doc(of(line).as_bytes()).as_ref())[1].1.other_way;
     assert_eq!(way("L P[2] 100mm/sec FINE Wjnt"), Some(OtherWay::Wrist));
@@ -218,7 +219,7 @@ fn a_coordinated_motion_is_known_where_the_group_that_leads_stands_still() {
     };
     assert_eq!(left(&of([10.0, 10.0])), ["", ""]);
     let found = moves(doc(of([10.0, 10.0]).as_bytes()).as_ref())[1].1.closed.clone();
-    assert_eq!(found.as_deref(), Some("it is coordinated with another group"));
+    assert_eq!(found, Some(Reason::Coordinated.into()));
     assert!(left(&of([10.0, 20.0]))[1].starts_with("COORD"));
     // no position says where it stands
     let text = of_lines("   1:J P[1] 100% FINE    ;\n   2:L P[2] 50mm/sec FINE COORD    ;");
@@ -347,7 +348,7 @@ fn left_beside(lines: &str, beside: &[(&str, &str)]) -> Vec<String> {
     }));
     let d = Fanuc.parse(texts, &m10ia()).unwrap();
     let why = |m: &Move| match &m.goal {
-        Goal::Opaque(why) => why.clone(),
+        Goal::Opaque(why) => why.to_string(),
         _ => String::new(),
     };
     moves(d.as_ref()).iter().map(|(_, m)| why(m)).collect()

@@ -51,7 +51,7 @@ fn goal(lines: &str, said: &[&str], beside: &[(&str, &str)]) -> Goal {
 
 fn opaque(goal: &Goal) -> String {
     match goal {
-        Goal::Opaque(why) => why.clone(),
+        Goal::Opaque(why) => why.to_string(),
         _ => "known".into(),
     }
 }
@@ -66,7 +66,7 @@ fn a_motion_to_a_register_of_the_listing_leads_to_a_known_place_and_is_not_edite
     let deg: Vec<f64> = target.values.iter().map(|v| v.unwrap().si.to_degrees()).collect();
     let listed = [-70.0, -25.0, 0.0, 0.0, -90.0, -20.0];
     assert!(deg.iter().zip(listed).all(|(a, b)| (a - b).abs() < 1e-9), "{deg:?}");
-    assert!(m.fixed.as_deref().is_some_and(|why| why.contains("PR[1]")) && m.closed.is_some());
+    assert!(m.fixed.as_ref().is_some_and(|why| why.to_string().contains("PR[1]")) && m.closed.is_some());
     let note = script.notes.iter().find(|n| n.text.contains("must hold these values")).unwrap();
     assert!(note.text.contains("PR[1]") && note.place.line == 5, "{note:?}");
     // a rewritten program reads alike
@@ -90,7 +90,7 @@ fn a_cartesian_register_counts_in_the_frame_and_for_the_tool_that_are_selected()
     {
         let lines = format!("J P[1] 100% FINE\n{between}\nL PR[2] 100mm/sec FINE");
         let found = match goal(&lines, &[], &[("SEL", "UFRAME_NUM=1")]) {
-            Goal::Opaque(why) => why,
+            Goal::Opaque(why) => why.to_string(),
             _ => "known".into(),
         };
         assert!(found.starts_with("a position register: "), "{between}: {found}");

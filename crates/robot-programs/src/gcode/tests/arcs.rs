@@ -81,7 +81,7 @@ fn one_arc_that_cannot_be_written_is_named_and_the_rest_is_written_without_it() 
     let left = doc.unwritable(&wish);
     let circle = moves(doc.script())[2].0;
     assert_eq!(left.iter().map(|l| l.0).collect::<Vec<_>>(), [circle]);
-    assert!(left[0].1.contains("circle"), "{}", left[0].1);
+    assert!(left[0].1.to_string().contains("circle"), "{}", left[0].1);
     wish.steps.remove(circle);
     assert!(doc.unwritable(&wish).is_empty());
     let out = edited(&Gcode, text.as_bytes(), &wish, &robot).unwrap();

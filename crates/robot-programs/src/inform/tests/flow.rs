@@ -138,7 +138,10 @@ fn a_motion_that_is_laid_over_the_path_goes_on_where_its_end_may_be_passed_by() 
     let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,0,0,0,0,0";
     let left = |lines: &str| {
         let script = script_of(&Inform, &job("2,0,0,0,0,0", list, lines), &robot());
-        script.moves().map(|m| matches!(&m.1.goal, Goal::Opaque(why) if why.ends_with("is on"))).collect::<Vec<bool>>()
+        script
+            .moves()
+            .map(|m| matches!(&m.1.goal, Goal::Opaque(why) if why.to_string().ends_with("is on")))
+            .collect::<Vec<bool>>()
     };
     let m = "MOVJ C00000 VJ=5.00";
     for (lines, expected) in [

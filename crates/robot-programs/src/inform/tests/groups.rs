@@ -52,7 +52,7 @@ fn a_rail_under_the_arm_is_the_base_axis_and_no_joint_of_it() {
     let own = values(&script, 1);
     assert!((own[0] - 0.05).abs() < 1e-15 && own[1] > 0.0 && own.len() == 7, "{own:?}");
     // a station is no rail
-    assert!(matches!(&moves(&script)[1].1.goal, Goal::Opaque(why) if why.contains("base axes")));
+    assert!(matches!(&moves(&script)[1].1.goal, Goal::Opaque(why) if why.to_string().contains("base axes")));
     let mut edits = Edits { digit: vec![1e-9; 7], ..Edits::default() };
     let goal = [&[0.051], &own[1..]].concat();
     edits.steps.insert(1, Edit { goal: Some(goal), ..Edit::default() });

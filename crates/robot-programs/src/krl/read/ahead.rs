@@ -7,6 +7,7 @@ use crate::krl::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, up
 use crate::krl::lists::Lists;
 use crate::krl::motion;
 use crate::krl::outside::Outside;
+use crate::krl::reason::MovesBase;
 use crate::krl::settings::Settings;
 use crate::krl::statement::{assignment, is_label, is_routine};
 use crate::script::Text;
@@ -21,8 +22,8 @@ pub(super) struct Ahead {
     /// How the tool may turn.
     pub(super) turning: Turning,
     /// What may make any base mean something else.
-    pub(super) carried: Option<String>,
-    pub(super) moved: Option<String>,
+    pub(super) carried: Option<MovesBase>,
+    pub(super) moved: Option<MovesBase>,
     /// What the text sets in the lists of the controller.
     pub(super) lists: Lists,
     /// Lines at which `$BASE` and `$TOOL` are passed to a routine.
@@ -37,7 +38,7 @@ impl Ahead {
         let (mut later, turning) = later(text, data, going, &lists);
         let turning = turning.max(outside.turning);
         let (carried, moved) = carried(text, data);
-        let (carried, moved) = (carried.or(outside.carried.clone()), moved.or(outside.moved.clone()));
+        let (carried, moved) = (carried.or(outside.carried), moved.or(outside.moved));
         let passed = passed(text);
         for list in (0..2).filter(|list| !passed[*list].is_empty() || outside.frames[*list]) {
             later[list] = Some(by_a_routine(list));
@@ -149,7 +150,7 @@ fn later(text: &Text, data: &Data, going: &Going, lists: &Lists) -> ([Option<Fra
 /// What may make any base mean something else after a branch, a label or a call: `$IPO_MODE`, `$WORLD`.
 ///
 /// `assignment = ("$IPO_MODE" | "$WORLD" | ...) "=" value`
-fn carried(text: &Text, data: &Data) -> (Option<String>, Option<String>) {
+fn carried(text: &Text, data: &Data) -> (Option<MovesBase>, Option<MovesBase>) {
     let (mut carried, mut moved) = (None, None);
     let mut line = Vec::new();
     for k in 0..text.line_count() {

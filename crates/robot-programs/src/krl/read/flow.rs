@@ -54,7 +54,7 @@ impl Reader<'_> {
             _ if first => (one_of(None, "$BASE", base.as_ref()), one_of(None, "$TOOL", tool.as_ref())),
             _ => (base, tool),
         };
-        let (carried, moved) = (self.ahead.carried.clone(), self.ahead.moved.clone());
+        let (carried, moved) = (self.ahead.carried, self.ahead.moved);
         let turning = self.ahead.turning;
         let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
         Settings { base, tool, lists, carried, moved, ..Settings::turning(turning) }

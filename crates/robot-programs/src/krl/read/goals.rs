@@ -8,21 +8,19 @@ use crate::krl::motion::{self, Word};
 use crate::krl::name::Holds;
 use crate::krl::product;
 use crate::krl::program::Source;
-use crate::krl::relative;
+use crate::krl::reason::Reason;
 use crate::krl::target::{Others, target};
 use crate::script::pose::Frame;
-use crate::script::{At, Goal, Note, PathKind, PoseForm, PoseGoal, Shift, Target, Text};
+use crate::script::{self, At, Goal, Note, PathKind, PoseForm, PoseGoal, Shift, Target, Text};
 use nalgebra::{Isometry3, Vector3};
 use std::sync::Arc;
 
 /// A goal, the token after it, and its external axes.
 type Found = (Goal, Option<usize>, Others);
 
-const COMPUTED: &str = "the goal is computed";
-
 /// A goal that is not known, as nothing is of where it ends.
-fn unknown(why: &str) -> Found {
-    (Goal::Opaque(why.into()), None, None)
+fn unknown(why: impl Into<script::Reason>) -> Found {
+    (Goal::opaque(why), None, None)
 }
 
 impl Reader<'_> {
@@ -35,7 +33,7 @@ impl Reader<'_> {
         let end = given.as_ref().map(|((_, next), _)| *next);
         let goal =
             given.and_then(|((a, next), stands)| stands.moved(self.text, word, &a, &line[next..], self.frames()));
-        (goal.map_or_else(|| Goal::Opaque(relative::UNKNOWN.into()), Goal::pose), end, None)
+        (goal.map_or_else(|| Goal::opaque(Reason::RelativeToUnknown), Goal::pose), end, None)
     }
 
     /// What an aggregate says of axes that are none of the robot's: mostly what the one before it does.
@@ -52,7 +50,7 @@ impl Reader<'_> {
     pub(super) fn goal(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
         Ok(match line.get(at) {
             _ if word.relative => self.relative(line, at, word),
-            None => unknown("the motion has no goal"),
+            None => unknown(script::Reason::NoGoal),
             Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word)?,
             Some(t) if t.is(b'{') => {
                 let (a, next) = aggregate(self.text, 0, line, at)?;
@@ -64,9 +62,9 @@ impl Reader<'_> {
                 let mut others = None;
                 let goal = match self.data.find(self.routine, &name) {
                     // a call, an element of an array by a computed index, a sum of frames
-                    _ if !motion::ends(self.text, line, next) => Goal::Opaque(COMPUTED.into()),
-                    None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
-                    None => Goal::Opaque(format!("{name} is not declared in the files given")),
+                    _ if !motion::ends(self.text, line, next) => Goal::opaque(Reason::Computed),
+                    None if name.starts_with('$') => Goal::opaque(Reason::OnController(name.into())),
+                    None => Goal::opaque(Reason::NotDeclared(name.into())),
                     Some(n) => {
                         if let Ok(a) = self.data.names[n].value() {
                             others = Some(self.others(a, &self.texts[a.file]));
@@ -76,7 +74,7 @@ impl Reader<'_> {
                 };
                 (goal, Some(next), others)
             }
-            Some(_) => unknown(COMPUTED),
+            Some(_) => unknown(Reason::Computed),
         })
     }
 
@@ -84,26 +82,26 @@ impl Reader<'_> {
     fn product(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
         let (factors, next) = match product::factors(self.text, line, at, self.data, self.routine)? {
             Ok(found) => found,
-            Err(why) => return Ok(unknown(&why)),
+            Err(why) => return Ok(unknown(why)),
         };
         if !motion::ends(self.text, line, next) {
-            return Ok(unknown(COMPUTED));
+            return Ok(unknown(Reason::Computed));
         }
         let found = |goal| Ok((goal, Some(next), Some(Arc::default())));
         // numbers in the motion itself belong to it alone
         let chosen = factors.iter().position(|f| f.inline).or_else(|| factors.iter().position(|f| f.name.is_some()));
-        let Some(chosen) = chosen else { return found(Goal::Opaque(COMPUTED.into())) };
+        let Some(chosen) = chosen else { return found(Goal::opaque(Reason::Computed)) };
         let factor = &factors[chosen];
         let goal = match factor.name {
             Some(n) => self.named(n, word)?,
             None => self.aggregate(k, factor.value.clone(), word)?,
         };
-        let Goal::Pose(mut pose) = goal else { return found(Goal::Opaque(COMPUTED.into())) };
+        let Goal::Pose(mut pose) = goal else { return found(Goal::opaque(Reason::Computed)) };
         let of = |list: &[product::Factor]| {
             list.iter().try_fold(Isometry3::identity(), |all, f| Some(all * f.value.isometry()?))
         };
         let (Some(before), Some(after)) = (of(&factors[..chosen]), of(&factors[chosen + 1..])) else {
-            return found(Goal::Opaque("a part of its position is not given".into()));
+            return found(Goal::opaque(Reason::PartMissing(None)));
         };
         // status and turn are those of the right operand, and a FRAME has none
         let (frame, tool) = self.frames();
@@ -119,8 +117,8 @@ impl Reader<'_> {
             let own = self.with[k].as_ref().or(self.of_block[k].as_ref()).or(set.as_ref());
             own.cloned().unwrap_or_else(|| Frame::Named(name.into()))
         };
-        let base = match self.set.carried.as_ref().or(self.set.moved.as_ref()) {
-            Some(why) => Frame::Unknown(why.clone()),
+        let base = match self.set.carried.or(self.set.moved) {
+            Some(by) => Frame::unclear(Reason::MovesBase(by)),
             None => or(0, &self.set.base, "$BASE"),
         };
         (base, or(1, &self.set.tool, "$TOOL"))
@@ -141,7 +139,7 @@ impl Reader<'_> {
     fn aggregate(&mut self, k: usize, a: Aggregate, word: Word) -> Result<Goal> {
         if a.has_axes() {
             return Ok(match target(self.axes, self.text, &a, None, At::of_line(k), word)? {
-                Err(why) => Goal::Opaque(why),
+                Err(why) => Goal::opaque(why),
                 Ok(target) => {
                     self.targets.push(target);
                     self.sources.push(Source::Inline(a.file as u16, a.span));
@@ -151,7 +149,7 @@ impl Reader<'_> {
         }
         let at = At::of_line(k);
         let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span));
-        Ok(pose.map_or_else(|| Goal::Opaque(a.incomplete("its position")), Goal::pose))
+        Ok(pose.map_or_else(|| Goal::opaque(a.incomplete(None)), Goal::pose))
     }
 
     /// Position of the point on the way of an arc, m.
@@ -189,7 +187,7 @@ impl Reader<'_> {
         let name = &self.data.names[n];
         let a = match name.value() {
             Ok(a) => a,
-            Err(why) => return Ok(Goal::Opaque(why)),
+            Err(why) => return Ok(Goal::opaque(why)),
         };
         let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |a| a.line) };
         let at = At { file: a.file, line: line as u64 + 1 };
@@ -207,13 +205,13 @@ impl Reader<'_> {
                     pose
                 }
             };
-            return Ok(pose.map_or_else(|| Goal::Opaque(a.incomplete(&text)), Goal::pose));
+            return Ok(pose.map_or_else(|| Goal::opaque(a.incomplete(Some(&text))), Goal::pose));
         }
         if let (Some(Some(t)), true) = (self.of_name.get(n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(*t as usize));
         }
         Ok(match target(self.axes, &self.texts[a.file], a, Some(name.text.clone()), at, word)? {
-            Err(why) => Goal::Opaque(why),
+            Err(why) => Goal::opaque(why),
             Ok(target) => {
                 self.targets.push(target);
                 self.sources.push(Source::Name(n as u32));

@@ -5,16 +5,17 @@ use crate::error::Result;
 use crate::krl::going::Turning;
 use crate::krl::lex::{Kind, Token, upper};
 use crate::krl::motion::{self, Motion, Word};
-use crate::krl::relative::{self, Stands};
+use crate::krl::reason::{MovesBase, Reason};
+use crate::krl::relative::Stands;
 use crate::krl::settings;
-use crate::script::{Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
+use crate::script::{self, Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
 
 impl Reader<'_> {
     /// The goal of an arc, with the point on its way; the angle CA moves its end.
     fn end_of_arc(&self, pose: PoseGoal, line: &[Token]) -> Goal {
         if line.iter().any(|t| upper(self.text, t) == "CA") {
-            return Goal::Opaque("an angle CA tells where the arc ends".into());
+            return Goal::opaque(Reason::AngleOfArc);
         }
         Goal::pose(PoseGoal { via_m: self.via(line), ..pose })
     }
@@ -35,7 +36,7 @@ impl Reader<'_> {
         let goal = match goal {
             goal @ Goal::Opaque(_) => goal,
             goal if relative => goal,
-            _ if !whole => Goal::Opaque("the goal is computed".into()),
+            _ if !whole => Goal::opaque(Reason::Computed),
             Goal::Pose(pose) if word.arc => self.end_of_arc(*pose, line),
             goal => goal,
         };
@@ -60,7 +61,7 @@ impl Reader<'_> {
             _ => None,
         };
         let path = if self.spline { PathKind::Curve } else { word.path };
-        let fixed = relative.then(|| relative::ITSELF.to_string());
+        let fixed = relative.then(|| Reason::Relative.into());
         let wrist = turning == Turning::Wrist && word.path != PathKind::Joint;
         let other_way = wrist.then_some(OtherWay::Wrist);
         let how = How { path, fixed, closed, speed, blend_m, relative: word.relative, other_way, ..How::default() };
@@ -72,34 +73,29 @@ impl Reader<'_> {
     fn as_the_robot_goes(&self, k: usize, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
         match (goal, self.led.by(k)) {
             (goal @ Goal::Opaque(_), _) => goal,
-            (_, Some(by)) => Goal::Opaque(format!("{by} leads the robot away from its points")),
-            _ if word.path != PathKind::Joint && turning == Turning::Otherwise => {
-                Goal::Opaque("$ORI_TYPE: the tool does not turn to the orientation of the point".into())
-            }
+            (_, Some(by)) => Goal::opaque(Reason::Led(by)),
+            _ if word.path != PathKind::Joint && turning == Turning::Otherwise => Goal::opaque(Reason::TurnsOtherwise),
             _ if word.path != PathKind::Joint && self.going.holds_part(self.text, tail) => {
-                Goal::Opaque("the robot holds the part (IPO_FRAME #TCP)".into())
+                Goal::opaque(Reason::MovesBase(MovesBase::HoldsPart))
             }
             (goal, None) => goal,
         }
     }
 
     /// Why no point may come before a motion; `has_via`: the point on the way of an arc is known; `copied`: its statement can be.
-    fn closed(&mut self, word: Word, turning: Turning, has_via: bool, copied: bool) -> Option<String> {
+    fn closed(&mut self, word: Word, turning: Turning, has_via: bool, copied: bool) -> Option<script::Reason> {
         let fold = self.inline_fold();
         let in_fold = fold.is_some_and(|f| f.more || f.steps != self.steps.next());
         let reasons = [
-            (word.arc && !has_via, "an arc is given by three points"),
-            (
-                turning == Turning::Wrist && word.path == PathKind::Linear,
-                "$ORI_TYPE #JOINT: the wrist turns axis by axis on its way",
-            ),
-            (word.relative, relative::ITSELF),
-            (self.spline, "it stands in a spline block, whose curve a further point would change"),
-            (std::mem::take(&mut self.trigger), "a TRIGGER before it belongs to this very motion"),
-            (!copied, "its statement cannot be copied"),
-            (in_fold, "its inline form does more than this motion"),
+            (word.arc && !has_via, script::Reason::ThreePoints),
+            (turning == Turning::Wrist && word.path == PathKind::Linear, Reason::WristByAxis.into()),
+            (word.relative, Reason::Relative.into()),
+            (self.spline, Reason::InSpline.into()),
+            (std::mem::take(&mut self.trigger), Reason::Trigger.into()),
+            (!copied, script::Reason::NoCopy),
+            (in_fold, Reason::FormDoesMore.into()),
         ];
-        reasons.into_iter().find(|r| r.0).map(|r| r.1.to_string())
+        reasons.into_iter().find(|r| r.0).map(|r| r.1)
     }
 
     fn inline_fold(&self) -> Option<&Fold> {

@@ -8,9 +8,10 @@ const AT: &str = "LIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\n";
 fn of(src: &str, dat: &str) -> Vec<(String, String)> {
     let dat = format!("DEFDAT a\n{dat}ENDDAT\n");
     let d = doc(&[format!("DEF a()\n{src}END\n").as_bytes(), dat.as_bytes()]);
+    let closed = |m: &Move| m.closed.as_ref().map(ToString::to_string).unwrap_or_default();
     let said = |m: &Move| match &m.goal {
-        Goal::Opaque(why) => (why.clone(), m.closed.clone().unwrap_or_default()),
-        _ => (String::new(), m.closed.clone().unwrap_or_default()),
+        Goal::Opaque(why) => (why.to_string(), closed(m)),
+        _ => (String::new(), closed(m)),
     };
     moves(d.as_ref()).iter().map(|(_, m)| said(m)).collect()
 }

@@ -18,7 +18,7 @@ fn project(src: &str, dat: &str, others: &[(&str, &str)]) -> Box<dyn Document> {
 
 fn why(doc: &dyn Document, i: usize) -> String {
     match &moves(doc)[i].1.goal {
-        Goal::Opaque(why) => why.clone(),
+        Goal::Opaque(why) => why.to_string(),
         other => format!("{other:?}"),
     }
 }
@@ -277,7 +277,7 @@ fn what_a_routine_of_another_file_leaves_behind_holds_after_its_call() {
             project(&format!("DEF prog( )\nBAS(#BASE,1)\nBAS(#TOOL,2)\n{body}END\n"), "DEFDAT prog\nENDDAT\n", others);
         let said = |m: &Move| match &m.goal {
             Goal::Pose(p) => format!("{:?} {:?}", p.frame, p.tool),
-            Goal::Opaque(why) => why.clone(),
+            Goal::Opaque(why) => why.to_string(),
             other => format!("{other:?}"),
         };
         moves(d.as_ref()).iter().map(|(_, m)| said(m)).collect::<Vec<String>>()

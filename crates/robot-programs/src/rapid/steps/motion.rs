@@ -8,13 +8,14 @@ use super::super::arguments::{Arg, Switch, positional};
 use super::super::facts;
 use super::super::lex::Kind;
 use super::super::read::{Item, Span};
+use super::super::reason::Reason;
 use super::super::rules::External;
 use super::super::value::Node;
 use super::super::words::{self, Leads, Motion};
 use super::{Builder, plain};
 use crate::error::Result;
 use crate::rapid::built::{Placed, Site, Written};
-use crate::script::{Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
+use crate::script::{self, Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 
@@ -65,7 +66,7 @@ impl Builder<'_> {
             ..Site::default()
         };
         let synchronised = switch(&args, "id").is_some() || self.synchronised;
-        let mut closed = closed(&motion, alone, calls, synchronised, site.via.is_some()).map(String::from);
+        let mut closed = closed(&motion, alone, calls, synchronised, site.via.is_some());
         let (speed, blend_m) = self.pace(item, &args, &at, &mut site, &mut closed);
         let mut external_axes = Arc::default();
         let goal = self.goal(item, &motion, &args, &at, (&mut site, &mut external_axes))?;
@@ -116,7 +117,7 @@ impl Builder<'_> {
         args: &[Arg],
         at: &Places,
         site: &mut Site,
-        closed: &mut Option<String>,
+        closed: &mut Option<script::Reason>,
     ) -> (Speed, Option<f64>) {
         let time = switch(args, "t").map(|s| s.value.and_then(|v| plain(self.f.text, self.f.p, &v)));
         site.time = time
@@ -125,7 +126,7 @@ impl Builder<'_> {
             .filter(|t| t.0 > 0.0)
             .map(|(s, st, b)| Box::new((b.clone(), *s, *st)));
         if time.is_some() && site.time.is_none() {
-            closed.get_or_insert_with(|| "its time \\T is no plain number, and cannot be shared out".into());
+            closed.get_or_insert_with(|| Reason::TimeComputed.into());
         }
         let speed = match (site.time.as_deref(), switch(args, "v").and_then(|s| s.value)) {
             (Some((_, s, _)), _) => Speed::Seconds(*s),
@@ -158,8 +159,8 @@ impl Builder<'_> {
                 let tool = at.tool.map(|k| args[k].clone());
                 self.pose_goal(&span, tool, switch(args, "wobj"), item, motion.path, into)
             }
-            Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
-            Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
+            Leads::Search => Goal::opaque(Reason::Search),
+            Leads::External => Goal::opaque(Reason::ExternalAlone),
         };
         let led = ["corr", "track", "weave"].into_iter().find(|name| switch(args, name).is_some());
         Ok(self.led_away(goal, led))
@@ -172,23 +173,23 @@ impl Builder<'_> {
         goal: &Goal,
         site: &Site,
         external_axes: Arc<External>,
-        closed: &mut Option<String>,
+        closed: &mut Option<script::Reason>,
     ) -> Option<OtherWay> {
         if self.going.wrist && motion.path != PathKind::Joint {
-            closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());
+            closed.get_or_insert_with(|| Reason::SingArea.into());
         }
         if let Leads::Pose | Leads::Search = motion.leads
             && site.external.is_none()
             && matches!(goal, Goal::Pose(_))
         {
-            closed.get_or_insert_with(|| "its external axes are no plain numbers".into());
+            closed.get_or_insert_with(|| Reason::ExternalComputed.into());
         }
         if motion.path == PathKind::Curve && !matches!(goal, Goal::Pose(_)) {
-            closed.get_or_insert_with(|| "it is an arc".into());
+            closed.get_or_insert_with(|| Reason::Arc.into());
         }
         let carried = self.external_axes_move(goal, external_axes);
         if carried {
-            closed.get_or_insert_with(|| "its external axes move, too".into());
+            closed.get_or_insert_with(|| Reason::ExternalMove.into());
         }
         let arc = motion.path == PathKind::Curve;
         match () {
@@ -208,7 +209,7 @@ impl Builder<'_> {
         motion: &Motion,
         args: &[Arg],
         goal_at: usize,
-        closed: &mut Option<String>,
+        closed: &mut Option<script::Reason>,
     ) -> Goal {
         match goal {
             Goal::Pose(mut pose) if motion.path == PathKind::Curve && goal_at > 0 => {
@@ -217,7 +218,7 @@ impl Builder<'_> {
                 // a point of another orientation may turn the tool on its way
                 let turns = |r: UnitQuaternion<f64>| pose.rotation.is_none_or(|own| own.angle_to(&r) > SAME_TURN_RAD);
                 if via.is_none_or(|v| v.1.is_none_or(turns)) || pose.target.is_none() {
-                    closed.get_or_insert_with(|| "it is an arc".into());
+                    closed.get_or_insert_with(|| Reason::Arc.into());
                 }
                 Goal::Pose(pose)
             }
@@ -226,10 +227,10 @@ impl Builder<'_> {
     }
 
     /// The goal of a motion that something leads off its path: an instruction before it, or its own switch.
-    fn led_away(&self, goal: Goal, switch: Option<&str>) -> Goal {
-        match (&self.going.led, switch) {
-            (Some(by), _) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
-            (None, Some(name)) => Goal::Opaque(format!("a sensor or a pattern leads it off its path (\\{name})")),
+    fn led_away(&self, goal: Goal, switch: Option<&'static str>) -> Goal {
+        match (self.going.led, switch) {
+            (Some(by), _) => Goal::opaque(Reason::Led(by)),
+            (None, Some(name)) => Goal::opaque(Reason::LedBySwitch(name)),
             (None, None) => goal,
         }
     }
@@ -313,15 +314,16 @@ fn named(args: &[Arg], names: &[&str]) -> Option<usize> {
 }
 
 /// Why no point can be added before a motion.
-fn closed(motion: &Motion, alone: bool, calls: bool, synchronised: bool, splittable: bool) -> Option<&'static str> {
-    match motion.path {
-        _ if alone => Some("it is the one statement of an IF"),
-        _ if calls => Some("its arguments call a function that may move the robot"),
-        PathKind::Curve if !splittable => Some("it is an arc"),
-        PathKind::Curve if synchronised => Some("it is synchronised with another robot (\\ID)"),
-        PathKind::Curve => None,
-        _ if !motion.plain => Some("its actions hang on the way to its target"),
-        _ if synchronised => Some("it is synchronised with another robot (\\ID)"),
-        _ => None,
-    }
+fn closed(motion: &Motion, alone: bool, calls: bool, synchronised: bool, splittable: bool) -> Option<script::Reason> {
+    let own = match motion.path {
+        _ if alone => Reason::InIf,
+        _ if calls => return Some(script::Reason::CallInArguments),
+        PathKind::Curve if !splittable => Reason::Arc,
+        PathKind::Curve if synchronised => Reason::Synchronised,
+        PathKind::Curve => return None,
+        _ if !motion.plain => Reason::Actions,
+        _ if synchronised => Reason::Synchronised,
+        _ => return None,
+    };
+    Some(own.into())
 }

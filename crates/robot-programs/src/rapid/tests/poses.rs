@@ -133,7 +133,7 @@ fn a_work_object_that_moves_with_a_belt_or_another_robot_is_at_no_known_place() 
             other => panic!("{other:?}"),
         }
     };
-    let unknown = |unit: &str, body: &str| matches!(frame(unit, body), Frame::Unknown(why) if why.contains("carry") || why.contains("carries"));
+    let unknown = |unit: &str, body: &str| matches!(frame(unit, body), Frame::Unknown(why) if why.to_string().contains("carry") || why.to_string().contains("carries"));
     assert!(unknown("CNV1", "WaitWObj w;\n") && unknown("ROB_2", "") && unknown("STN1", "SyncMoveOn s,all;\n"));
     assert!(unknown("STN1", "WaitSyncTask s,all;\n"));
     assert_eq!(frame("STN1", ""), Frame::Named("w on its mechanical unit".into()));

@@ -25,7 +25,7 @@ fn folder(folder: &str, own: &str, others: &[&str]) -> Box<dyn Document> {
 fn why(doc: &dyn Document, n: usize) -> String {
     let (_, m) = doc.script().moves().nth(n).unwrap();
     match &m.goal {
-        Goal::Opaque(why) => why.clone(),
+        Goal::Opaque(why) => why.to_string(),
         _ => "known".into(),
     }
 }
