@@ -1,13 +1,13 @@
 //! Why a move of a program stays as it is, and why directions are lost at it. Code compares the variants; the words are for readers.
 
-use crate::program::script::{Goal, Move, OtherWay};
+use crate::program::script::{Goal, Move, OtherWay, Reason};
 
 /// Why a move stays as it is, or why directions are lost at it.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Cause {
     /// What the reader or the writer of the program's language says of it.
-    #[error("{0}")]
-    Program(String),
+    #[error(transparent)]
+    Program(Reason),
     /// A comment `lostmotion: off` stands before it.
     #[error("switched off by a comment")]
     SwitchedOff,
@@ -42,7 +42,10 @@ pub enum Cause {
     Cartesian,
     /// The program does not determine frame or tool; what the reader says of it.
     #[error("a Cartesian target whose frame or tool cannot be determined: {0}")]
-    NoPlace(String),
+    NoPlace(Reason),
+    /// A frame on the robot's base, and that is carried by an axis.
+    #[error("a Cartesian target whose frame or tool cannot be determined: the robot's base moves on an external axis")]
+    MovingBase,
     /// An external axis of the robot file has no position here.
     #[error("a Cartesian target at which the position of an external axis is not known")]
     ExternalUnknown,
@@ -67,7 +70,7 @@ pub enum Cause {
     },
     /// The program does not determine the tool that goes straight to joint values; what the reader says of it.
     #[error("a straight move to joint values with a tool that cannot be determined: {0}")]
-    NoTool(String),
+    NoTool(Reason),
     /// Several tools may be in force on a straight way to joint values.
     #[error("a straight move to joint values whose tool is ambiguous")]
     SeveralTools,

@@ -267,7 +267,7 @@ mod tests {
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
     use crate::program::script::pose::Frame;
-    use crate::program::script::{Edit, Few, How, PoseGoal, Solution};
+    use crate::program::script::{Edit, Few, How, PoseGoal, Reason, Solution};
     use nalgebra::UnitQuaternion;
 
     fn pose(turn: f64) -> Goal {
@@ -301,7 +301,7 @@ mod tests {
         assert!(alike(&line, &to(pose(0.1), PathKind::Linear)));
         assert!(!alike(&line, &to(pose(0.2), PathKind::Linear)));
         assert!(!alike(&line, &to(pose(0.1), PathKind::Joint)));
-        assert!(!alike(&line, &to(Goal::Opaque("computed".into()), PathKind::Linear)));
+        assert!(!alike(&line, &to(Goal::Opaque(Reason::NoGoal), PathKind::Linear)));
     }
 
     #[test]

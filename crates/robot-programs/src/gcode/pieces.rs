@@ -133,7 +133,7 @@ impl Writer<'_> {
             let after = (reached.share - 1e-9..=1.0).contains(&p.share);
             if !after || !is_within(&bounds, end.offset, block.noise) {
                 let by = end.offset[0].hypot(end.offset[1]);
-                return Err(self.refused(step, Reason::BesideArc(by)));
+                return Err(self.refused(step, Reason::BesideArc((by * 1e4).round() / 1e4)));
             }
             straight = self.insert_piece(&block, reached, end, &want)?;
             reached = end;

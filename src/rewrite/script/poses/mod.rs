@@ -98,7 +98,7 @@ impl Poses {
     /// What is not known.
     pub fn place(&mut self, goal: &PoseGoal) -> Result<Place, Cause> {
         if let Some(why) = goal.unknown() {
-            return Err(Cause::NoPlace(why.to_string()));
+            return Err(Cause::NoPlace(why.clone()));
         }
         let (mut frames, mut tools) = (Vec::new(), Vec::new());
         // the robot's base in the controller's world
@@ -115,7 +115,7 @@ impl Poses {
             return Err(if named { Cause::NotGiven { frames, tools } } else { Cause::SeveralPlaces });
         };
         if self.on_moving_base(&goal.frame) {
-            return Err(Cause::NoPlace("the robot's base moves on an external axis".into()));
+            return Err(Cause::MovingBase);
         }
         let (posture, by_order) = (self.posture.clone(), self.by_order);
         let frame = if self.world == Isometry3::identity() { frame } else { self.world * frame };
@@ -143,7 +143,7 @@ impl Poses {
     /// What is not known.
     pub fn tool(&mut self, tool: &Frame) -> Result<Arc<Tooled>, Cause> {
         if let Some(why) = tool.unknown() {
-            return Err(Cause::NoTool(why.to_string()));
+            return Err(Cause::NoTool(why.clone()));
         }
         let mut missing = Vec::new();
         let known = &self.frames;

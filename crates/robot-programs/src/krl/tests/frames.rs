@@ -13,6 +13,7 @@ fn said(src: &str) -> Vec<[String; 2]> {
     let d = doc(&[src.as_bytes(), data.as_bytes()]);
     let text = |f: &Frame| match f {
         Frame::Named(name) => name.clone(),
+        Frame::Unknown(why) => why.to_string(),
         other => format!("{other:?}"),
     };
     let of = |m: &Move| match &m.goal {

@@ -276,7 +276,7 @@ fn what_a_routine_of_another_file_leaves_behind_holds_after_its_call() {
         let d =
             project(&format!("DEF prog( )\nBAS(#BASE,1)\nBAS(#TOOL,2)\n{body}END\n"), "DEFDAT prog\nENDDAT\n", others);
         let said = |m: &Move| match &m.goal {
-            Goal::Pose(p) => format!("{:?} {:?}", p.frame, p.tool),
+            Goal::Pose(p) => p.unknown().map_or(format!("{:?} {:?}", p.frame, p.tool), ToString::to_string),
             Goal::Opaque(why) => why.to_string(),
             other => format!("{other:?}"),
         };
