@@ -384,13 +384,14 @@ impl<'a> Reader<'a> {
         let still = self.others_stand(position);
         let further = matches!(goal, Goal::Pose(_)) && !self.robot.places().certain;
         let uncounted = self.uncounted && motion.is_some_and(|m| m.number.is_some());
-        let reasons = [
-            (!still, Reason::OthersMove.into()),
-            (further, Reason::UnclearAxes.into()),
-            (motion.is_none(), script::Reason::NoCopy),
-            (uncounted, Reason::NoLineCount.into()),
-        ];
-        reasons.into_iter().find(|r| r.0).map(|r| r.1)
+        let own = match () {
+            () if !still => Reason::OthersMove,
+            () if further => Reason::UnclearAxes,
+            () if motion.is_none() => return Some(script::Reason::NoCopy),
+            () if uncounted => Reason::NoLineCount,
+            () => return None,
+        };
+        Some(own.into())
     }
 
     /// A motion to a position selects its frame and tool, or the controller stops, or it does not check: where others were selected, none

@@ -3,7 +3,7 @@
 //!
 //! What several languages share stands here, what one language alone says in its own folder (`krl/reason.rs`).
 
-use super::Axes;
+use crate::axes::Axes;
 use crate::{fanuc, gcode, inform, krl, rapid, trajectory, urscript};
 
 /// Why a move stays as it is. At most 24 bytes, as programs have many moves: what a language says of its own is boxed.

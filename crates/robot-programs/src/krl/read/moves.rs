@@ -86,16 +86,18 @@ impl Reader<'_> {
     fn closed(&mut self, word: Word, turning: Turning, has_via: bool, copied: bool) -> Option<script::Reason> {
         let fold = self.inline_fold();
         let in_fold = fold.is_some_and(|f| f.more || f.steps != self.steps.next());
-        let reasons = [
-            (word.arc && !has_via, script::Reason::ThreePoints),
-            (turning == Turning::Wrist && word.path == PathKind::Linear, Reason::WristByAxis.into()),
-            (word.relative, Reason::Relative.into()),
-            (self.spline, Reason::InSpline.into()),
-            (std::mem::take(&mut self.trigger), Reason::Trigger.into()),
-            (!copied, script::Reason::NoCopy),
-            (in_fold, Reason::FormDoesMore.into()),
-        ];
-        reasons.into_iter().find(|r| r.0).map(|r| r.1)
+        let trigger = std::mem::take(&mut self.trigger);
+        let own = match () {
+            () if word.arc && !has_via => return Some(script::Reason::ThreePoints),
+            () if turning == Turning::Wrist && word.path == PathKind::Linear => Reason::WristByAxis,
+            () if word.relative => Reason::Relative,
+            () if self.spline => Reason::InSpline,
+            () if trigger => Reason::Trigger,
+            () if !copied => return Some(script::Reason::NoCopy),
+            () if in_fold => Reason::FormDoesMore,
+            () => return None,
+        };
+        Some(own.into())
     }
 
     fn inline_fold(&self) -> Option<&Fold> {
