@@ -265,7 +265,10 @@ fn new_points_text(text: &mut String, v: &Vendor) {
             "  {} on moves that cannot be split, or that stay as they are: there the step is spread over the whole move{at}",
             counted(v.unplaced.points, "new point"),
         );
-        for (why, lines) in &v.unplaced.why {
+        let mut why: Vec<(String, &[u64])> =
+            v.unplaced.why.iter().map(|(why, at)| (why.to_string(), &at[..])).collect();
+        why.sort();
+        for (why, lines) in why {
             let _ = writeln!(text, "    {why} ({})", lines_text(lines));
         }
     }

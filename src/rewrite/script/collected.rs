@@ -65,8 +65,8 @@ impl Collected {
             let (lost, added) = edits::collect(document, task.robot, run, &emitted, solve, &mut all.edits);
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
-            for (why, lines) in lost.why {
-                all.unplaced.why.entry(why).or_default().extend(lines);
+            for (why, lines) in &lost.why {
+                all.unplaced.because(why, lines);
             }
             all.unplaced.rounded += lost.rounded;
             all.unplaced.differing.extend(lost.differing);

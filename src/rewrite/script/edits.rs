@@ -2,24 +2,23 @@
 
 use super::arcs;
 use super::run::{Role, Run, Vertex};
-use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
+use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Reason, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
-use std::collections::BTreeMap;
 
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;
 
 /// What of the engine's work found no place in the program.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Unplaced {
     /// New points on moves that take none, or that are left as they are: the step is spread over the whole move.
     pub points: u64,
     /// Lines of these moves.
     pub lines: Vec<u64>,
     /// Why a move takes no point, where the format says so, and the lines.
-    pub why: BTreeMap<String, Vec<u64>>,
+    pub why: Vec<(Reason, Vec<u64>)>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,
     /// Steps of loops that would be written otherwise on each pass.
@@ -35,7 +34,15 @@ impl Unplaced {
         if let StepKind::Move(m) = &lost.kind
             && let Some(why) = &m.closed
         {
-            self.why.entry(why.clone()).or_default().push(lost.at.line);
+            self.because(why, &[lost.at.line]);
+        }
+    }
+
+    /// Moves on these lines take no point for this reason.
+    pub fn because(&mut self, why: &Reason, lines: &[u64]) {
+        match self.why.iter_mut().find(|(known, _)| known == why) {
+            Some((_, known)) => known.extend(lines),
+            None => self.why.push((why.clone(), lines.to_vec())),
         }
     }
 }

@@ -161,3 +161,15 @@ pub enum SetsAny {
     #[error("it sets a register of a computed number")]
     NumberComputed,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_put_together_of_their_parts() {
+        let why = Reason::RegisterMayBeSet { register: 3, program: "A.LS".into(), why: SetsAny::Unread };
+        assert_eq!(why.to_string(), "a position register: PR[3] may be set (A.LS: it cannot be read)");
+        assert_eq!(Reason::Selected("user frame").to_string(), "the user frame that is selected");
+    }
+}

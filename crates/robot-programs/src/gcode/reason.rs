@@ -291,3 +291,23 @@ pub enum After {
     #[error("a block that may be switched off")]
     Optional,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_put_together_of_their_parts() {
+        let of = |doubt| Reason::Doubt(doubt).to_string();
+        assert_eq!(of(Doubt::Modes(After::Call)), "modes after a call are not known (G40)");
+        assert_eq!(of(Doubt::CentresMayDiffer(901)), "G90.1 may be on, by which the centres of arcs count otherwise");
+        let stays = Reason::Stays(Elsewhere::Reference(280).into()).to_string();
+        assert_eq!(stays, "a change would stay in all that follows G28 goes to a reference point");
+        let closed = Reason::Closed(Box::new(Reason::ActsOnce('M').into())).to_string();
+        assert_eq!(closed, "no point can be added: a word M in the block acts once");
+        assert_eq!(
+            Reason::BesideArc(0.12).to_string(),
+            "a new point lies 0.1200 mm beside the arc on which it should be"
+        );
+    }
+}

@@ -136,3 +136,19 @@ pub enum Uncertain {
     #[error("job {0} is called and does not stand beside this one")]
     CallsAbsent(Box<str>),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_put_together_of_their_parts() {
+        let why = Reason::VariableUncertain { number: 5, why: Box::new(Uncertain::Named) };
+        let words =
+            "position variable P005: its value may be changed at run time (another job beside this one names it)";
+        assert_eq!(why.to_string(), words);
+        assert_eq!(Reason::Overlaid(["WVON", "SFTON"].into()).to_string(), "WVON and SFTON is on");
+        let other = Reason::NoJointValues { kind: "EC", number: 12 };
+        assert_eq!(other.to_string(), "EC00012 holds no joint values");
+    }
+}

@@ -216,3 +216,21 @@ pub enum Uncertain {
     )]
     GlobalAlone(Where),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_put_together_of_their_parts() {
+        let of = |why| Reason::Uncertain { name: "XP1".into(), why: Box::new(why) }.to_string();
+        let passed = of(Uncertain::Passed { to: "SUB".into(), at: Where::Line(3) });
+        assert_eq!(passed, "XP1: it is passed to SUB, which may change it (line 3)");
+        let alone = "its value is not certain: it is one of all modules (a.dat:2), and no whole project with its $config.dat was found";
+        assert_eq!(Uncertain::GlobalAlone(Where::in_file("a.dat", 1)).to_string(), alone);
+        assert_eq!(Reason::PartMissing(None).to_string(), "a part of its position is not given");
+        let computed = Reason::PartComputed { part: "Z", of: Some("XP1".into()) };
+        assert_eq!(computed.to_string(), "Z of XP1 is an expression");
+        assert_eq!(Reason::from(MovesBase::of_world("$ROBROOT")).to_string(), "$ROBROOT is set");
+    }
+}

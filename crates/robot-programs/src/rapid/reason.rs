@@ -144,3 +144,17 @@ pub enum Elsewhere {
     #[error("{0} sets data by name")]
     ByName(Box<str>),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_put_together_of_their_parts() {
+        let by = Elsewhere::Declares("m1.mod".into());
+        let why = Reason::SetElsewhere { name: "tT".into(), by };
+        assert_eq!(why.to_string(), "`tT` is global and not constant: m1.mod declares it with another value");
+        let led = Reason::LedBySwitch("corr").to_string();
+        assert_eq!(led, "a sensor or a pattern leads it off its path (\\corr)");
+    }
+}
