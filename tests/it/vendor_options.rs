@@ -295,3 +295,30 @@ fn a_joint_value_beyond_any_machine_is_refused_with_its_place() {
         .stderr(contains("far.src:3").and(contains("a position that the joint can have")));
     assert!(!desk.path("out.src").exists());
 }
+
+#[test]
+fn moves_stay_while_a_process_may_be_on_wherever_control_comes_from() {
+    let desk = Desk::new(0.003);
+    let text = |body: &str| {
+        let go = |line: &str| match line.strip_prefix("go ") {
+            Some(a1) => format!("PTP {{A1 {a1},A2 -80,A3 95,A4 20,A5 30,A6 10}}\n"),
+            None => format!("{line}\n"),
+        };
+        body.split('|').map(go).collect::<String>()
+    };
+    let called = "DEF part()|go 0|ARC_ON()|B()|ARC_OFF()|go 0|go 4|go 1|END|DEF B()|go 5|go 10|go 15|go 5|END";
+    let pass = "DEF part()|go 0|LOOP|go 6|go 3|ARC_ON()|go 0|go 4|ENDLOOP|END";
+    let passed_by = "DEF part()|go 0|go 9|ARC_ON()|IF $IN[1] THEN|ARC_OFF()|ENDIF|go 6|go 7|go 0|END";
+    for (body, inside) in [(called, 10..14), (pass, 3..8), (passed_by, 7..10)] {
+        desk.write("part.src", &text(body));
+        desk.run(&format!("{RUN} --force")).success();
+        let free = String::from_utf8(desk.read("out.src")).unwrap();
+        desk.run(&format!("{RUN} --force --exclude-process")).success();
+        let out = String::from_utf8(desk.read("out.src")).unwrap();
+        let written: Vec<&str> = out.lines().collect();
+        let stay: Vec<String> = text(body).lines().map(str::to_string).collect();
+        let stay = &stay[inside];
+        assert!(stay.iter().all(|line| written.contains(&line.as_str())), "{body}: {out}");
+        assert_ne!(out, free, "{body}: all of it stays");
+    }
+}

@@ -6,7 +6,7 @@ use super::rates::Rates;
 use super::run::{Run, Vertex};
 use super::task::{Choices, Task};
 use crate::error::Result;
-use crate::program::script::{At, Document, Edits, Goal, Script, StepEdits, StepKind};
+use crate::program::script::{At, Document, Edits, Goal, Script, StepEdits, StepKind, processes};
 use crate::rewrite::engine::Engine;
 use crate::rewrite::stats::{RewriteStats, UncheckedRates};
 use crate::rewrite::{Options, Origin, OutputPoints, Points};
@@ -85,11 +85,9 @@ impl Collected {
 /// New points that are not wanted go: in processes, and beyond the most that may be added. Returns how many went.
 pub(super) fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
     let (mut gone, mut added) = (0, 0);
-    let mut process = false;
+    let processes = processes::before_each(script);
     for (k, step) in script.steps.iter().enumerate() {
-        if let StepKind::Process(on) = step.kind {
-            process = on;
-        }
+        let process = processes.get(k).copied().unwrap_or(false);
         let Some(edit) = edits.steps.get(k).filter(|e| !e.as_joint_moves && !e.before.is_empty()) else {
             continue;
         };

@@ -107,7 +107,10 @@ impl Reading<'_> {
         let assumed = self.assumed(script);
         // where control branches, the moves do not follow each other in the order of the text
         let branches = |kind: &StepKind| matches!(kind, StepKind::Break(Break::Jump | Break::Loop));
-        if script.moves().all(|(_, m)| plain(m)) && !script.steps.iter().any(|s| branches(&s.kind)) {
+        // and what stands after the call of a routine of the text is reached from the end of that routine
+        let routines = script.steps.iter().filter(|s| matches!(s.kind, StepKind::Break(Break::Start))).count();
+        let in_order = routines < 2 && !script.steps.iter().any(|s| branches(&s.kind));
+        if script.moves().all(|(_, m)| plain(m)) && in_order {
             return self.plain(document.as_ref(), sha256, assumed);
         }
         // the joints of Cartesian targets are those that the rewriter finds

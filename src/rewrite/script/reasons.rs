@@ -3,7 +3,7 @@
 use super::cause::Cause;
 use super::coverage::Coverage;
 use super::task::Choices;
-use crate::program::script::{Edits, Goal, Script, StepKind};
+use crate::program::script::{Edits, Goal, Script, StepKind, processes};
 use std::collections::BTreeMap;
 
 /// Why steps stay as they are.
@@ -45,15 +45,14 @@ impl Reasons {
 
 /// Why each step is left out on request, up to the last one that is.
 pub(super) fn left_out(script: &Script, choices: &Choices) -> Vec<Option<Cause>> {
-    let (mut process, mut off) = (false, false);
+    let mut off = false;
     let mut all = Vec::new();
+    let processes = if choices.exclude_process { processes::before_each(script) } else { Vec::new() };
     for (k, step) in script.steps.iter().enumerate() {
-        match step.kind {
-            StepKind::Process(on) => process = on,
-            StepKind::Pragma(on) => off = !on,
-            _ => {}
+        if let StepKind::Pragma(on) = step.kind {
+            off = !on;
         }
-        let why = match (off, process && choices.exclude_process) {
+        let why = match (off, processes.get(k).copied().unwrap_or(false)) {
             (true, _) => Cause::SwitchedOff,
             (_, true) => Cause::ProcessOn,
             _ => continue,

@@ -172,9 +172,18 @@ impl Reader<'_> {
         let words: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
         match flow::read(&words) {
             Flow::Label(name) if self.quiet.contains(&name) => {}
-            Flow::Label(_) => self.step(k, StepKind::Break(Break::Jump), None),
-            Flow::Jump { always: true, .. } => self.steps.jump(at),
-            Flow::Jump { .. } => {}
+            Flow::Label(name) => {
+                (self.still, self.station) = (None, None);
+                self.steps.label(at, Some(name));
+            }
+            Flow::Jump { label, always } => {
+                if label.is_some() {
+                    self.steps.jumps_to(label);
+                }
+                if always {
+                    self.steps.jump(at);
+                }
+            }
             Flow::Open(kind) => {
                 self.station = None;
                 self.blocks.push(self.still.take());
@@ -208,7 +217,13 @@ impl Reader<'_> {
                     self.step(k, StepKind::Break(Break::Call), None);
                 }
             },
-            Flow::Condition | Flow::Other => return false,
+            Flow::Condition | Flow::Other => {
+                if words.first().is_some_and(|w| w == "JUMP") {
+                    // to a label that a variable names
+                    self.steps.jumps_to(None);
+                }
+                return false;
+            }
         }
         true
     }

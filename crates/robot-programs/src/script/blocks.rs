@@ -345,9 +345,18 @@ impl<S> Steps<S> {
         }
     }
 
+    /// From where control comes to routines; `None`: nothing asks for it, as no process is switched on.
+    fn starts(&self) -> Option<Vec<Join>> {
+        let processes = self.steps.iter().any(|s| matches!(s.kind, StepKind::Process(true)));
+        let call =
+            |k: &usize| matches!(self.steps[*k].kind, StepKind::Break(Break::Call)) && !self.routines.is_call(*k);
+        processes.then(|| self.routines.starts(&(0..self.steps.len()).filter(call).collect::<Vec<_>>()))
+    }
+
     /// Gives the steps that stay to the script; the places of its moves, by step.
     pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
         self.joins.extend(std::mem::take(&mut self.labels).joins());
+        let starts = self.starts();
         self.joins.extend(std::mem::take(&mut self.routines).joins(self.steps.len()));
         // inner blocks close before outer ones
         self.gone.sort_unstable();
@@ -360,9 +369,15 @@ impl<S> Steps<S> {
         }
         let rounds = self.rounds.iter().map(|r| Round { open: moved(r.open), close: moved(r.close), ..*r });
         script.rounds = rounds.collect();
-        let joins = self.joins.iter().filter(|j| stays(&j.at));
-        script.joins =
-            joins.map(|j| Join { at: moved(j.at), from: j.from.iter().map(|k| moved(*k)).collect() }).collect();
+        let renumbered = |joins: &[Join]| -> Vec<Join> {
+            let joins = joins.iter().filter(|j| stays(&j.at));
+            joins.map(|j| Join { at: moved(j.at), from: j.from.iter().map(|k| moved(*k)).collect() }).collect()
+        };
+        script.joins = renumbered(&self.joins);
+        if let Some(starts) = starts {
+            script.ways = script.joins.iter().cloned().chain(renumbered(&starts)).collect();
+            script.ways.sort_by_key(|j| j.at);
+        }
         if !gone.is_empty() {
             let mut k = 0..;
             self.steps.retain(|_| k.next().is_some_and(|k| stays(&k)));

@@ -9,7 +9,7 @@
 //! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
 //! [`reason`] why a move stays as it is;
 //! [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of languages with
-//! statements share; [`held`] what may be on where control comes from several places; [`kept`] ends of moves that stay; [`cursor`] how
+//! statements share; [`held`] what may be on where control comes from several places, [`processes`] where a process may be; [`kept`] ends of moves that stay; [`cursor`] how
 //! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps, `by_steps` values of some of them; `joins` and `routines` from where control comes to
 //! them;
 //! [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
@@ -51,6 +51,7 @@ pub mod lex;
 pub mod number;
 pub mod patches;
 pub mod pose;
+pub mod processes;
 pub mod reason;
 mod routines;
 pub mod sites;
@@ -176,6 +177,9 @@ pub struct Script {
     pub rounds: Vec<Round>,
     /// Breaks of which it is known from where alone control comes there, ascending.
     pub joins: Vec<Join>,
+    /// The same as the text has them, ascending, each from the places that lead to it at once, and the starts of routines from the calls
+    /// of them that the text holds; only where the program has processes.
+    pub ways: Vec<Join>,
     /// Lines whose calls may move the robot, and the names that would have to move nothing for these calls to move nothing: none of them is
     /// among the files. Lines of other calls that may move are not here.
     pub unknown_calls: BTreeMap<At, BTreeSet<String>>,

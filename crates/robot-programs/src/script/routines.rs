@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct Routines {
     /// Those of each name.
     names: BTreeMap<String, BTreeSet<usize>>,
+    /// Where the text of each begins.
+    begins: BTreeMap<usize, usize>,
     /// The places at which each is left, back to what called it.
     ends: BTreeMap<usize, Vec<usize>>,
     /// Breaks of calls, and what they call.
@@ -28,6 +30,7 @@ impl Routines {
     pub(super) fn start(&mut self, id: usize, name: String, at: usize) {
         self.returns(at);
         self.names.entry(name).or_default().insert(id);
+        self.begins.entry(id).or_insert(at);
         (self.current, self.dead) = (Some(id), false);
     }
 
@@ -51,6 +54,22 @@ impl Routines {
     /// The break at a step is the call of a routine, and of nothing else that moves.
     pub(super) fn called(&mut self, at: usize, name: String) {
         self.calls.push((at, name));
+    }
+
+    /// From which calls control comes to the start of each routine. `others`: calls of something else; none: of that it is not known.
+    pub(super) fn starts(&self, others: &[usize]) -> Vec<Join> {
+        let of = |(name, ids): (&String, &BTreeSet<usize>)| {
+            let from: Vec<usize> = self.calls.iter().filter(|c| c.1 == *name).map(|c| c.0).collect();
+            let from: Vec<usize> = from.into_iter().chain(others.iter().copied()).collect();
+            let begins: Vec<usize> = ids.iter().filter_map(|id| self.begins.get(id)).copied().collect();
+            begins.into_iter().map(move |at| Join { at, from: from.clone() })
+        };
+        if self.unknown { Vec::new() } else { self.names.iter().flat_map(of).collect() }
+    }
+
+    /// Whether a break is the call of a routine of the file.
+    pub(super) fn is_call(&self, at: usize) -> bool {
+        self.calls.binary_search_by_key(&at, |c| c.0).is_ok()
     }
 
     /// From where control comes to what stands after calls; `end`: the step after the last.

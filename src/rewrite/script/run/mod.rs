@@ -334,6 +334,10 @@ impl Cutter<'_> {
 
     fn dwell(&mut self, seconds: Option<f64>) {
         let again = self.again;
+        // before the first movement: the side from which that comes is the side of the first point, too
+        if self.run.vertices.len() == 1 {
+            return;
+        }
         let Some(last) = self.run.vertices.last() else { return };
         let hold = Vertex {
             again,
