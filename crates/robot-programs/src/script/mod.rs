@@ -51,6 +51,7 @@ pub mod lex;
 pub mod number;
 pub mod patches;
 pub mod pose;
+pub mod reach;
 pub mod reason;
 mod routines;
 pub mod sites;
