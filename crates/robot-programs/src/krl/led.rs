@@ -2,11 +2,11 @@
 //! (`$JOINT_OFFSET[1]=0.2`), a function generator (`$TECH[1].MODE=#CYCLE`), which weaves.
 //!
 //! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What is on at the end of a routine may hold in
-//! all of them, from their start; what it ends without having begun it, too.
+//! all of them, from their start; what it ends without having begun it, too. What is on where a routine of the program is called is on in it.
 
 use super::calls::calls;
 use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper};
-use super::statement::{is_label, is_routine};
+use super::statement::{is_label, is_routine, routine_name};
 use crate::script::Text;
 use crate::script::held::{self, Effects, Event};
 
@@ -26,6 +26,9 @@ impl Led {
             return Self::default();
         }
         let mut routines: Vec<Vec<Event>> = vec![Vec::new()];
+        let mut names = vec![String::new()];
+        // those that interrupts call, at any place
+        let mut striking: Vec<String> = Vec::new();
         // where the events of each line begin in its routine
         let mut first: Vec<(usize, usize)> = Vec::new();
         let mut line = Vec::new();
@@ -35,18 +38,41 @@ impl Led {
             let word = line.first().map(|t| upper(text, t)).unwrap_or_default();
             if is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default()) {
                 routines.push(Vec::new());
+                names.push(routine_name(text, &line));
+            }
+            if line.iter().take(2).any(|t| in_upper(text, t) == "INTERRUPT") {
+                striking.extend(calls(text, &line));
             }
             let routine = routines.len() - 1;
             first.push((routine, routines[routine].len()));
             events(text, &line, &word, &mut routines[routine]);
         }
-        let left = |start: u32| {
-            let of = |r: &Vec<Event>| held::before_each(r, start | held::from_before(r), called);
-            routines.iter().map(of).collect::<Vec<Vec<u32>>>()
+        let left = |starts: &[u32]| {
+            let of = |(r, start): (&Vec<Event>, &u32)| held::before_each(r, start | held::from_before(r), called);
+            routines.iter().zip(starts).map(of).collect::<Vec<Vec<u32>>>()
         };
+        let first_states = left(&vec![0; routines.len()]);
         // what is on at the end of one may be on in all
-        let after = left(0).iter().filter_map(|states| states.last()).fold(0, |all, s| all | s);
-        let states = left(after);
+        let after = first_states.iter().filter_map(|states| states.last()).fold(0, |all, s| all | s);
+        let ever = first_states.iter().flatten().fold(after, |all, s| all | s);
+        let mut starts: Vec<u32> =
+            names.iter().map(|name| if striking.contains(name) { ever } else { after }).collect();
+        let mut states = left(&starts);
+        // what is on where a routine is called is on in it
+        loop {
+            let before = starts.clone();
+            for (events, states) in routines.iter().zip(&states) {
+                for (event, state) in events.iter().zip(states) {
+                    let Event::Call(called) = event else { continue };
+                    let own = starts.iter_mut().zip(&names).filter(|(_, name)| *name == called);
+                    own.for_each(|(start, _)| *start |= state);
+                }
+            }
+            if starts == before {
+                break;
+            }
+            states = left(&starts);
+        }
         Self(first.into_iter().map(|(routine, at)| states[routine].get(at).copied().unwrap_or_default()).collect())
     }
 

@@ -31,11 +31,6 @@ impl Lists {
         }
     }
 
-    /// Whether the text sets none.
-    pub fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// The frame of a list by its number, as the text has set it.
     pub fn of(&self, list: usize, frame: Frame) -> Frame {
         let Frame::Named(name) = &frame else { return frame };

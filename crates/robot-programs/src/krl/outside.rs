@@ -22,16 +22,40 @@ use std::ops::Range;
 /// What the routines do that the program calls, itself or by others.
 #[derive(Default)]
 pub(super) struct Outside {
-    /// One of them sets `$BASE`, `$TOOL`.
-    pub(super) frames: [bool; 2],
     pub(super) turning: Turning,
-    /// A variable that they set and that makes any base mean something else.
-    pub(super) carried: Option<MovesBase>,
-    pub(super) moved: Option<MovesBase>,
+    /// What each of them sets, itself or by others.
+    pub(super) sets: BTreeMap<String, Sets>,
     /// Elements of `BASE_DATA` and `TOOL_DATA` that they set.
     pub(super) lists: Lists,
     /// What each of them switches on and off.
     pub(super) events: Vec<(String, Vec<Event>)>,
+}
+
+/// What a routine sets.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Sets {
+    /// `$BASE`, `$TOOL`.
+    pub(super) frames: [bool; 2],
+    /// A variable that makes any base mean something else.
+    pub(super) carried: Option<MovesBase>,
+    pub(super) moved: Option<MovesBase>,
+    /// Other variables.
+    pub(super) assigned: BTreeSet<String>,
+    calls: BTreeSet<String>,
+}
+
+impl Sets {
+    /// Whether it sets nothing that a frame may depend on.
+    pub(super) fn is_empty(&self) -> bool {
+        self.frames == [false; 2] && self.carried.is_none() && self.moved.is_none()
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.frames.iter_mut().zip(other.frames).for_each(|(own, other)| *own |= other);
+        (self.carried, self.moved) = (self.carried.or(other.carried), self.moved.or(other.moved));
+        self.assigned.extend(other.assigned.iter().cloned());
+        self.calls.extend(other.calls.iter().cloned());
+    }
 }
 
 /// Names of the routines of a text, and their lines.
@@ -89,12 +113,36 @@ impl Outside {
                 open.extend(called(text, lines.clone(), &known));
             }
         }
+        outside.close();
         outside
+    }
+
+    /// What a routine of another file sets that the program calls.
+    pub(super) fn sets_of(&self, name: &str) -> Sets {
+        self.sets.get(name).cloned().unwrap_or_default()
+    }
+
+    /// What a routine calls sets what it sets.
+    fn close(&mut self) {
+        loop {
+            let mut next = self.sets.clone();
+            for sets in next.values_mut() {
+                for called in sets.calls.clone() {
+                    if let Some(by) = self.sets.get(&called) {
+                        sets.add(by);
+                    }
+                }
+            }
+            if next == self.sets {
+                return;
+            }
+            self.sets = next;
+        }
     }
 
     /// Adds what a routine does.
     fn routine(&mut self, name: &str, text: &Text, lines: Range<usize>, going: &Going) {
-        let (mut line, mut events) = (Vec::new(), Vec::new());
+        let (mut line, mut events, mut sets) = (Vec::new(), Vec::new(), Sets::default());
         for k in lines {
             tokens(text, k, &mut line);
             line.retain(|t| t.kind != Kind::Comment);
@@ -102,15 +150,20 @@ impl Outside {
             let word = upper(text, first);
             led::events(text, &line, &word, &mut events);
             self.turning = self.turning.max(going.turning(text, &line, &word).unwrap_or_default());
-            self.setting(text, &line, &word);
+            self.setting(text, &line, &word, &mut sets);
+            if !word.starts_with('$') && assignment(&line).is_some() {
+                sets.assigned.insert(word);
+            }
+            sets.calls.extend(calls(text, &line));
         }
+        self.sets.entry(name.to_string()).or_default().add(&sets);
         self.events.push((name.to_string(), events));
     }
 
     /// A statement that sets frames, or what they mean.
     ///
     /// `setting = "BAS" "(" "#" command ... | variable ["[" number "]" | "." field] "=" ...`
-    fn setting(&mut self, text: &Text, line: &[Token], word: &str) {
+    fn setting(&mut self, text: &Text, line: &[Token], word: &str, sets: &mut Sets) {
         let is_set = || assignment(line).is_some();
         let frames = match word {
             "BAS" => match line.get(3).map(|t| upper(text, t)).as_deref() {
@@ -124,11 +177,11 @@ impl Outside {
             "FDAT_ACT" => [is_set(); 2],
             "$IPO_MODE" if is_set() => {
                 let back = line.last().is_some_and(|t| upper(text, t) == "BASE");
-                self.carried = self.carried.or_else(|| (!back).then_some(MovesBase::IpoMode));
+                sets.carried = sets.carried.or_else(|| (!back).then_some(MovesBase::IpoMode));
                 return;
             }
             "$WORLD" | "$ROBROOT" if is_set() => {
-                self.moved = Some(MovesBase::of_world(word));
+                sets.moved = Some(MovesBase::of_world(word));
                 return;
             }
             _ => {
@@ -142,7 +195,7 @@ impl Outside {
                 return;
             }
         };
-        self.frames.iter_mut().zip(frames).for_each(|(all, own)| *all |= own);
+        sets.frames.iter_mut().zip(frames).for_each(|(all, own)| *all |= own);
     }
 }
 

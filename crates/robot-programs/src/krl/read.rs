@@ -1,13 +1,15 @@
 //! A program's text into its script, line by line.
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
-//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`alike`]: motions that differ in their axis values alone, read once.
+//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`alike`]: motions that differ in their axis values alone, read once.
 
 mod ahead;
 mod alike;
 mod flow;
 mod goals;
+mod in_force;
 mod moves;
+mod versions;
 
 use super::calls::arc;
 use super::data::Data;
@@ -39,6 +41,7 @@ use crate::script::{self, At, Break, Goal, Note, Script, Solution, Step, StepKin
 use ahead::{Ahead, by_a_routine, changed_frame_data, reads_place, steers_arcs};
 use alike::Alike;
 use flow::Block;
+use in_force::Force;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -154,6 +157,8 @@ struct Reader<'a> {
     data: &'a Data,
     /// What holds where control comes from elsewhere.
     ahead: Ahead,
+    /// Which base and tool may be in force after each line.
+    force: Force,
     axes: &'a [(String, JointKind)],
     names: Vec<String>,
     steps: Steps<Site>,
@@ -192,8 +197,8 @@ struct Reader<'a> {
     /// Frames that a motion sets for itself, and a spline block for its motions: base and tool.
     with: [Option<Frame>; 2],
     of_block: [Option<Frame>; 2],
-    /// In the first routine: base and tool may be others than at its start.
-    frames_set: bool,
+    /// Statements that have set anything that holds for the motions after them.
+    settings_made: usize,
     /// The factor of a product whose numbers are edited, of the goal that was read last.
     point: Option<Range<usize>>,
 }
@@ -202,8 +207,11 @@ impl<'a> Reader<'a> {
     fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)], declared: &NoMotion) -> Self {
         let going = Going::of(texts);
         let outside = Outside::of(texts, &going);
+        let ahead = Ahead::of(&texts[0], data, &going, &outside);
+        let still = Still::of(texts, declared);
         Self {
-            ahead: Ahead::of(&texts[0], data, &going, &outside),
+            force: Force::of(&texts[0], data, &going, &outside, &still, &ahead.lists),
+            ahead,
             texts,
             text: &texts[0],
             data,
@@ -213,7 +221,7 @@ impl<'a> Reader<'a> {
             others: Vec::new(),
             blocks: Vec::new(),
             stands: None,
-            still: Still::of(texts, declared),
+            still,
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),
             targets: Targets::of_text(&texts[0]),
@@ -235,7 +243,7 @@ impl<'a> Reader<'a> {
             jumps: false,
             with: [None, None],
             of_block: [None, None],
-            frames_set: false,
+            settings_made: 0,
             point: None,
         }
     }
@@ -301,8 +309,12 @@ impl<'a> Reader<'a> {
             fold.more = fold.more || !form::setting(self.text, line);
         }
         self.other_statement(k, line, &word, &second);
+        if self.force.changes_frames(k) {
+            self.stop(k, Break::Frame);
+        }
         if let Some(turning) = self.going.turning(self.text, line, &word) {
             self.set.turns(turning, &*word == "LDAT_ACT");
+            self.settings_made += 1;
         }
         Ok(())
     }
@@ -314,7 +326,7 @@ impl<'a> Reader<'a> {
         if is_routine(word, second) {
             self.routine += 1;
             (self.spline, self.trigger) = (false, false);
-            (self.of_block, self.frames_set) = ([None, None], false);
+            self.of_block = [None, None];
             self.folds.clear();
             self.blocks.clear();
             self.steps.start();
@@ -354,7 +366,8 @@ impl<'a> Reader<'a> {
             "BAS" => {
                 self.stands = None;
                 self.set.bas(self.text, line);
-                self.frames_set |= self.set.base.is_some() || self.set.tool.is_some();
+                self.settings_made += 1;
+                self.frames_by_name(k);
             }
             "ARC_ON" | "ARCON" | "ARC_STRT" => self.push(k, StepKind::Process(true)),
             "ARC_OFF" | "ARCOFF" | "ARCOF" => self.push(k, StepKind::Process(false)),
@@ -367,10 +380,21 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// What a line sets that is computed has the name that tells it from others of the same words.
+    fn frames_by_name(&mut self, k: usize) {
+        let (force, set) = (&self.force, &mut self.set);
+        for (list, frame) in [&mut set.base, &mut set.tool].into_iter().enumerate() {
+            if let Some(own) = frame.take() {
+                *frame = Some(force.named(list, k, own));
+            }
+        }
+    }
+
     /// A routine to which `$BASE` or `$TOOL` itself is passed may set it.
     fn passed(&mut self, k: usize) {
         let set = |list: usize| self.ahead.passed[list].contains(&(k as u64 + 1)).then(|| by_a_routine(list));
         let [base, tool] = [set(0), set(1)];
+        self.settings_made += usize::from(base.is_some() || tool.is_some());
         self.set.base = base.or(self.set.base.take());
         self.set.tool = tool.or(self.set.tool.take());
     }
@@ -394,9 +418,17 @@ impl<'a> Reader<'a> {
             self.stands = None;
         }
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
-        self.frames_set |= self.set.base.is_some() || self.set.tool.is_some();
+        self.settings_made += usize::from(is_setting(word));
+        self.frames_by_name(k);
         if word == "FDAT_ACT" && self.going.holds_part(self.text, &line[1..]) {
             self.set.carried = Some(MovesBase::HoldsPart);
         }
     }
+}
+
+/// Whether an assignment to this variable holds for the motions after it: it sets speeds, approximation, frames, or how the tool turns.
+fn is_setting(word: &str) -> bool {
+    const OTHERS: [&str; 5] = ["FDAT_ACT", "LDAT_ACT", "PDAT_ACT", "BASE_DATA", "TOOL_DATA"];
+    const STARTS: [&str; 8] = ["$VEL", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "$WORLD", "$ROBROOT", "$ORI_TYPE"];
+    OTHERS.contains(&word) || STARTS.iter().any(|start| word.starts_with(start))
 }

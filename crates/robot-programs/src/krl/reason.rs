@@ -110,6 +110,9 @@ pub enum Reason {
     /// What `WITH` makes a frame cannot be read: `$BASE`, `$TOOL`.
     #[error("WITH {0}")]
     With(&'static str),
+    /// What a frame was made of may be one of several.
+    #[error("a base or tool of which it is not certain what was assigned last")]
+    FrameUncertain,
     /// No base means what it did.
     #[error(transparent)]
     MovesBase(#[from] MovesBase),

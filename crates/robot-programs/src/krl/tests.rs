@@ -1,6 +1,7 @@
 mod folds;
 mod frames;
 mod going;
+mod in_force;
 mod limits;
 mod points;
 mod project;

@@ -52,6 +52,7 @@ pub mod number;
 pub mod patches;
 pub mod pose;
 pub mod processes;
+pub mod reach;
 pub mod reason;
 mod routines;
 pub mod sites;

@@ -1,15 +1,19 @@
 //! Targets of URScript moves: joint values, poses with their TCP, or why neither can be determined.
 
 use super::arguments::arguments;
+use super::in_force::{InForce, called_twice, may_differ};
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Span};
 use super::reason::Reason;
 use super::steps::{Builder, Literal, Owner};
 use super::value;
+use super::words;
 use crate::error::{Result, one_line};
 use crate::script::pose::Frame;
+use crate::script::reach::FIRST;
 use crate::script::{self, At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 fn isometry([x, y, z, rx, ry, rz]: [f64; 6]) -> Isometry3<f64> {
@@ -36,31 +40,49 @@ fn alike(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
 }
 
 impl Builder<'_> {
-    /// Token of the first `set_tcp`, and every TCP that one sets; one that is computed is asked for by what computes it.
+    /// The TCPs that the file sets, into `tcps`, and where they and what leads the robot may be in force. One that is computed is asked for
+    /// by what computes it, and by its line where the same words may give another one.
     ///
     /// `tool = "set_tcp" "(" (pose | name | expression) ["," ...] ")"`
-    pub fn find_tools(&self) -> Option<(usize, Vec<Frame>)> {
+    pub fn find_in_force(&mut self) -> Option<InForce> {
         let p = self.p;
-        let mut found: Option<(usize, Vec<Frame>)> = None;
-        for i in (0..p.tokens.len()).filter(|&i| p.words.at(i) == "set_tcp") {
-            let item = p.items.iter().find(|item| item.span.contains(&i));
-            let args = arguments(p, i + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
-            let pose = item.zip(args.first()).and_then(|(item, a)| self.pose(&a.span, item));
-            let tool = match (pose, args.first()) {
-                (Some((pose, _)), _) => Frame::Given(isometry(pose)),
-                (None, Some(a)) => Frame::Named(format!("set_tcp {}", self.shown(&a.span))),
-                (None, None) => Frame::unclear(Reason::TcpComputed),
+        let mut atoms: HashMap<usize, u32> = HashMap::new();
+        let (mut asked, twice) = (HashSet::new(), called_twice(p));
+        for (k, item) in p.items.iter().enumerate() {
+            let Some(at) = item.span.clone().find(|i| p.words.at(*i) == "set_tcp") else { continue };
+            let args = arguments(p, at + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
+            let tool = match args.first().map(|a| (self.pose(&a.span, item), a)) {
+                Some((Some((pose, _)), _)) => Frame::Given(isometry(pose)),
+                Some((None, a)) => self.asked_tcp(&a.span, item, &twice, &mut asked),
+                None => Frame::unclear(Reason::TcpComputed),
             };
-            let (_, all) = found.get_or_insert_with(|| (i, Vec::new()));
             let same = |other: &Frame| match (other, &tool) {
                 (Frame::Given(a), Frame::Given(b)) => alike(a, b),
                 (a, b) => a == b,
             };
-            if !all.iter().any(same) {
-                all.push(tool);
-            }
+            let known = self.tcps.iter().position(same).unwrap_or_else(|| {
+                self.tcps.push(tool.clone());
+                self.tcps.len() - 1
+            });
+            atoms.insert(k, FIRST + known as u32);
         }
-        found
+        let leads = p.items.iter().flat_map(|item| p.called(item)).any(|name| words::leads(name).is_some());
+        (leads || !atoms.is_empty()).then(|| InForce::of(self.text, p, self.entry_def, &|k| atoms.get(&k).copied()))
+    }
+
+    /// A TCP that is computed.
+    fn asked_tcp(&self, value: &Span, item: &Item, twice: &HashSet<&str>, asked: &mut HashSet<String>) -> Frame {
+        let name = format!("set_tcp {}", self.shown(value));
+        if !may_differ(self.p, item.def, value.clone()) {
+            return Frame::Named(name);
+        }
+        if item.def.and_then(|def| self.p.defs.get(def)).is_some_and(|(name, _)| twice.contains(name.as_str())) {
+            return Frame::unclear(Reason::TcpDiffers);
+        }
+        match asked.insert(name.clone()) {
+            true => Frame::Named(name),
+            false => Frame::Named(format!("{name} (line {})", self.line(value.start))),
+        }
     }
 
     /// An expression as it is written.
@@ -127,24 +149,25 @@ impl Builder<'_> {
         found.0.into_iter().map(|v| v.map(|v| v.si)).collect::<Option<Vec<f64>>>().map(Solution::Near)
     }
 
-    /// The TCP in force at a token. What no line sets has the controller's name: the TCP of the installation.
-    pub fn tcp(&self, token: usize) -> Frame {
-        match &self.tools {
-            Some((first, tools)) if *first < token => match tools.as_slice() {
-                [one] => one.clone(),
-                several => Frame::Any(several.to_vec()),
-            },
-            // a function that stands above may run after it
-            Some((first, tools)) if self.tools_def != self.def => {
-                Frame::Any(std::iter::once(Frame::Named("tcp".into())).chain(tools.iter().cloned()).collect())
-            }
-            _ => Frame::Named("tcp".into()),
+    /// The TCP in force at the item at hand. What no line sets has the controller's name: the TCP of the installation.
+    pub fn tcp(&self) -> Frame {
+        let installed = || Frame::Named("tcp".into());
+        let Some(in_force) = &self.in_force else { return installed() };
+        let of = |atom: u32| {
+            let set = atom.checked_sub(FIRST).and_then(|k| self.tcps.get(k as usize));
+            set.cloned().unwrap_or_else(installed)
+        };
+        let mut all: Vec<Frame> = in_force.tcps(self.def, self.place).map(of).collect();
+        match all.len() {
+            0 => installed(),
+            1 => all.remove(0),
+            _ => Frame::Any(all),
         }
     }
 
-    fn pose_goal(&mut self, found: Found, span: &Span, item: &Item) -> Goal {
+    fn pose_goal(&mut self, found: Found, item: &Item) -> Goal {
         let Found { numbers, place, inner, shift } = found;
-        let tool = self.tcp(span.start);
+        let tool = self.tcp();
         // what a waypoint was taught with is nothing that the controller looks at
         let solution = self.taught(&inner, item).unwrap_or_default();
         let target = self.pose_target(place, &inner, item);
@@ -205,7 +228,7 @@ impl Builder<'_> {
 
     pub fn pose_or_opaque(&mut self, span: &Span, item: &Item) -> Goal {
         match self.displaced(span, item) {
-            Some(found) => self.pose_goal(found, span, item),
+            Some(found) => self.pose_goal(found, item),
             None => Goal::Opaque(self.assigned(span, item).err().unwrap_or_else(|| Reason::NoPose.into())),
         }
     }
@@ -241,10 +264,10 @@ impl Builder<'_> {
         let args = arguments(self.p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
         let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
         let pose = first.as_ref().and_then(|s| self.displaced(s, item));
-        let (Some(pose), Some(first)) = (pose, first) else {
+        let Some(pose) = pose else {
             return Goal::opaque(Reason::InverseKinematics);
         };
-        let mut goal = self.pose_goal(pose, &first, item);
+        let mut goal = self.pose_goal(pose, item);
         if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
             match self.near(&near.span, item) {
                 Some(solution) => {
@@ -261,7 +284,7 @@ impl Builder<'_> {
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text, robot) = (self.p, self.text, self.robot);
         if let Some(found) = self.displaced(span, item) {
-            return Ok(self.pose_goal(found, span, item));
+            return Ok(self.pose_goal(found, item));
         }
         if p.words.at(span.start) == "get_inverse_kin" && span.len() > 3 {
             return Ok(self.inverse_goal(span, item));

@@ -38,6 +38,7 @@
 
 mod arguments;
 mod goals;
+mod in_force;
 mod lex;
 mod moves;
 mod read;

@@ -50,7 +50,7 @@ impl Builder<'_> {
             }
         }
         let straight = motion.path == PathKind::Linear && matches!(goal, Goal::Joints(_));
-        let tool = straight.then(|| Box::new(self.tcp(token)));
+        let tool = straight.then(|| Box::new(self.tcp()));
         let how = How { path: motion.path, closed, speed, blend_m, tool, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, site);

@@ -83,4 +83,7 @@ pub enum Reason {
     /// The pose of the tool on the flange.
     #[error("a TCP that is computed")]
     TcpComputed,
+    /// Its function is called more than once, and sets it by what may be another value each time.
+    #[error("a TCP that may be another one each time its function is called")]
+    TcpDiffers,
 }

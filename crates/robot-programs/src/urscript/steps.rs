@@ -3,6 +3,7 @@
 mod alike;
 
 use super::arguments::{arguments, call, goal_name};
+use super::in_force::InForce;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::reason::Reason;
 use super::value;
@@ -76,16 +77,15 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         text: &text,
         p: &p,
         robot,
-        tools: None,
-        tools_def: None,
+        tcps: Vec::new(),
+        in_force: None,
+        place: 0,
         steps: Steps::of_text(&text),
         targets: Targets::of_text(&text),
         literals: Vec::with_capacity(text.likely_steps()),
         notes: Vec::new(),
         known: HashMap::new(),
         led: None,
-        led_before: Vec::new(),
-        led_by: led_by(&p),
         entry_def: entry_def(&p, &moving),
         moving,
         needs,
@@ -94,11 +94,10 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         last_start: None,
         inner: None,
     };
-    b.tools = b.find_tools();
-    let first = b.tools.as_ref().map(|t| t.0);
-    b.tools_def = first.and_then(|first| p.items.iter().find(|item| item.span.contains(&first))).and_then(|i| i.def);
+    b.in_force = b.find_in_force();
     let mut passed = p.passed.iter().peekable();
-    for item in &p.items {
+    for (place, item) in p.items.iter().enumerate() {
+        b.place = place;
         b.item(item)?;
         if let Some(lines) = passed.next_if(|lines| lines.token == item.span.end + 1)
             && b.again(item, lines).is_none()
@@ -156,23 +155,22 @@ pub struct Builder<'a> {
     moving: HashMap<String, bool>,
     needs: Needs,
     named_calls: NamedCalls,
-    pub tools: Option<(usize, Vec<Frame>)>,
-    /// The function in which the first of them is set.
-    pub tools_def: Option<usize>,
+    /// The TCPs that the file sets.
+    pub tcps: Vec<Frame>,
+    /// Which of them may be in force, and what leads the robot; `None`: it sets none, and nothing does.
+    pub in_force: Option<InForce>,
+    /// The item at hand.
+    pub place: usize,
     pub steps: Steps<Site>,
     pub targets: Targets,
     pub literals: Vec<Literal>,
     notes: Vec<Note>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
-    /// Function that was called last in the text and by which something else moves the robot beside its targets.
+    /// Function by which something else may move the robot beside its targets.
     pub led: Option<&'static str>,
-    /// The same before each open block, or at the end of one of its branches: a block may be passed by.
-    led_before: Vec<Option<&'static str>>,
-    /// What of that is on at the end of each function of the file.
-    led_by: HashMap<String, Option<&'static str>>,
     /// The function with which the program starts; `None`: none.
-    entry_def: Option<usize>,
+    pub entry_def: Option<usize>,
     /// The function of the item at hand.
     pub def: Option<usize>,
     /// The step at which the last function started or ended.
@@ -203,27 +201,6 @@ fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
         parent.is_none() && !called.contains(name.as_str()) && !thread(k) && acts(name)
     };
     p.defs.iter().enumerate().find(|d| may(*d)).map(|d| d.0)
-}
-
-/// Functions that begin or end to lead the robot away from its targets, also by calling others, and which of both.
-fn led_by(p: &Parsed) -> HashMap<String, Option<&'static str>> {
-    let mut found: HashMap<String, Option<&'static str>> = HashMap::new();
-    // as often as there are functions, a call may lead on to another
-    for _ in 0..=p.defs.len() {
-        let before = found.clone();
-        for item in &p.items {
-            let Some((name, _)) = item.def.and_then(|d| p.defs.get(d)) else { continue };
-            for called in p.called(item).filter(|c| *c != name.as_str()) {
-                if let Some(led) = words::leads(called).or_else(|| found.get(called).copied()) {
-                    found.insert(name.clone(), led);
-                }
-            }
-        }
-        if found == before {
-            break;
-        }
-    }
-    found
 }
 
 impl Builder<'_> {
@@ -276,6 +253,7 @@ impl Builder<'_> {
             self.steps.pragmas(self.text, &self.p.comments, t.start());
         }
         self.def = item.def;
+        self.led = self.in_force.as_ref().and_then(|f| f.led(self.def, self.place));
         if let Some((motion, args, span)) = call(self.p, item) {
             return self.motion(item, &motion, &args, span);
         }
@@ -288,25 +266,10 @@ impl Builder<'_> {
             self.notes.extend(thread.map(|name| strikes(self.at(token), &name)));
         }
         let name = self.p.words.at(token);
-        let led = self.led;
-        for called in self.p.called(item) {
-            self.led = words::leads(called).or_else(|| self.led_by.get(called).copied()).unwrap_or(self.led);
-        }
         if name == "set_tcp" {
             self.push(token, StepKind::Break(Break::Frame));
         } else {
             self.calls(item);
-        }
-        match item.kind {
-            ItemKind::Start => self.led_before.clear(),
-            ItemKind::Branch | ItemKind::Loop => self.led_before.push(led),
-            ItemKind::Middle => {
-                if let Some(before) = self.led_before.last_mut() {
-                    *before = before.or(self.led);
-                }
-            }
-            ItemKind::EndBranch | ItemKind::EndLoop => self.led = self.led.or(self.led_before.pop().flatten()),
-            _ => {}
         }
         match item.kind {
             ItemKind::Start => {

@@ -1,9 +1,9 @@
 //! Blocks, jumps and calls of a program as it is read: where steps break, and which settings hold after them.
 
 use super::Reader;
+use super::in_force::InForce;
 use crate::krl::calls::calls;
 use crate::krl::lex::{Token, in_upper};
-use crate::krl::lists::one_of;
 use crate::krl::settings::Settings;
 use crate::script::blocks::is_entered;
 use crate::script::{At, Break, StepKind};
@@ -12,22 +12,23 @@ use crate::script::{At, Break, StepKind};
 pub(super) struct Block {
     before: Settings,
     begins: Settings,
-    /// It sets others.
-    sets: bool,
+    /// How many statements had set any before it.
+    set: usize,
 }
 
 impl Reader<'_> {
     pub(super) fn push(&mut self, k: usize, kind: StepKind) {
         if let StepKind::Break(b) = kind {
-            self.breaks(b);
+            self.breaks(k, b);
         }
         self.steps.push(At::of_line(k), kind);
     }
 
     /// What a break leaves of the settings.
-    fn breaks(&mut self, kind: Break) {
+    fn breaks(&mut self, k: usize, kind: Break) {
         if kind != Break::Frame {
-            self.set = self.later_settings(kind);
+            self.settings_made += usize::from(kind == Break::Call);
+            self.set = self.later_settings(k);
             self.set.lists.merge_all(&self.ahead.lists, kind != Break::Call);
         }
         self.stands = None;
@@ -37,27 +38,15 @@ impl Reader<'_> {
     ///
     /// `label = name ":"`
     pub(super) fn label(&mut self, k: usize, word: &str) {
-        self.breaks(Break::Jump);
+        self.breaks(k, Break::Jump);
         self.steps.label(At::of_line(k), Some(word.to_ascii_uppercase()));
     }
 
-    /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
-    fn later_settings(&mut self, kind: Break) -> Settings {
-        let [base, tool] = self.ahead.later.clone();
+    /// What is in force after line `k`, whichever way the program came there.
+    fn later_settings(&self, k: usize) -> Settings {
         let lists = self.set.lists.clone();
-        self.frames_set |= kind == Break::Call;
-        let first = self.routine <= 1 && !self.frames_set;
-        let (base, tool) = match kind {
-            // the program starts with the frames that are in force then
-            Break::Start if self.routine <= 1 => (None, None),
-            // nothing has set them yet, if the program has not come back from further down
-            _ if first => (one_of(None, "$BASE", base.as_ref()), one_of(None, "$TOOL", tool.as_ref())),
-            _ => (base, tool),
-        };
-        let (carried, moved) = (self.ahead.carried, self.ahead.moved);
-        let turning = self.ahead.turning;
-        let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
-        Settings { base, tool, lists, carried, moved, ..Settings::turning(turning) }
+        let InForce { frames: [base, tool], carried, moved } = self.force.after(k);
+        Settings { base, tool, lists, carried, moved, ..Settings::turning(self.ahead.turning) }
     }
 
     /// A block, a jump or an interrupt; `false`: it is none.
@@ -120,12 +109,12 @@ impl Reader<'_> {
             }
             _ => self.steps.open(At::of_line(k), kind),
         }
-        self.set = self.later_settings(kind);
+        self.set = self.later_settings(k);
         if kind == Break::Loop {
             self.set.lists.merge_all(&self.ahead.lists, false);
         }
         let begins = self.set.clone();
-        self.blocks.push(Block { before, begins, sets: false });
+        self.blocks.push(Block { before, begins, set: self.settings_made });
         self.called(k, line);
     }
 
@@ -134,11 +123,10 @@ impl Reader<'_> {
         self.stands = None;
         self.steps.branch(At::of_line(k), whole);
         if let Some(block) = self.blocks.last_mut() {
-            block.sets |= self.set != block.begins;
             // the other branch begins with what was there before, or with both
             self.set.lists.merge(&block.begins.lists);
         }
-        self.set = self.later_settings(Break::Jump);
+        self.set = self.later_settings(k);
         self.called(k, line);
     }
 
@@ -148,18 +136,15 @@ impl Reader<'_> {
         self.called(k, line);
         let busy = self.steps.close(At::of_line(k), kind);
         let block = self.blocks.pop();
-        let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
+        let sets = block.as_ref().is_none_or(|b| b.set != self.settings_made);
         match block {
             Some(block) if !busy && !sets => self.set = block.before,
             block => {
                 if let Some(block) = block {
                     self.set.lists.merge(&block.before.lists);
                 }
-                self.set = self.later_settings(kind);
+                self.set = self.later_settings(k);
             }
-        }
-        if let Some(outer) = self.blocks.last_mut() {
-            outer.sets |= sets;
         }
     }
 
@@ -205,13 +190,13 @@ impl Reader<'_> {
         let whole = line.first().map(|t| in_upper(self.text, t));
         match moving.as_slice() {
             [] if sets => {
-                self.breaks(Break::Call);
+                self.breaks(k, Break::Call);
                 self.steps.goes_on(At::of_line(k), Break::Call);
             }
             [] if waits => self.push(k, StepKind::Dwell(None)),
             [] => {}
             [name] if whole.as_deref() == Some(name) => {
-                self.breaks(Break::Call);
+                self.breaks(k, Break::Call);
                 self.steps.calls(At::of_line(k), moving.swap_remove(0));
             }
             _ => self.stop(k, Break::Call),

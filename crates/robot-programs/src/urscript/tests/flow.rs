@@ -88,11 +88,11 @@ fn what_a_function_of_the_file_leads_away_stays_behind_its_call() {
 }
 
 #[test]
-fn a_tcp_that_a_function_below_sets_may_be_in_force_in_one_above() {
+fn a_tcp_that_a_function_below_sets_is_in_force_in_one_above_that_it_calls() {
     let above =
         "def go():\n  movel(p[0.5,0,0.3,0,3.14,0])\nend\ndef main():\n  set_tcp(p[0,0,0.1,0,0,0])\n  go()\nend\n";
     let Goal::Pose(p) = &moves(above)[0].goal else { panic!() };
-    assert!(matches!(&p.tool, Frame::Any(all) if all.len() == 2), "{:?}", p.tool);
+    assert!(matches!(&p.tool, Frame::Given(_)), "{:?}", p.tool);
     let own = "def main():\n  movel(p[0.5,0,0.3,0,3.14,0])\n  set_tcp(p[0,0,0.1,0,0,0])\nend\n";
     let Goal::Pose(p) = &moves(own)[0].goal else { panic!() };
     assert!(matches!(&p.tool, Frame::Named(n) if n == "tcp"), "{:?}", p.tool);
