@@ -210,7 +210,7 @@ impl Program {
 
     /// The joint targets of a vendor program that has been read.
     pub fn of_document(document: &dyn script::Document, sha256: String, robot: &Robot) -> Result<Self> {
-        let path = joint_path::joints(document.script(), robot.axes())?;
+        let path = joint_path::of_document(document, robot.axes(), None)?;
         Ok(Self::of_joint_path(document, sha256, path))
     }
 
@@ -221,7 +221,7 @@ impl Program {
         robot: &Robot,
         duration: joint_path::Duration,
     ) -> Result<Self> {
-        let path = joint_path::timed(document.script(), robot.axes(), duration)?;
+        let path = joint_path::of_document(document, robot.axes(), Some(duration))?;
         Ok(Self::of_joint_path(document, sha256, path))
     }
 

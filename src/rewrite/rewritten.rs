@@ -25,6 +25,8 @@ const SHARE: f64 = 0.5;
 const SHARE_SHORT: f64 = 0.8;
 /// The step may differ by this share from the compensator's: a gap that varies, friction on its way out.
 const STEP_TOLERANCE: f64 = 0.1;
+/// ... and by this more on a spline.
+const SPLINE_TOLERANCE: f64 = 0.05;
 /// The point with the step stands at most at this share of its way.
 const FARTHEST: f64 = 0.6;
 /// A leap is more than this many times the steps before and after it, and goes on by at most this share of the step after it.
@@ -54,6 +56,9 @@ const MOST_DECIMALS: i32 = 7;
 pub struct Rows<'a> {
     /// `q[row * axes + axis]`, rad or m.
     pub q: &'a [f64],
+    /// The same rows, each as it would stand if the way between the rows before and after it were straight: points of a spline. Empty: all
+    /// ways are straight.
+    pub straight: &'a [f64],
     pub axes: usize,
 }
 
@@ -196,7 +201,10 @@ impl Column<'_> {
     /// A point soon after the reversal at `i`, from which the axis leaves in direction `dir`, carries the step.
     fn is_made(&self, i: usize, dir: f64) -> bool {
         let last = self.len() - 1;
-        let steps = |j: usize| (j + 1..=(j + NEAR).min(last)).any(|k| self.carries_step(i, j, k, dir));
+        let steps = |j: usize| (j + 1..=(j + NEAR).min(last)).any(|k| self.carries_step(i, j, k, dir, self.rows.q));
+        if i < last && self.of_spline(i, dir) {
+            return true;
+        }
         (i + 1..=(i + NEAR).min(last)).any(|j| steps(j) || self.leaps(i, j, dir))
     }
 
@@ -214,15 +222,23 @@ impl Column<'_> {
         sized && gaps > 4.0 * self.digit.last && own > LEAP * before.max(after)
     }
 
-    fn carries_step(&self, i: usize, j: usize, k: usize, dir: f64) -> bool {
+    /// The same of the next point, where it is one of a spline.
+    fn of_spline(&self, i: usize, dir: f64) -> bool {
+        let (j, k) = (i + 1, i + 2);
+        k < self.len() && !self.rows.straight.is_empty() && self.carries_step(i, j, k, dir, self.rows.straight)
+    }
+
+    /// `middle`: the rows of which `j` is one.
+    fn carries_step(&self, i: usize, j: usize, k: usize, dir: f64, middle: &[f64]) -> bool {
+        let Some(middle) = middle.get(j * self.rows.axes..(j + 1) * self.rows.axes) else { return false };
         let here = self.p(i);
         let gaps = self.offset.gap(1, here) + self.offset.gap(-1, here);
         let friction = self.offset.friction().map_or(0.0, |f| f.gain);
-        let (own, whole) = (dir * (self.p(j) - here), dir * (self.p(k) - here));
+        let (own, whole) = (dir * (middle[self.axis] - here), dir * (self.p(k) - here));
         if own <= 0.0 || gaps <= 2.0 * ROUNDED * self.digit.last {
             return false;
         }
-        match self.share(i, j, k) {
+        match self.share(i, middle, k) {
             Share::Bent => false,
             Share::Measured(share, off) => {
                 if share > FARTHEST {
@@ -232,7 +248,9 @@ impl Column<'_> {
                 let step = own - share * whole;
                 let rounding = ROUNDED * self.digit.last * 2.0 + off * whole.abs();
                 let [least, most] = [gaps * (1.0 - share), gaps * (1.0 - share) + friction];
-                let slack = STEP_TOLERANCE * most + rounding;
+                // the step itself goes over a spline, which is off its straight way by a tenth of it
+                let of_spline = if self.rows.straight.is_empty() { 0.0 } else { SPLINE_TOLERANCE };
+                let slack = (STEP_TOLERANCE + of_spline) * most + rounding;
                 rounding < 0.5 * least && step >= least - slack && step <= most + slack
             }
             Share::Unknown => {
@@ -253,7 +271,8 @@ impl Column<'_> {
     /// The length of a short way after the reversal at `i` on which no other axis moves, where it is not round.
     fn short_way(&self, i: usize, dir: f64) -> Option<f64> {
         let (j, k) = (i + 1, i + 2);
-        if k >= self.len() || !matches!(self.share(i, j, k), Share::Unknown) {
+        let Some(middle) = self.rows.q.get(j * self.rows.axes..k * self.rows.axes) else { return None };
+        if k >= self.len() || !matches!(self.share(i, middle, k), Share::Unknown) {
             return None;
         }
         let (own, whole) = (dir * (self.p(j) - self.p(i)), dir * (self.p(k) - self.p(i)));
@@ -274,11 +293,11 @@ impl Column<'_> {
         (-slack..=2.0 * own + slack).contains(&around)
     }
 
-    /// The share of the way from row `i` to row `k` at which row `j` stands, as the other axes tell it.
-    fn share(&self, i: usize, j: usize, k: usize) -> Share {
+    /// The share of the way from row `i` to row `k` at which the row `middle` stands, as the other axes tell it.
+    fn share(&self, i: usize, middle: &[f64], k: usize) -> Share {
         let of = |axis: usize| {
             let digit = self.digits.get(axis)?.last;
-            let (a, b, c) = (self.at(i, axis), self.at(j, axis), self.at(k, axis));
+            let (a, b, c) = (self.at(i, axis), *middle.get(axis)?, self.at(k, axis));
             let whole = c - a;
             let turns = i > 0 && (a - self.at(i - 1, axis)) * whole < 0.0;
             if turns || whole.abs() < TELLING * digit {
@@ -306,7 +325,7 @@ impl Column<'_> {
             &many
         };
         let Some(&(share, off)) = shares.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
-            return self.share_of_turning(i, j, k);
+            return self.share_of_turning(i, middle, k);
         };
         // an axis with its own step on this way is off it; most are not
         let straight = shares.iter().filter(|(s, o)| (s - share).abs() <= o + off).count();
@@ -315,14 +334,14 @@ impl Column<'_> {
 
     /// The same where all axes that move turn at `i`: the share on which at least two others agree with their steps taken off, and
     /// do not as they stand.
-    fn share_of_turning(&self, i: usize, j: usize, k: usize) -> Share {
+    fn share_of_turning(&self, i: usize, middle: &[f64], k: usize) -> Share {
         let mut shares: Vec<[f64; 3]> = Vec::new();
         for axis in (0..self.rows.axes).filter(|a| *a != self.axis) {
             let (Some(digit), Some(Some(offset))) = (self.digits.get(axis).map(|d| d.last), self.offsets.get(axis))
             else {
                 continue;
             };
-            let (a, b, c) = (self.at(i, axis), self.at(j, axis), self.at(k, axis));
+            let (a, b, c) = (self.at(i, axis), middle[axis], self.at(k, axis));
             // less the offsets of both ends: on the way that the program had
             let dir = (c - a).signum();
             let plain = |v: f64| v - a - dir * (offset.gap(-dir as i8, a) + offset.gap(dir as i8, v));

@@ -204,7 +204,7 @@ impl Robot {
 
     /// How the control reads G-code before a program says so.
     pub fn assume(&mut self, control: Control) {
-        self.table.control = control;
+        self.table.control = control.or(self.table.control);
     }
 
     /// Programs, macros and routines that move nothing and leave frames and tools as they are, besides those named before.

@@ -320,3 +320,60 @@ fn a_step_that_breaks_a_limit_at_the_times_of_a_plan_is_spread_until_it_does_not
     run.code(1).stderr(contains("a limit would be exceeded").and(contains("base acceleration")));
     assert!(!desk.path("own.yaml").exists());
 }
+
+/// Between its points, 1 s apart, the first joint never rests: its spline leaves the straight line by degrees.
+const COARSE_PLAN: &str = "joint_names: [A1, A2, A3, A4, A5, A6]\npoints:\n\
+    - positions: [0.0, -1.2, 1.3, 0, 0.5, 0]\n  velocities: [0.35, 0.0, 0.0, 0.0, 0.0, 0.0]\n  time_from_start: {sec: 0, nanosec: 0}\n\
+    - positions: [0.15, -1.1, 1.3, 0, 0.5, 0]\n  velocities: [-0.15, 0.0, 0.0, 0.0, 0.0, 0.0]\n  time_from_start: {sec: 1, nanosec: 0}\n\
+    - positions: [-0.1, -1.2, 1.3, 0, 0.5, 0]\n  velocities: [-0.25, 0.0, 0.0, 0.0, 0.0, 0.0]\n  time_from_start: {sec: 2, nanosec: 0}\n\
+    - positions: [-0.2, -1.2, 1.3, 0, 0.5, 0]\n  velocities: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\n  time_from_start: {sec: 3, nanosec: 0}\n";
+
+#[test]
+fn new_points_of_a_coarse_plan_are_on_its_splines_and_the_verdict_follows_them() {
+    let desk = desk_of("kuka-kr120-r2500-pro.yaml", &[("A1", "half_gap_deg: 0.02"), ("A2", "half_gap_deg: 0.02")]);
+    desk.write("part.yaml", COARSE_PLAN);
+    let run = desk.run("rewrite --model model.yaml part.yaml --output out.yaml").success();
+    let words = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(words.contains("verdict on the model's machine: better"), "{words}");
+    let largest = words.split("largest change at the TCP: ").nth(1).unwrap().split(' ').next().unwrap();
+    assert!(largest.parse::<f64>().unwrap() < 1600.0, "{words}");
+    // A2 comes from rest and goes to rest in every segment: 3 x^2 - 2 x^3 of 0.1 rad
+    let out = out(&desk, "out.yaml");
+    let list = |line: &str| -> Vec<f64> {
+        let list = line.split_once('[').unwrap().1.split_once(']').unwrap().0;
+        list.split(',').map(|n| n.trim().parse().unwrap()).collect()
+    };
+    let lines: Vec<&str> = out.lines().collect();
+    let points = lines.iter().enumerate().filter(|(_, l)| l.contains("positions:"));
+    let mut new = 0;
+    for (k, line) in points {
+        let time = |key: &str| -> f64 {
+            let rest = lines[k + 2].split_once(key).unwrap().1;
+            rest.trim_start_matches([':', ' ']).split([',', '}']).next().unwrap().parse().unwrap()
+        };
+        let (whole, x) = (time("{sec"), time("nanosec") * 1e-9);
+        new += usize::from(x > 0.0);
+        let rise = 0.1 * (3.0 * x * x - 2.0 * x * x * x);
+        let plan = [-1.2 + rise, -1.1 - rise, -1.2, -1.2][whole as usize];
+        let off = (list(line)[1] - plan).abs();
+        assert!(off < 0.0201_f64.to_radians(), "{off} rad off at {whole} s + {x}: {out}");
+    }
+    assert!(new > 2, "{out}");
+}
+
+#[test]
+fn gcode_of_whole_numbers_alone_is_edited_only_where_they_are_known_to_be_millimetres() {
+    let desk = desk_of("gantry-xyz-ballscrew.yaml", &[("X", "half_gap_mm: 0.1")]);
+    let text = "G21 G90\nG0 X500 Y200 Z-100\nG1 X300 F100\nX500\nX300\n";
+    desk.write("part.nc", text);
+    let run = desk.run("rewrite --model model.yaml part.nc --output out.nc");
+    run.success().stderr(contains("no axis word has a decimal point").and(contains("assume whole-units")));
+    assert_eq!(out(&desk, "out.nc"), text);
+    desk.run("rewrite --model model.yaml part.nc --output mm.nc --assume whole-units").success();
+    assert!(out(&desk, "mm.nc").contains("X299.9"), "{}", out(&desk, "mm.nc"));
+    let robot = out(&desk, "robot.yaml") + "control: [whole-units]\n";
+    desk.write("robot.yaml", &robot);
+    // words of the command go beside those of the robot file
+    desk.run("rewrite --model model.yaml part.nc --output robot.nc --assume G21").success();
+    assert_eq!(out(&desk, "robot.nc"), out(&desk, "mm.nc"));
+}

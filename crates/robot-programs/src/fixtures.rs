@@ -93,6 +93,8 @@ pub fn gantry() -> Axes {
         nalgebra::Translation3::identity(),
         nalgebra::UnitQuaternion::from_euler_angles(2.0 * quarter, -quarter, 0.0),
     );
+    // the tests write whole numbers of millimetres
+    axes.control.whole_units = true;
     axes
 }
 

@@ -6,9 +6,10 @@
 //! it is. Branches, loops, calls and interrupts are passed once and noted: the text does not say how often they run.
 
 use super::script::PathKind;
-use super::script::{At, Break, Goal, Move, Note, Script, Speed, StepKind};
+use super::script::{At, Break, Document, Goal, Move, Note, Script, Speed, StepKind, Way};
 use crate::axes::Axes;
 use crate::error::{Error, Result};
+use std::collections::BTreeMap;
 
 /// The points of a script.
 #[derive(Debug, Clone, Default)]
@@ -31,14 +32,14 @@ impl JointPath {
     /// Goes to `q` in `seconds`, over the points on the way there; no times any more where it is not known how long.
     fn moves(
         &mut self,
-        m: &Move,
+        way: &[Way],
         q: &[f64],
         mut times: Option<Vec<f64>>,
         at: At,
         seconds: Option<f64>,
     ) -> Option<Vec<f64>> {
-        self.goals.push(self.places.len() + m.way.len());
-        let way = m.way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q)]);
+        self.goals.push(self.places.len() + way.len());
+        let way = way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q)]);
         let start_s = times.as_ref().and_then(|t| t.last().copied());
         for (share, point) in way {
             let t_s = match (start_s, seconds) {
@@ -78,7 +79,7 @@ impl JointPath {
 /// # Errors
 /// With the line where a move has no joint target, where an axis is not known, and where nothing moves.
 pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
-    walk(script, robot, None)
+    walk(script, robot, None, &BTreeMap::new())
 }
 
 /// Seconds of a move from joints to joints (rad or m); `None`: not known.
@@ -89,15 +90,29 @@ pub type Duration<'a> = &'a dyn Fn(&Move, &[f64], &[f64]) -> Option<f64>;
 /// # Errors
 /// As for [`joints`].
 pub fn timed(script: &Script, robot: &Axes, duration: Duration) -> Result<JointPath> {
-    walk(script, robot, Some(duration))
+    walk(script, robot, Some(duration), &BTreeMap::new())
 }
 
-fn walk(script: &Script, robot: &Axes, duration: Option<Duration>) -> Result<JointPath> {
+/// The same of a program that has been read, on the splines that its points stand for ([`Document::passed`]); `duration`: as for
+/// [`timed`].
+///
+/// # Errors
+/// As for [`joints`].
+pub fn of_document(document: &dyn Document, robot: &Axes, duration: Option<Duration>) -> Result<JointPath> {
+    walk(document.script(), robot, duration, &document.passed())
+}
+
+fn walk(
+    script: &Script,
+    robot: &Axes,
+    duration: Option<Duration>,
+    passed: &BTreeMap<usize, Vec<Way>>,
+) -> Result<JointPath> {
     let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
     let mut path = JointPath { name, q: vec![Vec::new(); robot.dof()], ..JointPath::default() };
     let mut times = Some(Vec::new());
     let mut last: Option<Vec<f64>> = None;
-    for step in &script.steps {
+    for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
             StepKind::Move(m) => {
                 let q = target(script, m, step.at, last.as_deref(), robot)?;
@@ -106,7 +121,8 @@ fn walk(script: &Script, robot: &Axes, duration: Option<Duration>) -> Result<Joi
                     (_, Some(duration), Some(from)) => duration(m, from, &q),
                     _ => None,
                 };
-                times = path.moves(m, &q, times, step.at, seconds);
+                let way = passed.get(&k).map_or(&m.way[..], Vec::as_slice);
+                times = path.moves(way, &q, times, step.at, seconds);
                 if m.path != PathKind::Joint {
                     note(
                         &mut path,
@@ -182,7 +198,7 @@ mod tests {
     use super::*;
     use crate::axes::{Axis, JointKind};
     use crate::script::number::Style;
-    use crate::script::{How, Step, Target, Text, Value, Way};
+    use crate::script::{How, Step, Target, Text, Value};
 
     fn robot() -> Axes {
         Axes::new("a", vec![Axis::new("J1", JointKind::Revolute), Axis::new("X", JointKind::Prismatic)])

@@ -67,7 +67,7 @@ impl Source {
         let (mut robot, mut compensator) = (robot, compensator);
         if let Some(words) = &args.assume {
             let control = Control::of_words(words.split(','));
-            let expected = "G90 or G91, and G20 or G21: --assume G21,G90";
+            let expected = "G90 or G91, G20 or G21, and whole-units: --assume G21,G90";
             robot.assume(control.map_err(|word| usage(&format!("--assume {}", word.0), expected))?);
         }
         if let Some(name) = args.no_motion.iter().find(|name| !NoMotion::is_name(name)) {

@@ -7,7 +7,7 @@ fn looks_rewritten(q: &[f64], compensator: &Compensator) -> bool {
     let rounded: Vec<f64> = q.iter().map(|v| (v * 1e6).round() / 1e6).collect();
     let mut evidence = Evidence::default();
     let digits = [Digits { last: 1e-6, unit: 1.0 }; 2];
-    evidence.add(Rows { q: &rounded, axes: 2 }, &digits, compensator, 0.1);
+    evidence.add(Rows { q: &rounded, straight: &[], axes: 2 }, &digits, compensator, 0.1);
     evidence.is_rewritten()
 }
 
@@ -149,7 +149,7 @@ fn where_all_axes_turn_at_once_their_steps_agree_on_the_share() {
     };
     let is_rewritten = |q: Vec<f64>| {
         let mut evidence = Evidence::default();
-        evidence.add(Rows { q: &q, axes: 3 }, &[Digits { last: 1e-6, unit: 1.0 }; 3], &compensator, 0.1);
+        evidence.add(Rows { q: &q, straight: &[], axes: 3 }, &[Digits { last: 1e-6, unit: 1.0 }; 3], &compensator, 0.1);
         evidence.is_rewritten()
     };
     for share in [0.013, 0.1, 0.25] {

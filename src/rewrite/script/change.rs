@@ -2,7 +2,7 @@
 
 use super::run::Run;
 use crate::error::Result;
-use crate::program::script::{Edits, Format, Goal, Script, StepKind, Text};
+use crate::program::script::{Document, Edits, Format, Goal, Script, StepKind, Text};
 use crate::rewrite::near::{self, first_difference};
 use crate::robot::Robot;
 use serde::Serialize;
@@ -29,7 +29,14 @@ impl Change {
 }
 
 /// The first changes that edits make, at most `most`, in the order of the program; and how many moves and new points change.
-pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, most: usize) -> (Vec<Change>, usize) {
+pub fn of_edits(
+    document: &dyn Document,
+    runs: &[Run],
+    edits: &Edits,
+    robot: &Robot,
+    most: usize,
+) -> (Vec<Change>, usize) {
+    let script = document.script();
     let mut changes = Vec::new();
     let mut total = 0;
     let change = |list: &mut Vec<Change>, line, added, from: &[f64], to: &[f64]| {
@@ -43,7 +50,8 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
             let line = script.steps[vertex.step].at.line;
             if let Some(edit) = edits.steps.get(vertex.step) {
                 for p in edit.before {
-                    let own = leg.plan(p.share);
+                    let known = document.on_way(vertex.step, p.share).map(|q| run.standing(vertex.step, q, &vertex.q));
+                    let own = known.filter(|_| document.passes_points()).or_else(|| leg.plan(p.share));
                     if let Some(own) = own.filter(|_| !p.of_way) {
                         total += 1;
                         change(&mut changes, line, true, &own, &p.q);

@@ -65,7 +65,7 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
     known.unknown_arm = unknown_arm.cloned();
     let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
     let by_clock = ByClock::of(task);
-    let looks_rewritten = recognised::looks_rewritten(script, &runs, task, &by_clock);
+    let looks_rewritten = recognised::looks_rewritten(document, &runs, task, &by_clock);
     let solve = choice.solve_within_m.is_some();
     let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
         Collected::of(document, task, &by_clock, &runs, choice.deadband, solve)?;
@@ -115,9 +115,9 @@ fn as_poses(
     let script = document.script();
     circles::settle(script, runs, edits, left);
     if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
-        return change::of_edits(script, runs, edits, task.robot, task.listed);
+        return change::of_edits(document, runs, edits, task.robot, task.listed);
     }
     let mut in_joints = poses::write(script, runs, edits, left, unplaced, held);
     arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
-    change::of_edits(script, runs, &in_joints, task.robot, task.listed)
+    change::of_edits(document, runs, &in_joints, task.robot, task.listed)
 }

@@ -157,6 +157,14 @@ pub fn missing(script: &Script) -> Option<Note> {
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 
+/// That whole numbers may count increments, with what to do.
+pub fn only_whole_numbers(script: &Script) -> Option<Note> {
+    let text = "no axis word has a decimal point, and some controls then count increments (X500 is 0.5 mm), so moves to whole numbers stay: \
+                if this control reads millimetres or inches, assume whole-units (an option), or write `control: [whole-units]` into the \
+                robot file";
+    script.only_whole_numbers.then(|| Note { place: At { file: 0, line: 1 }, text: text.into() })
+}
+
 /// Comments that are meant for the tool and switch nothing, as their words are not quite those.
 pub fn not_understood(script: &Script) -> Vec<Note> {
     let Some(text) = script.texts.first() else { return Vec::new() };

@@ -2,16 +2,17 @@
 
 use super::fading::ByClock;
 use super::retraced;
-use super::run::Run;
+use super::run::{Role, Run, Vertex};
 use super::task::Task;
-use crate::program::script::{Script, is_clone};
+use crate::program::script::{Document, Script, is_clone};
 use crate::rewrite::rewritten::{Digits, Evidence, Rows};
 
 /// Last digit of an axis that no target names, rad or m.
 const LEAST_DIGIT: f64 = 1e-9;
 
 /// By names that `rewrite` makes, or by its numbers, run by run: by what the gears turn.
-pub(super) fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByClock) -> bool {
+pub(super) fn looks_rewritten(document: &dyn Document, runs: &[Run], task: &Task, by_clock: &ByClock) -> bool {
+    let script = document.script();
     let axes = task.robot.dof();
     let digits = written_digits(script, axes);
     let mut evidence = Evidence::default();
@@ -22,9 +23,23 @@ pub(super) fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clo
     for run in runs.iter().filter(|run| !run.is_again()) {
         let mut q: Vec<f64> = run.own().iter().flat_map(|v| v.q.iter().copied()).collect();
         q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
-        evidence.add(Rows { q: &q, axes }, &digits, by_clock.on(run), task.options.step_fraction);
+        let mut straight = straightened(document, run);
+        straight.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
+        let rows = Rows { q: &q, straight: &straight, axes };
+        evidence.add(rows, &digits, by_clock.on(run), task.options.step_fraction);
     }
     evidence.is_rewritten() || retraced::looks_rewritten(script, runs, task.robot, by_clock)
+}
+
+/// The points of a run beside straight ways between their neighbours; none where all ways are straight.
+fn straightened(document: &dyn Document, run: &Run) -> Vec<f64> {
+    let own = run.own();
+    let place = |v: &Vertex| document.straightened(v.step).filter(|_| v.role == Role::Goal);
+    if !document.passes_points() || own.iter().all(|v| place(v).is_none()) {
+        return Vec::new();
+    }
+    let row = |v: &Vertex| place(v).map_or_else(|| v.q.to_vec(), |q| run.standing(v.step, q, &v.q));
+    own.iter().flat_map(row).collect()
 }
 
 /// How the numbers of each axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),

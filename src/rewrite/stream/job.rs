@@ -133,7 +133,7 @@ impl Job<'_> {
         if self.robot.has_sums() {
             q.chunks_exact_mut(axes).for_each(|row| self.robot.to_gears(row));
         }
-        let rows = Rows { q: &q, axes };
+        let rows = Rows { q: &q, straight: &[], axes };
         let mut evidence = Evidence::default();
         evidence.add(rows, &digits, self.compensator, self.options.step_fraction);
         evidence.is_rewritten()

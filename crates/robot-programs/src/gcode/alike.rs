@@ -81,8 +81,9 @@ impl Reader<'_> {
         form.read(&text.bytes, span.start, &mut alike.numbers).filter(|end| *end == span.end)?;
         let axes = || alike.numbers.iter().zip(&alike.axes);
         // a number without a point may count increments, and a number of the block may be jumped to
+        let counts = self.survey.may_count();
         let plain = axes().all(|(n, axis)| match axis {
-            Some(_) => n.style.point || !self.survey.points || n.value == 0.0,
+            Some(_) => n.style.point || !counts || n.value == 0.0,
             None => !self.survey.jumps,
         });
         let far = |(n, axis): (&Plain, &Option<usize>)| {

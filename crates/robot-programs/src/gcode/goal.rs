@@ -79,8 +79,8 @@ impl Reader<'_> {
                 }
                 continue;
             };
-            if geometry && self.survey.points && !style.point && v != 0.0 {
-                return Some(Reason::NoPoint);
+            if geometry && !style.point && v != 0.0 && self.survey.may_count() {
+                return Some(if self.survey.points { Reason::NoPoint } else { Reason::WholeNumbers });
             }
             let Some(axis) = axis else { continue };
             if !absolute && self.position[axis].is_none() {

@@ -17,6 +17,14 @@ pub(super) fn varies(letter: u8) -> bool {
     letter == b'N' || AXES.contains(&letter)
 }
 
+/// How numbers are written.
+pub(super) struct Written {
+    /// One other than 0 has no point.
+    pub(super) bare: bool,
+    /// One has a point.
+    pub(super) pointed: bool,
+}
+
 /// Lines of a text that are like one that a look over it has passed.
 #[derive(Default)]
 pub(super) struct Passed {
@@ -27,14 +35,14 @@ pub(super) struct Passed {
 }
 
 impl Passed {
-    /// Whether line `k` is like the one that was noted last, so that only how its numbers are written is new; and then whether a number
-    /// other than 0 has no point.
-    pub(super) fn again(&mut self, text: &Text, k: usize) -> Option<bool> {
+    /// How the numbers of places in line `k` are written, where it is like the one that was noted last, so that nothing else is new.
+    pub(super) fn again(&mut self, text: &Text, k: usize) -> Option<Written> {
         let span = span(text, k);
         let read = self.form.as_ref().and_then(|form| form.read(&text.bytes, span.start, &mut self.numbers));
         read.filter(|end| *end == span.end)?;
-        let bare = |(n, place): (&Plain, &bool)| *place && !n.style.point && n.value != 0.0;
-        Some(self.numbers.iter().zip(&self.places).any(bare))
+        let places = || self.numbers.iter().zip(&self.places).filter(|(_, place)| **place).map(|(n, _)| n);
+        let (bare, pointed) = (|n: &Plain| !n.style.point && n.value != 0.0, |n: &Plain| n.style.point);
+        Some(Written { bare: places().any(bare), pointed: places().any(pointed) })
     }
 
     /// Notes a line of words of which nothing is new but its numbers.

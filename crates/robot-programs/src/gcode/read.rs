@@ -25,6 +25,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut survey = Survey::of(text)?;
     let missing = missing_modes(&survey, robot);
     survey.codes.extend(robot.control.codes());
+    survey.whole_units = robot.control.whole_units;
+    let only_whole = survey.only_whole();
     let mut reader = Reader::new(text, robot, &letters, survey);
     reader.step(0, StepKind::Break(Break::Start), None);
     for k in 0..text.line_count() {
@@ -40,6 +42,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     // without a move nothing depends on them
     if script.moves().next().is_some() {
         script.missing = missing;
+        script.only_whole_numbers = only_whole;
     }
     Ok(Program { script, statements, letters, si, mixed })
 }
@@ -331,13 +334,22 @@ impl Reader<'_> {
 
     /// `G4 P500`: seconds where that is certain.
     ///
-    /// `dwell = "G4" (("X" | "U" | "S" | "P") number)`
+    /// F counts seconds on every control that takes it for the time, S seconds on printers and turns of the spindle elsewhere.
+    ///
+    /// `dwell = "G4" (("X" | "U" | "F" | "S" | "P") number)`
     pub(super) fn dwell(&mut self, k: usize, block: &Block) {
         let literal = |letters: &[u8]| block.words.iter().find(|w| letters.contains(&w.letter)).and_then(|w| w.value);
-        let seconds = match (literal(b"XUS"), literal(b"P")) {
+        let has = |letter: u8| block.words.iter().any(|w| w.letter == letter);
+        let printer = self.survey.printer;
+        let seconds = match (literal(b"XU"), literal(b"P")) {
             (Some((s, _)), _) => Some(s),
             // without a point it is milliseconds on some controls and seconds on others
             (None, Some((s, style))) if style.point => Some(s),
+            (None, None) if !has(b'P') => match (literal(b"F"), literal(b"S")) {
+                (None, Some((s, _))) if printer && !has(b'F') => Some(s),
+                (Some((s, _)), None) if !printer && !has(b'S') => Some(s),
+                _ => None,
+            },
             _ => None,
         };
         self.step(k, StepKind::Dwell(seconds.filter(|s| *s >= 0.0)), None);

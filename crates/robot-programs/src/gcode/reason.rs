@@ -55,6 +55,9 @@ pub enum Reason {
     /// `X10` where others are `X10.`.
     #[error("a number without a point where others end in one: it may count increments")]
     NoPoint,
+    /// `X500` in a program in which no number of an axis word has a point.
+    #[error("a whole number, and no axis word of the program has a point: it may count increments")]
+    WholeNumbers,
     /// A relative word of an axis that is lost.
     #[error("a relative word, and the position before it is not known")]
     RelativeToUnknown,

@@ -22,6 +22,10 @@ pub(super) struct Survey {
     pub(super) points: bool,
     /// Numbers other than 0 without a point.
     pub(super) bare: bool,
+    /// Numbers with a point, wherever it is.
+    pub(super) pointed: bool,
+    /// The control reads numbers without a point in millimetres, inches and degrees: the user says so.
+    pub(super) whole_units: bool,
     /// Line numbers may be jumped to.
     pub(super) jumps: bool,
     /// Firmware of a printer: it heats, or counts filament.
@@ -51,12 +55,23 @@ impl Survey {
         self.points && self.bare
     }
 
+    /// Numbers without a point may count increments: others end in one, or no number of an axis word has one.
+    pub(super) fn may_count(&self) -> bool {
+        self.points || self.only_whole()
+    }
+
+    /// No number of an axis word has a point, and nobody says that whole numbers are millimetres. Firmware of printers knows no increments.
+    pub(super) fn only_whole(&self) -> bool {
+        self.bare && !self.pointed && !self.whole_units && !self.printer
+    }
+
     pub(super) fn of(text: &Text) -> Result<Self> {
         let mut look = Look::default();
         let mut passed = Passed::default();
         for k in 0..text.line_count() {
-            if let Some(bare) = passed.again(text, k) {
-                look.survey.bare |= bare;
+            if let Some(written) = passed.again(text, k) {
+                look.survey.bare |= written.bare;
+                look.survey.pointed |= written.pointed;
                 continue;
             }
             let block = lex::block(text, k)?;
@@ -92,6 +107,7 @@ impl Survey {
         let place = AXES.contains(&w.letter) || b"IJKR".contains(&w.letter);
         self.points |= place && style.point && style.decimals == 0;
         self.bare |= place && !style.point && v != 0.0;
+        self.pointed |= place && style.point;
     }
 
     /// At most one of these codes is in the text.

@@ -128,7 +128,11 @@ impl Reader<'_> {
             unclear.get_or_insert(Reason::ToolOrOffset);
         }
         if let Some(w) = block.words.iter().find(|w| w.letter == b'F') {
-            self.feed = w.value.map(|v| v.0);
+            self.feed = match codes.contains(&Some(40)) {
+                false => w.value.map(|v| v.0),
+                // beside another time it may be either; alone it is the time, and the feed stays
+                true => self.feed.filter(|_| !own.dwells && !block.words.iter().any(|w| b"PXU".contains(&w.letter))),
+            };
         }
         let moves = |w: &Word| AXES.contains(&w.letter) || b"E@^".contains(&w.letter);
         let arc = matches!(self.motion, Some(20 | 30)) && block.words.iter().any(|w| b"IJKR".contains(&w.letter));

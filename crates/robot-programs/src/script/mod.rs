@@ -152,9 +152,21 @@ pub trait Document: Send + Sync {
     fn least_arc(&self) -> LeastArc {
         LeastArc { whole_rad: 0.04, after_via_rad: 0.0 }
     }
-    /// Joints (rad or m) at a share of the way to the goal of a step, where the format alone knows the way: on an arc. `None`:
-    /// straight, or not known.
+    /// Joints (rad or m) at a share of the way to the goal of a step, where the format alone knows the way: on an arc, or on a spline
+    /// at the time at which a new point of this share is written. An axis of which the format does not know where it stands is NaN.
+    /// `None`: straight, or not known.
     fn on_way(&self, _step: usize, _share: f64) -> Option<Vec<f64>> {
+        None
+    }
+    /// By step, points on ways that are not straight in the joints, at shares of their time and so close that straight lines between
+    /// them stay at the way, those of [`Move::way`] among them. A step that is not in it goes straight over [`Move::way`].
+    fn passed(&self) -> BTreeMap<usize, Vec<Way>> {
+        BTreeMap::new()
+    }
+    /// The goal of a step on a way that is no straight one, as it would stand if the way from the goal before it to the one after it were
+    /// straight in the joints: what it is off that way stays. NaN as in [`Document::on_way`]. `None`: the way is straight, or an end of
+    /// it is not known.
+    fn straightened(&self, _step: usize) -> Option<Vec<f64>> {
         None
     }
 }
@@ -172,6 +184,9 @@ pub struct Script {
     pub notes: Vec<Note>,
     /// Words that the program never says although its targets depend on them: `G90 or G91`.
     pub missing: Vec<&'static str>,
+    /// No number of an axis word has a decimal point, so that whole numbers may count increments
+    /// ([`crate::control::Control::whole_units`]).
+    pub only_whole_numbers: bool,
     /// The [`Break::Start`] with which the program starts, where that is not the first.
     pub entry: Option<usize>,
     /// Loops whose every pass goes the same way, innermost ones alone.

@@ -8,7 +8,9 @@
 //! Modules:
 //! - [`tree`]: YAML and JSON with the bytes of every node; [`plain`]: the same of plain texts, fast.
 //! - [`read`]: trajectories, with every refusal.
-//! - [`spline`]: what a controller makes of points; times and velocities of new ones.
+//! - [`spline`]: what a controller makes of points; velocities of new ones.
+//! - [`time`]: times of new points.
+//! - [`passed`]: points of splines for those who follow the path.
 //! - [`write`]: patches, and new points in the style of the file.
 //!
 //! References: trajectory_msgs (common_interfaces), control_msgs/FollowJointTrajectory, moveit_msgs/RobotTrajectory; YAML 1.2.
@@ -33,12 +35,14 @@
 //! # Ok::<(), robot_programs::Error>(())
 //! ```
 
+mod passed;
 mod plain;
 mod read;
 mod reason;
 mod spline;
 #[cfg(test)]
 mod tests;
+mod time;
 mod tree;
 mod write;
 
@@ -52,6 +56,8 @@ use crate::axes::Axes;
 use crate::error::Result;
 use read::{Content, Num, Point, Trajectory};
 pub use reason::Reason;
+use std::collections::BTreeMap;
+use time::Shares;
 use tree::Tree;
 
 /// Digits after the point that a changed number gets where it has fewer and more are asked for: 1e-9 rad is far below any
@@ -59,6 +65,8 @@ use tree::Tree;
 const DECIMALS: u8 = 9;
 /// A double has no more.
 const MOST_DECIMALS: u8 = 17;
+/// Decimals of a velocity, acceleration, effort or time at most.
+const RATE_DECIMALS: u8 = 12;
 
 /// The format.
 pub struct Ros;
@@ -135,6 +143,15 @@ fn most_decimals(style: number::Style) -> u8 {
     DECIMALS.max(style.decimals.min(MOST_DECIMALS))
 }
 
+/// A number with `decimals` digits, zeros after those of its style left out.
+fn fine(value: f64, style: number::Style, decimals: u8) -> String {
+    let text = number::write(value, style, decimals.max(style.decimals.min(RATE_DECIMALS)));
+    let Some((whole, digits)) = text.split_once('.') else { return text };
+    let keep = digits.trim_end_matches('0').len().max(usize::from(style.decimals.min(RATE_DECIMALS)));
+    let digits = digits.get(..keep).unwrap_or(digits);
+    if digits.is_empty() && !style.point { whole.into() } else { format!("{whole}.{digits}") }
+}
+
 /// First byte, step, trajectory and point.
 type Found = (u32, Step, Option<(u32, u32)>);
 
@@ -162,17 +179,23 @@ impl Document for Trajectories {
         true
     }
 
-    /// On a spline that turns between its points, at a share of its time.
+    /// On the spline, at the time at which a new point of this share is written: where the spline turns between its points, shares are
+    /// those of its time, else those of the way of the joint that goes furthest.
     fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {
-        let Some(StepKind::Move(m)) = self.script.steps.get(step).map(|s| &s.kind) else { return None };
-        if m.way.is_empty() {
+        let (t, before, p, axes) = self.between(step)?;
+        if p.order_from(before) == spline::Order::Linear {
             return None;
         }
-        let (t, k) = self.of_step.get(step).copied().flatten()?;
-        let (all, k) = (self.content.trajectories.get(t as usize)?, k as usize);
-        let (before, p) = (all.points.get(k.checked_sub(1)?)?, all.points.get(k)?);
-        let dof = self.script.targets.first().map_or(0, |t| t.values.len());
-        Some(on_spline(all, (before, p), self.axes.get(t as usize)?, dof, share))
+        let x = Shares::of(t, (before, p), axes).of_time(p, share);
+        Some(on_spline(t, (before, p), axes, self.dof(), x))
+    }
+
+    fn passed(&self) -> BTreeMap<usize, Vec<Way>> {
+        self.splines()
+    }
+
+    fn straightened(&self, step: usize) -> Option<Vec<f64>> {
+        self.off_spline(step)
     }
 }
 
@@ -277,7 +300,7 @@ fn turns(t: &Trajectory, before: &Point, p: &Point, axes: &[Option<usize>]) -> V
     shares
 }
 
-/// The robot's joints at a share of the time between two points.
+/// The robot's joints at a share of the time between two points; NaN for an axis that the message does not name.
 fn on_spline(
     t: &Trajectory,
     (before, p): (&Point, &Point),
@@ -286,7 +309,7 @@ fn on_spline(
     share: f64,
 ) -> Vec<f64> {
     let (order, h_s) = (p.order_from(before), p.t_s - before.t_s);
-    let mut q = vec![0.0; dof];
+    let mut q = vec![f64::NAN; dof];
     for (c, axis) in axes.iter().enumerate() {
         if let Some(slot) = axis.and_then(|a| q.get_mut(a)) {
             *slot = spline::at(order, state(t, before, c), state(t, p, c), h_s, share).p;
@@ -315,8 +338,11 @@ fn movement(
         Some(b) if closed.is_none() && (0..dof).all(|a| axes.contains(&Some(a))) => turns(t, b, p, axes),
         _ => Vec::new(),
     };
-    let way = before.map_or(Vec::new(), |b| {
-        way.into_iter().map(|share| Way { share, q: on_spline(t, (b, p), axes, dof, share) }).collect()
+    let way = before.filter(|_| !way.is_empty()).map_or(Vec::new(), |b| {
+        let shares = Shares::of(t, (b, p), axes);
+        // a point can stand there only at a time that can be written
+        let written = way.into_iter().map(|share| shares.of_time(p, share));
+        written.map(|share| Way { share, q: on_spline(t, (b, p), axes, dof, share) }).collect()
     });
     // the robot stands at a first point at time 0
     let stands = before.is_none() && p.t_s == 0.0;

@@ -13,7 +13,12 @@
 //! - acceleration: own spline's. An offset without acceleration at its ends is monotone as long as its slopes are at most
 //!   1.25 times the mean slope (Bernstein coefficients of the derivative: `a, a, 5 - 2a - 2b, b, b`).
 //!
-//! Where an offset holds a joint still while its own spline moves on, the velocity is zero: [`limited`].
+//! Where an offset holds a joint still while its own spline moves on, the velocity is zero ([`limited`]), unless that bends the
+//! splines beside it by more than a small part of the offset ([`BEND_OF_VELOCITY`]).
+
+/// Most by which a spline bends for a velocity at one of its ends, in parts of the change of velocity times its time: 4/27 of a
+/// cubic, 0.2 of a quintic (at 0.28 and 0.72 of it).
+pub const BEND_OF_VELOCITY: f64 = 0.2;
 
 /// A joint at a point: position, velocity and acceleration where the file has them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

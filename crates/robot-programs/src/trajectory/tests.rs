@@ -1,5 +1,7 @@
 //! Every trap of the format, a property test over random messages and edits.
 
+mod splines;
+
 use super::*;
 use crate::axes::{Axis, JointKind};
 use crate::script::harness;

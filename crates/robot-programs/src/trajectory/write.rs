@@ -3,9 +3,10 @@
 
 mod items;
 
-use super::read::{Num, Point, Time, Trajectory};
+use super::read::{Num, Point, Trajectory};
 use super::spline::{self, Order, State};
-use super::{Trajectories, most_decimals, state};
+use super::time::Shares;
+use super::{RATE_DECIMALS, Trajectories, fine, most_decimals, state};
 use crate::error::{Error, Result};
 use crate::script::number::{self, Own};
 use crate::script::{EditRef, Edits, NewPoint, Patch, Patches, Text};
@@ -14,8 +15,8 @@ use std::ops::Range;
 
 /// Offsets below this are none, rad or m.
 const NOTHING: f64 = 1e-12;
-/// Decimals of a velocity, acceleration, effort or time at most.
-const RATE_DECIMALS: u8 = 12;
+/// Most by which a velocity that turns no command back may bend the splines beside it, in parts of the change of the offset.
+const BENT: f64 = 0.02;
 
 /// A point of the edited trajectory: one of the file, or a new one.
 struct Knot {
@@ -163,23 +164,17 @@ impl Writer<'_> {
         let order = p.order_from(before);
         let ends: Vec<(State, State)> =
             (0..self.axes.len()).map(|c| (state(self.trajectory, before, c), state(self.trajectory, p, c))).collect();
-        let ours = ends.iter().zip(self.axes).filter(|(_, a)| a.is_some()).map(|(e, _)| *e);
-        let way = |e: &(State, State)| (e.1.p - e.0.p).abs();
-        let leading = ours.max_by(|a, b| way(a).total_cmp(&way(b))).unwrap_or_default();
         let mut last_s = before.t_s;
-        let mut x = 0.0;
-        // on a way with its own turns shares are those of the time
-        let timed = !super::turns(self.trajectory, before, p, self.axes).is_empty();
+        let shares = Shares::of(self.trajectory, (before, p), self.axes);
         for n in new {
-            x = if timed { n.share } else { spline::time_share(order, leading.0, leading.1, h_s, n.share, x) };
-            let (time, t_s) = time_text(&p.time, before.t_s + x * h_s, last_s, p.t_s);
+            let (time, t_s) = shares.time(p, n.share);
             if !(t_s > last_s && t_s < p.t_s) {
                 return Err(
                     self.refused(p, "there is no time for a new point between this point and the one before it")
                 );
             }
             last_s = t_s;
-            x = (t_s - before.t_s) / h_s;
+            let x = (t_s - before.t_s) / h_s;
             let own: Vec<State> = ends.iter().map(|e| spline::at(order, e.0, e.1, h_s, x)).collect();
             let asked = self.asked(p, &own, Some(&n.q))?;
             let effort = self.trajectory.numbers(p.effort).iter().enumerate().map(|(c, e)| {
@@ -218,7 +213,10 @@ impl Writer<'_> {
             return v;
         }
         let asked = mean(&|n| n.asked[column]);
-        spline::limited(order, v, asked.0, asked.1)
+        let limited = spline::limited(order, v, asked.0, asked.1);
+        // another velocity bends the splines on both sides: a new point is the plan and its offset before all else
+        let bends = spline::BEND_OF_VELOCITY * (limited - v).abs() * h0.max(h1);
+        if bends <= BENT * (o - o0).abs().max((o1 - o).abs()) { limited } else { v }
     }
 
     /// Weight that a position's last digit should have at most.
@@ -281,11 +279,8 @@ impl Writer<'_> {
             swaps.push((n.span.range(), self.rate(n, c, finite(velocities[c])?, h_s).into_bytes()));
         }
         for (c, n) in self.trajectory.numbers(p.accelerations).iter().enumerate() {
-            // a joint that is held has no acceleration either
-            let held =
-                self.trajectory.numbers(p.velocities).get(c).is_some() && velocities[c] == 0.0 && knot.own[c].v != 0.0;
-            let a = if held { 0.0 } else { finite(knot.own[c].a)? };
-            swaps.push((n.span.range(), self.rate(n, c, a, h_s * h_s).into_bytes()));
+            // the point is an end of the spline before it, too, which another acceleration would bend all along
+            swaps.push((n.span.range(), self.rate(n, c, finite(knot.own[c].a)?, h_s * h_s).into_bytes()));
         }
         for (n, &e) in self.trajectory.numbers(p.effort).iter().zip(&knot.effort) {
             swaps
@@ -311,33 +306,4 @@ impl Writer<'_> {
         bytes.truncate(bytes.trim_ascii_end().len());
         Ok(bytes)
     }
-}
-
-/// A number with `decimals` digits, zeros after those of its style left out.
-fn fine(value: f64, style: number::Style, decimals: u8) -> String {
-    let text = number::write(value, style, decimals.max(style.decimals.min(RATE_DECIMALS)));
-    let Some((whole, digits)) = text.split_once('.') else { return text };
-    let keep = digits.trim_end_matches('0').len().max(usize::from(style.decimals.min(RATE_DECIMALS)));
-    let digits = digits.get(..keep).unwrap_or(digits);
-    if digits.is_empty() && !style.point { whole.into() } else { format!("{whole}.{digits}") }
-}
-
-/// A time between two others as it is written (`s.nnnnnnnnn` for parts), and what it then is, s. Its last digit is a
-/// thousandth of the way to its neighbours, as the velocity belongs to the time.
-fn time_text(form: &Time, t_s: f64, after: f64, before: f64) -> (String, f64) {
-    let text = match form {
-        Time::Seconds(n) => {
-            let gap = (t_s - after).min(before - t_s) / 1000.0;
-            fine(t_s, n.style, number::decimals_for(n.style, gap, RATE_DECIMALS))
-        }
-        Time::Parts { .. } => format!("{t_s:.9}"),
-    };
-    let t_s = match form {
-        Time::Seconds(_) => text.parse().unwrap_or(f64::NAN),
-        Time::Parts { .. } => {
-            let (s, ns) = text.split_once('.').unwrap_or((&text, "0"));
-            s.parse::<f64>().unwrap_or(f64::NAN) + ns.parse::<f64>().unwrap_or(f64::NAN) * 1e-9
-        }
-    };
-    (text, t_s)
 }

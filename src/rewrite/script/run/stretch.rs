@@ -103,13 +103,15 @@ impl Run {
         self.vertices.iter().filter(|v| v.role == Role::Goal && !v.again)
     }
 
-    /// A place on the way of a step, as the format tells it: an axis that stands elsewhere stays where the run has it, as `at`.
+    /// A place on the way of a step, as the format tells it: an axis that stands elsewhere, or that the format does not tell, stays
+    /// where the run has it, as `at`.
     pub fn standing(&self, step: usize, mut place: Vec<f64>, at: &[f64]) -> Vec<f64> {
         for axis in self.elsewhere.get(&step).into_iter().flat_map(|axes| axes.axes()) {
             if let (Some(q), Some(at)) = (place.get_mut(axis), at.get(axis)) {
                 *q = *at;
             }
         }
+        place.iter_mut().zip(at).filter(|(q, _)| q.is_nan()).for_each(|(q, at)| *q = *at);
         place
     }
 

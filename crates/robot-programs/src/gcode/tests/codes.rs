@@ -273,3 +273,94 @@ fn a_place_that_a_frame_or_a_variable_may_keep_is_left_as_it_is() {
     let text = format!("{START}#1=3\nG1 X40\n");
     assert!(moves(&script_of(&Gcode, &text, &robot()))[1].1.fixed.is_none());
 }
+
+/// Moves with known goals, and the doubts of the others.
+fn whole_numbers(text: &str, words: &[&str]) -> (usize, Vec<String>) {
+    let mut axes = robot();
+    axes.control = crate::gcode::Control::of_words(words.iter().copied()).unwrap();
+    let script = script_of(&Gcode, text, &axes);
+    let known = moves(&script).iter().filter(|m| matches!(m.1.goal, Goal::Joints(_))).count();
+    let doubts = moves(&script).into_iter().filter_map(|(_, m)| match m.goal {
+        Goal::Opaque(why) => Some(why.to_string()),
+        _ => None,
+    });
+    (known, doubts.collect())
+}
+
+#[test]
+fn whole_numbers_alone_may_count_increments_until_the_control_is_known() {
+    let text = "G21 G90 G17\nG0 X500 Y200 Z-100\nG1 X300 F100.5\nX500\nX0\nX100\nX150\n";
+    let (known, doubts) = whole_numbers(text, &[]);
+    assert_eq!((known, doubts.len()), (1, 5), "{doubts:?}");
+    assert!(doubts.iter().all(|d| d.contains("may count increments")), "{doubts:?}");
+    assert_eq!(whole_numbers(text, &["whole-units"]), (6, vec![]));
+    let said = |text: &str, words: &[&str]| {
+        let mut axes = robot();
+        axes.control = crate::gcode::Control::of_words(words.iter().copied()).unwrap();
+        script_of(&Gcode, text, &axes).only_whole_numbers
+    };
+    assert!(said(text, &[]) && said("G20 G90\nG2 X1 Y1 R5\n", &[]) && !said(text, &["Whole-Units"]));
+    // one axis word or centre with a point says how the control reads them all; a feed, a dwell or a comment does not
+    for pointed in ["G1 X0.5", "X12.125", "G1 X10 Y10\nG2 X15 Y10 I2.5 J0"] {
+        assert!(!said(&format!("{text}{pointed}\n"), &[]), "{pointed}");
+        assert!(whole_numbers(&format!("{text}{pointed}\n"), &[]).1.is_empty(), "{pointed}");
+    }
+    for other in ["G4 P0.5", "(X0.5)", "S1000.5", "F200.0"] {
+        assert!(said(&format!("{text}{other}\n"), &[]), "{other}");
+    }
+    // many lines of one form, of which a late one has a point
+    let lines: String = (0..40).map(|k| format!("X{}\n", k + 1)).collect();
+    assert!(said(&format!("{text}{lines}"), &[]) && !said(&format!("{text}{lines}X9.5\n"), &[]));
+    // printers know no increments, and zeros are the same in both
+    assert!(!said("M104 S200\nG21 G90\nG1 X10 Y20 F1000\n", &[]) && !said("G21 G90\nG0 X0 Y0\n", &[]));
+    // beside numbers that end in a point the word changes nothing
+    assert!(!whole_numbers("G21 G90\nG0 X1. Y0. Z0.\nG1 X5 F9\n", &["whole-units"]).1.is_empty());
+}
+
+#[test]
+fn of_the_samples_two_are_written_in_whole_numbers_alone() {
+    let mut whole = Vec::new();
+    for (name, bytes) in harness::samples(&Gcode) {
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let [without, with] = [&[][..], &["whole-units"]].map(|words| whole_numbers(&text, words).0);
+        if without != with {
+            whole.push((name, without, with));
+        }
+    }
+    let names: Vec<_> = whole.iter().map(|w| (w.0.rsplit('/').next().unwrap_or_default(), w.1, w.2)).collect();
+    assert_eq!(names, [("relative.nc", 0, 6), ("squeezed.tap", 0, 4)]);
+}
+
+#[test]
+fn a_feed_or_a_spindle_word_beside_a_dwell_is_the_time_of_the_dwell() {
+    let read = |dwell: &str| {
+        let text = format!("G21 G90\nG0 X0 Y0 Z0\nG1 X10.0 F500\n{dwell}\nX20.0\n");
+        let script = script_of(&Gcode, &text, &robot());
+        let dwell = script.steps.iter().find_map(|s| match s.kind {
+            StepKind::Dwell(seconds) => Some(seconds),
+            _ => None,
+        });
+        (dwell.expect("a dwell"), moves(&script).last().unwrap().1.speed)
+    };
+    let feed = read("G4 X2.0").1;
+    assert!(matches!(feed, Speed::Tcp(v) if (v - 0.5 / 60.0).abs() < 1e-12), "{feed:?}");
+    for (dwell, seconds) in [
+        ("G4 F2", Some(2.0)),
+        ("G4 F0.5", Some(0.5)),
+        ("F2 G4", Some(2.0)),
+        // turns of the spindle
+        ("G4 S30", None),
+        ("G4 X1.5", Some(1.5)),
+        ("G4 P0.5", Some(0.5)),
+        ("G4 P500", None),
+    ] {
+        assert_eq!(read(dwell), (seconds, feed), "{dwell}");
+    }
+    // beside another time an F may be either
+    assert_eq!(read("G4 P0.5 F100"), (Some(0.5), Speed::Unknown));
+    assert_eq!(read("G4 X1.5 F100"), (Some(1.5), Speed::Unknown));
+    // of printers S counts seconds
+    let printer = "M104 S200\nG21 G90\nG1 X10.0 F500\nG4 S2\nG1 X20.0\n";
+    let script = script_of(&Gcode, printer, &robot());
+    assert!(script.steps.iter().any(|s| matches!(s.kind, StepKind::Dwell(Some(s)) if s == 2.0)));
+}
