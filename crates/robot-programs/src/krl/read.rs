@@ -9,6 +9,7 @@ mod flow;
 mod goals;
 mod in_force;
 mod moves;
+mod scan;
 mod versions;
 
 use super::calls::arc;
@@ -38,7 +39,7 @@ use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{self, At, Break, Goal, Note, Script, Solution, Step, StepKind, Targets, Text, pragma};
-use ahead::{Ahead, by_a_routine, changed_frame_data, reads_place, steers_arcs};
+use ahead::{Ahead, changed_frame_data, reads_place, steers_arcs};
 use alike::Alike;
 use flow::Block;
 use in_force::Force;
@@ -380,25 +381,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What a line sets that is computed has the name that tells it from others of the same words.
-    fn frames_by_name(&mut self, k: usize) {
-        let (force, set) = (&self.force, &mut self.set);
-        for (list, frame) in [&mut set.base, &mut set.tool].into_iter().enumerate() {
-            if let Some(own) = frame.take() {
-                *frame = Some(force.named(list, k, own));
-            }
-        }
-    }
-
-    /// A routine to which `$BASE` or `$TOOL` itself is passed may set it.
-    fn passed(&mut self, k: usize) {
-        let set = |list: usize| self.ahead.passed[list].contains(&(k as u64 + 1)).then(|| by_a_routine(list));
-        let [base, tool] = [set(0), set(1)];
-        self.settings_made += usize::from(base.is_some() || tool.is_some());
-        self.set.base = base.or(self.set.base.take());
-        self.set.tool = tool.or(self.set.tool.take());
-    }
-
     /// An assignment, a call, or something unknown.
     ///
     /// `other = assignment | call | unknown`
@@ -418,17 +400,10 @@ impl<'a> Reader<'a> {
             self.stands = None;
         }
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
-        self.settings_made += usize::from(is_setting(word));
+        self.settings_made += usize::from(settings::is_setting(word));
         self.frames_by_name(k);
         if word == "FDAT_ACT" && self.going.holds_part(self.text, &line[1..]) {
             self.set.carried = Some(MovesBase::HoldsPart);
         }
     }
-}
-
-/// Whether an assignment to this variable holds for the motions after it: it sets speeds, approximation, frames, or how the tool turns.
-fn is_setting(word: &str) -> bool {
-    const OTHERS: [&str; 5] = ["FDAT_ACT", "LDAT_ACT", "PDAT_ACT", "BASE_DATA", "TOOL_DATA"];
-    const STARTS: [&str; 8] = ["$VEL", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "$WORLD", "$ROBROOT", "$ORI_TYPE"];
-    OTHERS.contains(&word) || STARTS.iter().any(|start| word.starts_with(start))
 }

@@ -239,3 +239,10 @@ pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, rou
     };
     [of("$BASE", BASES), of("$TOOL", TOOLS)]
 }
+
+/// Whether an assignment to this variable holds for the motions after it: it sets speeds, approximation, frames, or how the tool turns.
+pub(super) fn is_setting(word: &str) -> bool {
+    const OTHERS: [&str; 5] = ["FDAT_ACT", "LDAT_ACT", "PDAT_ACT", "BASE_DATA", "TOOL_DATA"];
+    const STARTS: [&str; 8] = ["$VEL", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "$WORLD", "$ROBROOT", "$ORI_TYPE"];
+    OTHERS.contains(&word) || STARTS.iter().any(|start| word.starts_with(start))
+}

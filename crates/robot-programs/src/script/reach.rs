@@ -116,13 +116,46 @@ struct Pass {
 
 type Effects = BTreeMap<String, Option<State>>;
 
+/// An event that sets something, calls or ends a routine; `false`: it is none.
+fn sets(event: &Event, now: &mut Option<State>, out: &mut Pass, effects: &Effects) -> bool {
+    match event {
+        Event::Set(kind, to) => {
+            if let Some(atoms) = now.as_mut().and_then(|s| s.get_mut(*kind)) {
+                *atoms = Atoms::from([*to]);
+            }
+        }
+        Event::Reset(kind, to) => {
+            if let Some(atoms) = now.as_mut().and_then(|s| s.get_mut(*kind))
+                && *atoms != Atoms::from([BEFORE])
+            {
+                atoms.retain(|a| matches!(*a, ENTRY | BEFORE));
+                atoms.insert(*to);
+            }
+        }
+        Event::Call(name) => {
+            if let (Some(effect), Some(state)) = (effects.get(name), now.as_ref()) {
+                out.calls.push((name.clone(), state.clone()));
+                *now = effect.as_ref().map(|effect| from(effect, state));
+            }
+        }
+        Event::End => {
+            join(&mut out.end, now);
+            *now = None;
+        }
+        _ => return false,
+    }
+    true
+}
+
 impl Joins {
     fn pass(&mut self, events: &[(usize, Event)], kinds: usize, effects: &Effects) -> Pass {
         let mut now: Option<State> = Some(vec![Atoms::from([ENTRY]); kinds]);
         let mut out = Pass { changes: Vec::new(), calls: Vec::new(), end: None };
         let mut open: Vec<Open> = Vec::new();
         for (k, (at, event)) in events.iter().enumerate() {
-            self.event(k, event, &mut now, &mut open, &mut out, effects);
+            if !sets(event, &mut now, &mut out, effects) {
+                self.leads(k, event, &mut now, &mut open);
+            }
             match out.changes.last_mut() {
                 Some(last) if last.1 == now => {}
                 Some(last) if last.0 == *at => last.1.clone_from(&now),
@@ -133,15 +166,8 @@ impl Joins {
         out
     }
 
-    fn event(
-        &mut self,
-        k: usize,
-        event: &Event,
-        now: &mut Option<State>,
-        open: &mut Vec<Open>,
-        out: &mut Pass,
-        effects: &Effects,
-    ) {
+    /// An event at which control goes elsewhere, or comes from there.
+    fn leads(&mut self, k: usize, event: &Event, now: &mut Option<State>, open: &mut Vec<Open>) {
         let innermost = |open: &Vec<Open>| open.iter().rposition(|b| !matches!(b.block, Block::Branch | Block::Switch));
         match event {
             Event::Label(name) => {
@@ -188,36 +214,14 @@ impl Joins {
                 }
                 *now = None;
             }
-            Event::Set(kind, to) => {
-                if let Some(atoms) = now.as_mut().and_then(|s| s.get_mut(*kind)) {
-                    *atoms = Atoms::from([*to]);
-                }
-            }
-            Event::Reset(kind, to) => {
-                if let Some(atoms) = now.as_mut().and_then(|s| s.get_mut(*kind))
-                    && *atoms != Atoms::from([BEFORE])
-                {
-                    atoms.retain(|a| matches!(*a, ENTRY | BEFORE));
-                    atoms.insert(*to);
-                }
-            }
-            Event::Call(name) => {
-                if let (Some(effect), Some(state)) = (effects.get(name), now.as_ref()) {
-                    out.calls.push((name.clone(), state.clone()));
-                    *now = effect.as_ref().map(|effect| from(effect, state));
-                }
-            }
-            Event::End => {
-                join(&mut out.end, now);
-                *now = None;
-            }
+            _ => {}
         }
     }
 
     fn close(&mut self, block: Open, now: &mut Option<State>) {
         match block.block {
             Block::Branch | Block::Switch => {
-                if !(block.whole) {
+                if !block.whole {
                     join(now, &block.before);
                 }
             }

@@ -41,13 +41,13 @@ fn alike(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
 
 impl Builder<'_> {
     /// The TCPs that the file sets, into `tcps`, and where they and what leads the robot may be in force. One that is computed is asked for
-    /// by what computes it, and by its line where the same words may give another one.
+    /// by what computes it, and by a number where the same words may give another one.
     ///
     /// `tool = "set_tcp" "(" (pose | name | expression) ["," ...] ")"`
     pub fn find_in_force(&mut self) -> Option<InForce> {
         let p = self.p;
         let mut atoms: HashMap<usize, u32> = HashMap::new();
-        let (mut asked, twice) = (HashSet::new(), called_twice(p));
+        let (mut asked, twice) = (HashMap::new(), called_twice(p));
         for (k, item) in p.items.iter().enumerate() {
             let Some(at) = item.span.clone().find(|i| p.words.at(*i) == "set_tcp") else { continue };
             let args = arguments(p, at + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
@@ -71,7 +71,7 @@ impl Builder<'_> {
     }
 
     /// A TCP that is computed.
-    fn asked_tcp(&self, value: &Span, item: &Item, twice: &HashSet<&str>, asked: &mut HashSet<String>) -> Frame {
+    fn asked_tcp(&self, value: &Span, item: &Item, twice: &HashSet<&str>, asked: &mut HashMap<String, usize>) -> Frame {
         let name = format!("set_tcp {}", self.shown(value));
         if !may_differ(self.p, item.def, value.clone()) {
             return Frame::Named(name);
@@ -79,10 +79,10 @@ impl Builder<'_> {
         if item.def.and_then(|def| self.p.defs.get(def)).is_some_and(|(name, _)| twice.contains(name.as_str())) {
             return Frame::unclear(Reason::TcpDiffers);
         }
-        match asked.insert(name.clone()) {
-            true => Frame::Named(name),
-            false => Frame::Named(format!("{name} (line {})", self.line(value.start))),
-        }
+        // numbers of lines would change with each point that is added
+        let number = asked.entry(name.clone()).or_default();
+        *number += 1;
+        Frame::Named(if *number == 1 { name } else { format!("{name} ({number})") })
     }
 
     /// An expression as it is written.

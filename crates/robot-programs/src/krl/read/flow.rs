@@ -1,6 +1,7 @@
 //! Blocks, jumps and calls of a program as it is read: where steps break, and which settings hold after them.
 
 use super::Reader;
+use super::ahead::by_a_routine;
 use super::in_force::InForce;
 use crate::krl::calls::calls;
 use crate::krl::lex::{Token, in_upper};
@@ -47,6 +48,25 @@ impl Reader<'_> {
         let lists = self.set.lists.clone();
         let InForce { frames: [base, tool], carried, moved } = self.force.after(k);
         Settings { base, tool, lists, carried, moved, ..Settings::turning(self.ahead.turning) }
+    }
+
+    /// What a line sets that is computed has the name that tells it from others of the same words.
+    pub(super) fn frames_by_name(&mut self, k: usize) {
+        let (force, set) = (&self.force, &mut self.set);
+        for (list, frame) in [&mut set.base, &mut set.tool].into_iter().enumerate() {
+            if let Some(own) = frame.take() {
+                *frame = Some(force.named(list, k, own));
+            }
+        }
+    }
+
+    /// A routine to which `$BASE` or `$TOOL` itself is passed may set it.
+    pub(super) fn passed(&mut self, k: usize) {
+        let set = |list: usize| self.ahead.passed[list].contains(&(k as u64 + 1)).then(|| by_a_routine(list));
+        let [base, tool] = [set(0), set(1)];
+        self.settings_made += usize::from(base.is_some() || tool.is_some());
+        self.set.base = base.or(self.set.base.take());
+        self.set.tool = tool.or(self.set.tool.take());
     }
 
     /// A block, a jump or an interrupt; `false`: it is none.

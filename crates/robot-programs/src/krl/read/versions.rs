@@ -1,7 +1,7 @@
 //! Frames that a program asks for by what computes them, where that may change: `BASE_DATA[N]` is another frame after `N` has been assigned.
 //!
-//! Each assignment of anything in such an expression makes it another one, which is asked for by a name of its own, with the line of that
-//! assignment, where the program uses several. Names of variables count wherever they are declared: two local ones of one name are one here.
+//! Each assignment of anything in such an expression makes it another one, which is asked for by a name of its own, with a number, where the
+//! program uses several. Names of variables count wherever they are declared: two local ones of one name are one here.
 
 use super::in_force::{ASSIGNED, Setting};
 use crate::krl::calls::calls;
@@ -192,7 +192,7 @@ pub(super) struct Versions {
     /// By list and line.
     of: BTreeMap<(usize, usize), Vec<Version>>,
     /// Names that the program gives to several frames.
-    several: BTreeSet<(usize, String)>,
+    several: BTreeMap<(usize, String), Vec<Version>>,
     /// Lines that assign what a frame is computed from.
     pub(super) changed_at: BTreeSet<usize>,
     /// Kinds that frames are computed from.
@@ -238,7 +238,8 @@ impl Versions {
             }
             out.of.insert((*list, *line), versions);
         }
-        out.several = seen.into_iter().filter(|(_, versions)| versions.len() > 1).map(|(name, _)| name).collect();
+        let several = seen.into_iter().filter(|(_, versions)| versions.len() > 1);
+        out.several = several.map(|(name, versions)| (name, versions.into_iter().collect())).collect();
         out
     }
 
@@ -249,12 +250,14 @@ impl Versions {
             return Self::unclear();
         }
         match frame {
-            Frame::Named(name) if self.several.contains(&(list, name.clone())) => {
+            Frame::Named(name) => {
+                let Some(all) = self.several.get(&(list, name.clone())) else { return Frame::Named(name) };
                 // what the program sets has been set
                 let unset = name.ends_with(AS_SET) && versions.len() > 1;
                 let own = versions.iter().filter(|v| !(unset && v.is_empty()));
-                let mut all: Vec<Frame> = own.map(|v| Frame::Named(with_lines(&name, v))).collect();
-                if all.len() == 1 { all.remove(0) } else { Frame::Any(all) }
+                let number = |v: &Version| all.iter().position(|other| other == v).unwrap_or_default();
+                let mut own: Vec<Frame> = own.map(|v| Frame::Named(numbered(&name, number(v)))).collect();
+                if own.len() == 1 { own.remove(0) } else { Frame::Any(own) }
             }
             Frame::Any(all) => Frame::Any(all.into_iter().map(|f| self.named(list, line, f)).collect()),
             frame => frame,
@@ -270,13 +273,10 @@ impl Versions {
 /// What a list holds that the program sets in part, or by a computed index.
 const AS_SET: &str = " as the program sets it";
 
-fn with_lines(name: &str, version: &Version) -> String {
-    let lines: Vec<String> = version.iter().map(|atom| (atom - FIRST + 1).to_string()).collect();
-    match lines.as_slice() {
-        [] => name.to_string(),
-        [one] => format!("{name} (line {one})"),
-        all => format!("{name} (lines {})", all.join(", ")),
-    }
+/// The name of the frame of this number, from 0, among those of the same words: the first keeps the plain one. Numbers of lines would
+/// change with each point that is added.
+fn numbered(name: &str, number: usize) -> String {
+    if number == 0 { name.to_string() } else { format!("{name} ({})", number + 1) }
 }
 
 /// Whether a name is that of a frame that no expression of this file computes.

@@ -66,7 +66,7 @@ fn a_tcp_that_is_computed_anew_has_a_name_of_its_own() {
     let two = format!(
         "def p():\ntool=p[0,0,0.15,0,0,0]\nset_tcp(tool)\n{AT}tool=p[0.05,0,0.25,0.5,0,0]\nset_tcp(tool)\n{AT}end\n"
     );
-    assert_eq!(tcps(&two), ["set_tcp tool", "set_tcp tool (line 6)"]);
+    assert_eq!(tcps(&two), ["set_tcp tool", "set_tcp tool (2)"]);
     let once = format!("def p():\nset_tcp(tool)\n{AT}set_tcp(tool)\n{AT}end\n");
     assert_eq!(tcps(&once), ["set_tcp tool"; 2]);
     let of = |calls: &str| tcps(&format!("def use(t):\nset_tcp(t)\nend\ndef main():\n{calls}end\nmain()\n"));
