@@ -180,17 +180,21 @@ fn step(
     let of_pose = m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_));
     let arc = run.line(vertex.step).filter(|_| of_pose).filter(|line| line.arc().is_some());
     let closed = m.closed.is_some() || of_pose && arc.is_none() || run.unfollowed.contains(&vertex.step);
-    let closed = closed || run.entered.contains(&vertex.step);
+    let changing = run.changing.contains(&vertex.step);
+    let closed = closed || changing || run.entered.contains(&vertex.step);
     if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
         unplaced.lose(script, vertex.step, points);
+        if changing && points > 0 && m.closed.is_none() {
+            unplaced.because(&Reason::ComputedPlace, &[script.steps[vertex.step].at.line]);
+        }
     }
     if !vertex.editable {
         return None;
     }
     let once = !run.entered.contains(&vertex.step);
-    let as_joint_moves =
-        once && solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
+    let fixed = matches!(&m.goal, Goal::Pose(goal) if !goal.is_computed()) && !changing;
+    let as_joint_moves = once && solve && fixed && m.path == PathKind::Linear && m.closed.is_none();
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
     let offset = |q: &[f64], own: &[f64]| q.iter().zip(own).map(|(a, b)| a - b).collect::<Vec<f64>>();

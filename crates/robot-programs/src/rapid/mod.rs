@@ -48,6 +48,7 @@ mod project;
 mod read;
 mod reason;
 mod rules;
+mod settings;
 mod statements;
 mod steps;
 mod value;

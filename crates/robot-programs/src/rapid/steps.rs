@@ -13,6 +13,7 @@ use super::lex::Kind;
 use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::rules::{Configured, External, Going, configured_first, entry_routine};
+use super::settings::Settings;
 use super::value::{self, Node};
 use super::words::{self, Motion};
 use crate::axes::Axes;
@@ -22,7 +23,7 @@ use crate::script::blocks::{Steps, is_entered};
 use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -35,7 +36,9 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     // a move of another module needs the value that stands here; arguments are read again where they are needed, and never all held
     let goal = |item: &Item| if own(item) { goal_of(p, item) } else { None };
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
+    let entry = entry_routine(p, &|item| own(item));
     let mut b = Builder {
+        settings: Settings::of(text, p, &|item| own(item), entry),
         f: Facts::new(text, p, &project.left_out, &goals, &robot.no_motion),
         project,
         robot,
@@ -57,8 +60,9 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         synchronised: false,
         moved: false,
         named_calls: NamedCalls::default(),
-        entry_routine: entry_routine(p, &|item| own(item)),
+        entry_routine: entry,
     };
+    b.note_assignments();
     let mut passed = p.passed.iter().peekable();
     for item in p.items.iter().filter(|item| own(item)) {
         let notes = b.notes.len();
@@ -103,6 +107,8 @@ fn takes_on(p: &Parsed, item: &Item) -> bool {
 
 pub struct Builder<'a> {
     pub f: Facts<'a>,
+    /// Where the program sets what tools and work objects are made of.
+    pub settings: Settings,
     pub project: &'a Project,
     pub robot: &'a Axes,
     pub displaced: bool,
@@ -246,7 +252,26 @@ impl Builder<'_> {
                 None => self.call(item),
             },
         }
+        self.set_names(item);
         Ok(())
+    }
+
+    /// Tools and work objects that are others after an item; what a routine that may move sets is seen where it stands.
+    fn set_names(&mut self, item: &Item) {
+        let still = facts::called(self.f.p, item).filter(|name| !self.f.may_move(name));
+        let called = still.flat_map(|name| self.settings.set_by(name));
+        let names: BTreeSet<String> = self.settings.set_at(item).chain(called).map(str::to_string).collect();
+        for name in names {
+            self.push(item.span.start, StepKind::Sets(name.into()));
+        }
+    }
+
+    /// Says from where on a tool or a work object is asked for by another name.
+    fn note_assignments(&mut self) {
+        let all: Vec<(usize, String)> = self.settings.assignments().collect();
+        for (token, name) in all {
+            self.note(token, format!("asked for after this line as `{name}`"));
+        }
     }
 
     /// Calls of what no file has.

@@ -48,7 +48,7 @@ impl Builder<'_> {
             let pose = item.zip(args.first()).and_then(|(item, a)| self.pose(&a.span, item));
             let tool = match (pose, args.first()) {
                 (Some((pose, _)), _) => Frame::Given(isometry(pose)),
-                (None, Some(a)) => Frame::Named(format!("set_tcp {}", self.shown(&a.span))),
+                (None, Some(a)) => Frame::Computed(format!("set_tcp {}", self.shown(&a.span))),
                 (None, None) => Frame::unclear(Reason::TcpComputed),
             };
             let (_, all) = found.get_or_insert_with(|| (i, Vec::new()));
