@@ -41,6 +41,7 @@ mod arguments;
 mod built;
 mod facts;
 mod goals;
+mod led;
 mod lex;
 mod passed;
 mod poses;

@@ -6,7 +6,7 @@
 //!
 //! Names count, not declarations: two of one name are taken as one.
 
-use super::arguments::motion_of;
+use super::arguments::{motion_of, positional};
 use super::facts::{self, Facts};
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed, Span, Storage};
@@ -47,8 +47,7 @@ impl Settings {
         direct.values_mut().for_each(|all| all.retain(|name| names.contains(name)));
         direct.retain(|_, all| !all.is_empty());
         let by_routine = by_routine(p, &direct);
-        let trap = |item: &&Item| item.kind == ItemKind::Start && p.words.at(item.span.start) == "trap";
-        let traps = p.items.iter().filter(trap).filter_map(|item| by_routine.get(&p.routines.get(item.routine)?.name));
+        let traps = p.routines.iter().filter(|r| r.is_trap).filter_map(|r| by_routine.get(&r.name));
         let in_traps = traps.flatten().cloned().collect();
         let mut settings = Self { names, direct, by_routine, in_traps, ..Self::default() };
         settings.number(p, own, entry);
@@ -126,13 +125,16 @@ fn set_by_items(text: &Text, p: &Parsed) -> HashMap<usize, Names> {
     for (token, names) in Facts::touched_by(text, p, &|item| !is_quiet(p, item)) {
         found.entry(token).or_default().extend(names);
     }
-    let mut heads: HashMap<usize, usize> = HashMap::new();
+    let mut heads: HashMap<usize, &Span> = HashMap::new();
     for item in p.items.iter().filter(|item| item.kind == ItemKind::Start) {
-        heads.entry(item.routine).or_insert(item.span.start);
+        heads.entry(item.routine).or_insert(&item.span);
     }
     for d in p.decls.iter().filter(|d| d.storage != Storage::Const) {
         let Some(head) = d.routine.and_then(|r| heads.get(&r)) else { continue };
-        found.entry(*head).or_default().insert(d.name.clone());
+        // a counter is set by its loop
+        if d.storage != Storage::Bound || head.contains(&d.at) {
+            found.entry(head.start).or_default().insert(d.name.clone());
+        }
     }
     // `i FROM 1 TO 4`
     for item in p.items.iter().filter(|item| item.kind == ItemKind::Loop) {
@@ -160,15 +162,19 @@ fn is_quiet(p: &Parsed, item: &Item) -> bool {
     own.peek().is_some() && own.all(|r| head(r).is_some_and(|item| !by_name(&item.span)))
 }
 
-/// Names among `set` of which tool and work object of a motion are made, or its zone.
+/// Names among `set` of which tool and work object of a motion are made.
 fn used(p: &Parsed, item: &Item, set: &HashSet<&str>) -> Vec<String> {
     let ItemKind::Call { .. } = item.kind else { return Vec::new() };
     let any = words::motion(p.words.at(item.span.start)).is_some()
         && p.words.within(item.span.start + 1..item.span.end).any(|w| set.contains(w));
     let Some((motion, args)) = any.then(|| motion_of(p, item)).flatten() else { return Vec::new() };
-    let tools = args.iter().skip(motion.target + 2).map(|a| a.span.clone());
+    let named = args.iter().position(|a| a.name == "tool");
+    let goal = positional(&args, motion.target).unwrap_or_default();
+    let last = || (0..args.len()).rev().find(|k| *k > goal + 2 && !args[*k].span.is_empty());
+    let third = || if motion.tool_third { positional(&args, motion.target + 3) } else { last() };
+    let tools = named.or_else(third).map(|k| args[k].span.clone());
     let objects = args.iter().flat_map(|a| &a.switches).filter(|s| s.name == "wobj").filter_map(|s| s.value.clone());
-    let spans: Vec<Span> = tools.chain(objects).collect();
+    let spans: Vec<Span> = tools.into_iter().chain(objects).collect();
     let all = spans.into_iter().flat_map(|span| words_of(p, span));
     all.filter(|w| set.contains(w)).map(str::to_string).collect()
 }

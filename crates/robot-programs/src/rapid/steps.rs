@@ -9,6 +9,7 @@ mod motion;
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, Placed};
 use super::facts::{self, Facts};
+use super::led::Led;
 use super::lex::Kind;
 use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
@@ -37,6 +38,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let goal = |item: &Item| if own(item) { goal_of(p, item) } else { None };
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let entry = entry_routine(p, &|item| own(item));
+    let going_first = Going::first(text, p);
     let mut b = Builder {
         settings: Settings::of(text, p, &|item| own(item), entry),
         f: Facts::new(text, p, &project.left_out, &goals, &robot.no_motion),
@@ -52,7 +54,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         configured: Configured { joint: true, linear: true },
         configured_first: configured_first(p),
         going: Going::default(),
-        going_first: Going::first(text, p),
+        going_first,
+        led: Led::of(text, p, going_first),
         led_before: Vec::new(),
         known: HashMap::new(),
         nodes: HashMap::new(),
@@ -126,6 +129,8 @@ pub struct Builder<'a> {
     configured_first: Configured,
     going: Going,
     going_first: Going,
+    /// What may lead the arm from before a routine or a loop.
+    led: Led,
     /// What leads the arm away before each open block, or at the end of one of its branches: a block may be passed by.
     led_before: Vec<Option<&'static str>>,
     /// Targets of declarations, by declaration and index list.
@@ -167,25 +172,13 @@ impl Builder<'_> {
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
         self.going.follow(self.f.text, self.f.p, item);
+        self.going.pass_by(&mut self.led_before, item.kind);
+        self.led.enter(self.f.p, item, self.going_first, &mut self.going);
         match item.kind {
-            ItemKind::Start => {
-                self.led_before.clear();
-                self.external_before.clear();
-            }
-            ItemKind::Branch | ItemKind::Loop => {
-                self.led_before.push(self.going.led);
-                self.external_before.push(self.external.clone());
-            }
-            ItemKind::Middle => {
-                self.external = self.external_before.last().cloned().flatten();
-                if let Some(before) = self.led_before.last_mut() {
-                    *before = before.or(self.going.led);
-                }
-            }
-            ItemKind::EndBranch | ItemKind::EndLoop => {
-                self.going.led = self.going.led.or(self.led_before.pop().flatten());
-                self.external_before.pop();
-            }
+            ItemKind::Start => self.external_before.clear(),
+            ItemKind::Branch | ItemKind::Loop => self.external_before.push(self.external.clone()),
+            ItemKind::Middle => self.external = self.external_before.last().cloned().flatten(),
+            ItemKind::EndBranch | ItemKind::EndLoop => drop(self.external_before.pop()),
             _ => {}
         }
         if let Some(t) = self.f.p.tokens.get(token) {
@@ -208,7 +201,6 @@ impl Builder<'_> {
                 self.synchronised = false;
                 self.moved = false;
                 self.configured = self.configured_first;
-                self.going = self.going_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
                 if self.entry_routine == Some(item.routine) {
                     self.steps.entry.get_or_insert(k);

@@ -302,12 +302,17 @@ impl Frame {
         }
     }
 
-    /// Whether a name of the program, in lower case, is one of the words that compute it.
+    /// Whether a name of the program, in lower case, stands among the words that compute it.
     pub fn is_made_of(&self, word: &str) -> bool {
+        let inside = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$');
         match self {
             Self::Computed(name) => {
-                let apart = |c: char| !(c.is_alphanumeric() || matches!(c, '_' | '$'));
-                name.split(apart).any(|own| own.to_lowercase() == word)
+                let name = name.to_lowercase();
+                name.match_indices(word).any(|(at, _)| {
+                    let before = name[..at].chars().next_back();
+                    let after = name[at + word.len()..].chars().next();
+                    !(before.is_some_and(inside) || after.is_some_and(inside))
+                })
             }
             Self::Any(all) => all.iter().any(|f| f.is_made_of(word)),
             _ => false,
@@ -317,7 +322,8 @@ impl Frame {
     /// What it is called, whatever external axes carry it and wherever these stand ([`Self::carried`]); empty: it has no name.
     pub fn name_at_rest(&self) -> String {
         match self {
-            Self::Named(name) | Self::Computed(name) => match name.split_once(AT).map_or(name.as_str(), |(own, _)| own) {
+            Self::Named(name) | Self::Computed(name) => match name.split_once(AT).map_or(name.as_str(), |(own, _)| own)
+            {
                 // the names under which a frame without one is asked for
                 "$NULLFRAME" | "wobj0" | "0" => String::new(),
                 own => own.to_string(),
@@ -518,6 +524,17 @@ mod tests {
             PoseForm::FixedXyz.pose(&own).unwrap() * UnitQuaternion::from_scaled_axis(Vector3::new(5e-5, 0.0, 0.0));
         let new = PoseForm::FixedXyz.coordinates(&pose, &own);
         assert!((new[3] + PI - 4e-5).abs() < 1e-9, "{new:?}");
+    }
+
+    #[test]
+    fn a_computed_frame_is_made_of_whole_words() {
+        let frame = Frame::Computed("wList{i} displaced by PDispOn at eax_a 30".into());
+        assert!(frame.is_made_of("wlist") && frame.is_made_of("i"));
+        assert!(!frame.is_made_of("w") && !frame.is_made_of("list") && !frame.is_made_of("a"));
+        assert!(!Frame::Named("w".into()).is_made_of("w"));
+        let by = Frame::Null.made("0", "with OFFSET,PR[12:UP]");
+        assert!(by.is_computed() && by.is_made_of("pr") && by.is_made_of("pr[12") && !by.is_made_of("pr[1"));
+        assert!(by.carried("0", &[("E1".into(), 5.0)]).is_computed());
     }
 
     #[test]
