@@ -105,6 +105,7 @@ mod vendor_approach;
 mod vendor_arcs;
 mod vendor_calls;
 mod vendor_circle;
+mod vendor_computed;
 mod vendor_declared;
 mod vendor_history;
 mod vendor_joins;

@@ -151,7 +151,10 @@ fn walk(
                     times = times.and_then(|t| path.dwell(seconds, t, q, step.at));
                 }
             }
-            StepKind::Break(Break::Frame | Break::Axes(_)) | StepKind::Process(_) | StepKind::Pragma(_) => {}
+            StepKind::Break(Break::Frame | Break::Axes(_))
+            | StepKind::Sets(_)
+            | StepKind::Process(_)
+            | StepKind::Pragma(_) => {}
         }
     }
     if last.is_none() {

@@ -26,7 +26,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The way to a target, in parts of the joint's whole lost motion.
 const MARGIN: f64 = 1.5;
 /// Share of the way to the target at which the report places the point.
-const SHARE: f64 = 0.95;
+pub(super) const SHARE: f64 = 0.95;
 /// Share of the way after it.
 pub const LEG: f64 = 1.0 - SHARE;
 

@@ -1,5 +1,6 @@
 //! What comes out of the engine, as edits of the program: other values for targets, new points on the way to them.
 
+use super::approach;
 use super::arcs;
 use super::run::{Role, Run, Vertex};
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Reason, Script, StepKind};
@@ -180,17 +181,21 @@ fn step(
     let of_pose = m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_));
     let arc = run.line(vertex.step).filter(|_| of_pose).filter(|line| line.arc().is_some());
     let closed = m.closed.is_some() || of_pose && arc.is_none() || run.unfollowed.contains(&vertex.step);
-    let closed = closed || run.entered.contains(&vertex.step);
+    let changing = run.changing.contains(&vertex.step);
+    let closed = closed || changing || run.entered.contains(&vertex.step);
     if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
         unplaced.lose(script, vertex.step, points);
+        if changing && points > 0 && m.closed.is_none() {
+            unplaced.because(&Reason::ComputedPlace, &[script.steps[vertex.step].at.line]);
+        }
     }
     if !vertex.editable {
         return None;
     }
     let once = !run.entered.contains(&vertex.step);
-    let as_joint_moves =
-        once && solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
+    let fixed = matches!(&m.goal, Goal::Pose(goal) if !goal.is_computed()) && !changing;
+    let as_joint_moves = once && solve && fixed && m.path == PathKind::Linear && m.closed.is_none();
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
     let offset = |q: &[f64], own: &[f64]| q.iter().zip(own).map(|(a, b)| a - b).collect::<Vec<f64>>();
@@ -200,6 +205,7 @@ fn step(
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
     };
     let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
+    let of_goal = matches!(m.goal, Goal::Pose(_));
     // where the robot stands, the point in place carries the step: none is needed on the way to it
     let crossing = |o: &Out, n: usize| run.vertices.get(o.vertex + n).is_some_and(|v| v.role == Role::Crossing);
     let steps = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || offset_differs(o)));
@@ -222,6 +228,11 @@ fn step(
                 continue;
             }
             last = Some(o.q);
+            let stands = |p: &NewPoint| p.share != approach::SHARE && stands_at(&p.q, &point.q);
+            if of_goal && !approach(o) && arc.is_none() && edit.before.last().is_some_and(stands) {
+                // a joint that turns where the robot stands: one point in place carries all steps
+                edit.before.pop();
+            }
             edit.before.push(point);
         }
     }
@@ -306,6 +317,12 @@ fn finest(script: &Script, vertex: &Vertex) -> Option<Vec<f64>> {
     let Goal::Joints(t) = m.goal else { return None };
     let target = script.targets.get(t)?;
     Some(target.values.iter().map(|v| v.map_or(f64::INFINITY, |v| v.finest)).collect())
+}
+
+/// The robot stands there already: no axis moves by more than the rounding of a pose's last digits, rad or m.
+fn stands_at(a: &[f64], b: &[f64]) -> bool {
+    const NO_MOVE: f64 = 2e-6;
+    a.iter().zip(b).all(|(x, y)| (x - y).abs() <= NO_MOVE)
 }
 
 /// No axis differs by half a digit.

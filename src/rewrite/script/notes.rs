@@ -79,7 +79,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains(v.step)).count();
     let told: HashSet<usize> =
         runs.iter().flat_map(|r| r.vertices.iter().skip(1)).filter(|v| v.editable).map(|v| v.step).collect();
-    let unfollowed = |k: &usize| runs.iter().any(|r| r.unfollowed.contains(k));
+    let unfollowed = |k: &usize| runs.iter().any(|r| r.unfollowed.contains(k) || r.changing.contains(k));
     let left: Vec<u64> = script
         .moves()
         .filter(|(k, m)| {

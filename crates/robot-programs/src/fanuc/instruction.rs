@@ -66,6 +66,43 @@ pub(super) fn assigns(statement: &[u8]) -> bool {
     INDEXED.contains(&name) && memchr::memchr(b'=', statement).is_some() && !more
 }
 
+/// Whether a position register is added to a goal anywhere.
+///
+/// `offset = "OFFSET" ["," | blank] "PR" "[" ...`
+pub(super) fn has_offsets(text: &Text) -> bool {
+    const WORDS: [&[u8]; 2] = [b"OFFSET,PR", b"OFFSET PR"];
+    let ends = |at: usize| {
+        let before = at.checked_sub(WORDS[0].len()).and_then(|from| text.bytes.get(from..at));
+        before.is_some_and(|b| WORDS.iter().any(|word| b.eq_ignore_ascii_case(word)))
+    };
+    memchr::memchr_iter(b'[', &text.bytes).any(ends)
+}
+
+/// The position register that a statement gives a value, `pr[5` of `PR[5,1]=PR[5,1]+50`; `pr`: any of them. Offsets are made of it.
+///
+/// `setting = ... "PR" "[" index ["," index] "]" "=" ...`
+pub(super) fn register_set(text: &Text, words: &[Range<usize>]) -> Option<String> {
+    let whole: Vec<u8> = words.iter().flat_map(|w| text.slice(w.clone())).map(u8::to_ascii_uppercase).collect();
+    let sets = |at: usize| {
+        let inside = whole.get(at..)?;
+        // the index may be a register itself
+        let mut depth = 0_usize;
+        let closes = |b: &u8| {
+            depth = match b {
+                b'[' => depth + 1,
+                b']' => depth.saturating_sub(1),
+                _ => depth,
+            };
+            *b == b']' && depth == 0
+        };
+        let end = inside.iter().position(closes)?;
+        (inside.get(end + 1) == Some(&b'=')).then_some(inside)
+    };
+    let first = memchr::memmem::find_iter(&whole, b"PR[").find_map(sets)?;
+    let digits: Vec<u8> = first.iter().skip(3).take_while(|b| b.is_ascii_digit()).copied().collect();
+    Some(if digits.is_empty() { "pr".into() } else { format!("pr[{}", text_of(&digits)) })
+}
+
 /// Whether a statement takes down where the robot stands: `PR[5]=LPOS`, `P[2]=JPOS`, also as the action of an IF.
 ///
 /// `reading = ["IF" condition ","] ("PR" | "P") "[" index "]" "=" ("LPOS" | "JPOS")`

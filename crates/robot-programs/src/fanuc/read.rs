@@ -108,6 +108,8 @@ struct Reader<'a> {
     blocks: Vec<Option<usize>>,
     /// The program is one of line tracking: its positions move with a conveyor.
     tracks: bool,
+    /// Registers are added to goals.
+    offsets: bool,
     /// What leads the robot away from its positions: before each statement, and at this one.
     led: Vec<u32>,
     led_now: u32,
@@ -139,6 +141,7 @@ impl<'a> Reader<'a> {
             quiet: BTreeSet::new(),
             blocks: Vec::new(),
             tracks: false,
+            offsets: instruction::has_offsets(text),
             led: Vec::new(),
             led_now: 0,
             counted_calls: BTreeSet::new(),
@@ -188,6 +191,9 @@ impl<'a> Reader<'a> {
                 }
             } else {
                 self.flow(at, flow::read(self.text, words));
+            }
+            if let Some(register) = instruction::register_set(self.text, words).filter(|_| self.offsets) {
+                self.push(at, StepKind::Sets(register.into()));
             }
         }
     }
@@ -315,6 +321,10 @@ impl<'a> Reader<'a> {
                 }
                 if waits {
                     self.push(at, StepKind::Dwell(None));
+                }
+                // it may set any register
+                if self.offsets {
+                    self.push(at, StepKind::Sets("pr".into()));
                 }
             }
             None => {

@@ -201,6 +201,7 @@ fn calls_labels_loops_dwells_and_processes_are_steps() {
             StepKind::Dwell(s) => format!("{s:?}"),
             StepKind::Break(b) => format!("{b:?}"),
             StepKind::Process(p) => format!("{p}"),
+            StepKind::Sets(name) => format!("sets {name}"),
             StepKind::Pragma(p) => format!("pragma {p}"),
         })
         .collect();

@@ -295,6 +295,7 @@ fn labels_calls_shifts_timers_and_processes_are_steps() {
             StepKind::Dwell(s) => format!("{s:?}"),
             StepKind::Break(b) => format!("{b:?}"),
             StepKind::Process(p) => format!("{p}"),
+            StepKind::Sets(name) => format!("sets {name}"),
             StepKind::Pragma(p) => format!("pragma {p}"),
         })
         .collect();

@@ -35,7 +35,7 @@ pub(super) fn numbered(text: &Text, value: &[Token], list: &str) -> Frame {
     match number(text, value) {
         Some(0.0) => Frame::Null,
         Some(n) if n > 0.0 && n.fract() == 0.0 => Frame::Named(format!("{n:.0}")),
-        _ => Frame::Named(format!("{list}[{}]", written(text, value))),
+        _ => Frame::Computed(format!("{list}[{}]", written(text, value))),
     }
 }
 
@@ -43,9 +43,9 @@ pub(super) fn numbered(text: &Text, value: &[Token], list: &str) -> Frame {
 ///
 /// `value = "$NULLFRAME" | name | list "[" number "]" | aggregate | expression`
 pub(super) fn frame(text: &Text, value: &[Token], part: Option<&str>, list: &str, known: Known) -> Frame {
-    let computed = || Frame::Named(written(text, value));
+    let computed = || Frame::Computed(written(text, value));
     if let Some(part) = part {
-        return Frame::Named(format!("{part} set to {}", written(text, value)));
+        return Frame::Computed(format!("{part} set to {}", written(text, value)));
     }
     match value {
         [t] if upper(text, t) == "$NULLFRAME" => Frame::Null,

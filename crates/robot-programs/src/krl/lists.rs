@@ -33,7 +33,7 @@ impl Lists {
 
     /// The frame of a list by its number, as the text has set it.
     pub fn of(&self, list: usize, frame: Frame) -> Frame {
-        let Frame::Named(name) = &frame else { return frame };
+        let (Frame::Named(name) | Frame::Computed(name)) = &frame else { return frame };
         match name.parse().ok().and_then(|n: u32| self.frames[list].get(&n).cloned()) {
             Some(own) => own,
             None if self.any[list] => as_set(name),
@@ -86,7 +86,7 @@ impl Lists {
 
 /// An element that is not known before the program runs.
 pub(super) fn as_set(number: impl Display) -> Frame {
-    Frame::Named(format!("{number} as the program sets it"))
+    Frame::Computed(format!("{number} as the program sets it"))
 }
 
 /// One of two frames, and which is not certain.

@@ -152,7 +152,7 @@ impl Settings {
         let of = |number: Option<u32>, what: &str| match number {
             Some(0) => Frame::Null,
             Some(n) => Frame::Named(n.to_string()),
-            None => Frame::Named(format!("{what} of {name}")),
+            None => Frame::Computed(format!("{what} of {name}")),
         };
         let tool = self.lists.of(TOOLS, of(numbers[0], "tool"));
         let base = self.lists.of(BASES, of(numbers[1], "base"));
@@ -176,7 +176,7 @@ impl Settings {
             "BASE" => self.base = Some(self.numbered(BASES, text, argument)),
             "TOOL" => self.tool = Some(self.numbered(TOOLS, text, argument)),
             // the base on the flange of an external axis: it moves with that
-            "EX_BASE" => self.base = Some(Frame::Named(format!("EX_BASE {}", written(text, argument)))),
+            "EX_BASE" => self.base = Some(Frame::Computed(format!("EX_BASE {}", written(text, argument)))),
             // back to the frames with which programs begin: the world, and a tool that differs by the version of BAS
             "INITMOV" => {
                 (self.base, self.tool, self.carried) = (None, None, None);
@@ -192,7 +192,7 @@ impl Settings {
             match &self.frame_data {
                 Some([base, tool]) => (self.base, self.tool) = (Some(base.clone()), Some(tool.clone())),
                 None => {
-                    let of_data = |what: &str| Some(Frame::Named(format!("{what} of FDAT_ACT")));
+                    let of_data = |what: &str| Some(Frame::Computed(format!("{what} of FDAT_ACT")));
                     self.base = self.base.take().and_then(|_| of_data("base"));
                     self.tool = self.tool.take().and_then(|_| of_data("tool"));
                 }

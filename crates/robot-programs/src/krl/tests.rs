@@ -201,7 +201,8 @@ fn base_and_tool_of_a_pose_are_those_in_force_by_the_controllers_numbers() {
         (base.translation.vector.x - 0.1).abs() < 1e-12
             && (base.rotation.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12
     );
-    assert_eq!(tool, named("other"));
+    assert_eq!(tool, Frame::Computed("other".into()));
+    assert_eq!(one("$BASE=BASE_DATA[N]\n").0, Frame::Computed("BASE_DATA[N]".into()));
     // frame data of an inline form
     let form = "DECL FDAT FP1={TOOL_NO 4,BASE_NO 0,IPO_FRAME #BASE}\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\n";
     assert_eq!(one(form), (Frame::Null, named("4")));
@@ -289,7 +290,7 @@ fn an_arc_of_arctech_burns_from_the_motion_to_the_seam_to_the_motion_to_its_end(
 fn places(body: &str) -> Vec<String> {
     let d = doc(&[format!("DEF a( )\nDECL FRAME f\nf={{X 100,Y 0,Z 0,A 0,B 0,C 0}}\n{body}END\n").as_bytes()]);
     let name = |frame: &Frame| match frame {
-        Frame::Named(name) => name.clone(),
+        Frame::Named(name) | Frame::Computed(name) => name.clone(),
         Frame::Given(at) => format!("x {:.0}", at.translation.vector.x * 1e3),
         Frame::Any(all) => format!("any {}", all.len()),
         other => format!("{other:?}"),

@@ -59,6 +59,20 @@ impl<'a> Facts<'a> {
         f.touched.unwrap_or_default()
     }
 
+    /// The same for each item of a kind, by its first token.
+    pub fn touched_by(text: &Text, p: &Parsed, which: &dyn Fn(&Item) -> bool) -> Vec<(usize, HashSet<String>)> {
+        let alone = LeftOut::default();
+        let mut f = Facts { touched: Some(HashSet::new()), ..Facts::none(text, p, &alone) };
+        let mut all = Vec::new();
+        for item in p.items.iter().filter(|item| which(item)) {
+            f.mark(item, None);
+            if let Some(names) = f.touched.as_mut().filter(|names| !names.is_empty()) {
+                all.push((item.span.start, std::mem::take(names)));
+            }
+        }
+        all
+    }
+
     fn none(text: &'a Text, p: &'a Parsed, left_out: &'a LeftOut) -> Self {
         Self {
             text,

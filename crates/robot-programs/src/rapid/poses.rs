@@ -4,7 +4,7 @@ use super::arguments::{Arg, Switch, arguments};
 use super::built::{Literal, Site};
 use super::lex::Kind;
 use super::read::{Item, Span};
-use super::reason::Reason;
+use super::reason::{Elsewhere, Reason};
 use super::rules::{External, own_external};
 use super::steps::Builder;
 use super::value::{self, Node};
@@ -218,7 +218,7 @@ impl Builder<'_> {
         if self.is_on_conveyor(&name) {
             return Frame::unclear(Reason::OnConveyor(name.into()));
         }
-        let Some(node) = self.known_data(&value, item) else { return Frame::Named(name) };
+        let Some(node) = self.known_data(&value, item) else { return self.named(name, &value, item) };
         // [robhold, ufprog, ufmec, [user frame], [object frame]]
         let flag = |k: usize| match node.get(k) {
             Some(Node::Other(b)) => Some(self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true")),
@@ -231,6 +231,27 @@ impl Builder<'_> {
                 (Some(user), Some(object)) => Frame::Given(user * object),
                 _ => Frame::Named(name),
             },
+        }
+    }
+
+    /// A tool or a work object that is asked for: the controller's, or one that the program sets.
+    fn named(&self, name: String, span: &Span, item: &Item) -> Frame {
+        let p = self.f.p;
+        if self.settings.is_set_in_trap(p, span) {
+            return Frame::unclear(Reason::SetInTrap(name.into()));
+        }
+        if self.settings.has(p, span) {
+            return Frame::Computed(format!("{name}{}", self.settings.since(p, span, item)));
+        }
+        let declared = self.f.resolve(self.f.word(span.start), Some(item.routine), item.module);
+        match declared.map(|d| self.f.certain(d)) {
+            Some(Err(
+                Reason::Parameter(_)
+                | Reason::SetDataVal(_)
+                | Reason::SetByName { .. }
+                | Reason::SetElsewhere { by: Elsewhere::Sets(_), .. },
+            )) => Frame::Computed(name),
+            _ => Frame::Named(name),
         }
     }
 
@@ -278,7 +299,7 @@ impl Builder<'_> {
         }
         let name = self.written(&arg.span);
         // [robhold, [[x,y,z],[q1..q4]], load]
-        let Some(node) = self.known_data(&arg.span, item) else { return Frame::Named(name) };
+        let Some(node) = self.known_data(&arg.span, item) else { return self.named(name, &arg.span, item) };
         let held = match node.get(0) {
             Some(Node::Other(b)) => self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true"),
             _ => return Frame::Named(name),

@@ -48,6 +48,8 @@ pub struct Routine {
     pub name: String,
     /// No function, no trap.
     pub procedure: bool,
+    /// Run by an interrupt.
+    pub is_trap: bool,
     /// Seen by its own module alone.
     pub local: bool,
 }
@@ -322,7 +324,7 @@ impl Parser<'_> {
         }
         let name = self.name("the name of the routine")?;
         let id = self.out.routines.len();
-        self.out.routines.push(Routine { name, procedure: kind == "proc", local });
+        self.out.routines.push(Routine { name, procedure: kind == "proc", is_trap: kind == "trap", local });
         if kind != "trap" {
             self.parameters(id)?;
         }

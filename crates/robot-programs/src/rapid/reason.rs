@@ -120,6 +120,9 @@ pub enum Reason {
     /// A work object on another robot.
     #[error("another robot carries the work object `{0}`")]
     OnOtherRobot(Box<str>),
+    /// An interrupt may set it at any time.
+    #[error("a TRAP sets `{0}`")]
+    SetInTrap(Box<str>),
     /// A move without a tool.
     #[error("it names no tool")]
     NoTool,

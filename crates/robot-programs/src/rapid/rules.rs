@@ -105,6 +105,29 @@ impl Going {
 }
 
 impl Going {
+    /// Something may lead the arm from before.
+    pub fn may_be_led(&mut self, by: Option<&'static str>) {
+        self.led = self.led.or(by);
+        if by == Some(SOFT) {
+            (self.soft, self.soft_depth) = (u8::MAX, self.depth);
+        }
+    }
+
+    /// Through blocks, which may be passed by: what leads the arm before one, or at the end of one of its branches, may lead it after it.
+    pub fn pass_by(&mut self, before: &mut Vec<Option<&'static str>>, kind: ItemKind) {
+        match kind {
+            ItemKind::Start => before.clear(),
+            ItemKind::Branch | ItemKind::Loop => before.push(self.led),
+            ItemKind::Middle => {
+                if let Some(before) = before.last_mut() {
+                    *before = before.or(self.led);
+                }
+            }
+            ItemKind::EndBranch | ItemKind::EndLoop => self.led = self.led.or(before.pop().flatten()),
+            _ => {}
+        }
+    }
+
     /// Whether an instruction may be passed by after an axis was made soft.
     fn may_be_passed(&self, item: &Item) -> bool {
         matches!(item.kind, ItemKind::Call { alone: true }) || self.depth > self.soft_depth

@@ -9,10 +9,12 @@ mod motion;
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, Placed};
 use super::facts::{self, Facts};
+use super::led::Led;
 use super::lex::Kind;
 use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::rules::{Configured, External, Going, configured_first, entry_routine};
+use super::settings::Settings;
 use super::value::{self, Node};
 use super::words::{self, Motion};
 use crate::axes::Axes;
@@ -22,7 +24,7 @@ use crate::script::blocks::{Steps, is_entered};
 use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -35,7 +37,10 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     // a move of another module needs the value that stands here; arguments are read again where they are needed, and never all held
     let goal = |item: &Item| if own(item) { goal_of(p, item) } else { None };
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
+    let entry = entry_routine(p, &|item| own(item));
+    let going_first = Going::first(text, p);
     let mut b = Builder {
+        settings: Settings::of(text, p, &|item| own(item), entry),
         f: Facts::new(text, p, &project.left_out, &goals, &robot.no_motion),
         project,
         robot,
@@ -49,7 +54,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         configured: Configured { joint: true, linear: true },
         configured_first: configured_first(p),
         going: Going::default(),
-        going_first: Going::first(text, p),
+        going_first,
+        led: Led::of(text, p, going_first),
         led_before: Vec::new(),
         known: HashMap::new(),
         nodes: HashMap::new(),
@@ -57,8 +63,9 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         synchronised: false,
         moved: false,
         named_calls: NamedCalls::default(),
-        entry_routine: entry_routine(p, &|item| own(item)),
+        entry_routine: entry,
     };
+    b.note_assignments();
     let mut passed = p.passed.iter().peekable();
     for item in p.items.iter().filter(|item| own(item)) {
         let notes = b.notes.len();
@@ -103,6 +110,8 @@ fn takes_on(p: &Parsed, item: &Item) -> bool {
 
 pub struct Builder<'a> {
     pub f: Facts<'a>,
+    /// Where the program sets what tools and work objects are made of.
+    pub settings: Settings,
     pub project: &'a Project,
     pub robot: &'a Axes,
     pub displaced: bool,
@@ -120,6 +129,8 @@ pub struct Builder<'a> {
     configured_first: Configured,
     going: Going,
     going_first: Going,
+    /// What may lead the arm from before a routine or a loop.
+    led: Led,
     /// What leads the arm away before each open block, or at the end of one of its branches: a block may be passed by.
     led_before: Vec<Option<&'static str>>,
     /// Targets of declarations, by declaration and index list.
@@ -161,25 +172,13 @@ impl Builder<'_> {
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
         self.going.follow(self.f.text, self.f.p, item);
+        self.going.pass_by(&mut self.led_before, item.kind);
+        self.led.enter(self.f.p, item, self.going_first, &mut self.going);
         match item.kind {
-            ItemKind::Start => {
-                self.led_before.clear();
-                self.external_before.clear();
-            }
-            ItemKind::Branch | ItemKind::Loop => {
-                self.led_before.push(self.going.led);
-                self.external_before.push(self.external.clone());
-            }
-            ItemKind::Middle => {
-                self.external = self.external_before.last().cloned().flatten();
-                if let Some(before) = self.led_before.last_mut() {
-                    *before = before.or(self.going.led);
-                }
-            }
-            ItemKind::EndBranch | ItemKind::EndLoop => {
-                self.going.led = self.going.led.or(self.led_before.pop().flatten());
-                self.external_before.pop();
-            }
+            ItemKind::Start => self.external_before.clear(),
+            ItemKind::Branch | ItemKind::Loop => self.external_before.push(self.external.clone()),
+            ItemKind::Middle => self.external = self.external_before.last().cloned().flatten(),
+            ItemKind::EndBranch | ItemKind::EndLoop => drop(self.external_before.pop()),
             _ => {}
         }
         if let Some(t) = self.f.p.tokens.get(token) {
@@ -202,7 +201,6 @@ impl Builder<'_> {
                 self.synchronised = false;
                 self.moved = false;
                 self.configured = self.configured_first;
-                self.going = self.going_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
                 if self.entry_routine == Some(item.routine) {
                     self.steps.entry.get_or_insert(k);
@@ -246,7 +244,26 @@ impl Builder<'_> {
                 None => self.call(item),
             },
         }
+        self.set_names(item);
         Ok(())
+    }
+
+    /// Tools and work objects that are others after an item; what a routine that may move sets is seen where it stands.
+    fn set_names(&mut self, item: &Item) {
+        let still = facts::called(self.f.p, item).filter(|name| !self.f.may_move(name));
+        let called = still.flat_map(|name| self.settings.set_by(name));
+        let names: BTreeSet<String> = self.settings.set_at(item).chain(called).map(str::to_string).collect();
+        for name in names {
+            self.push(item.span.start, StepKind::Sets(name.into()));
+        }
+    }
+
+    /// Says from where on a tool or a work object is asked for by another name.
+    fn note_assignments(&mut self) {
+        let all: Vec<(usize, String)> = self.settings.assignments().collect();
+        for (token, name) in all {
+            self.note(token, format!("asked for after this line as `{name}`"));
+        }
     }
 
     /// Calls of what no file has.

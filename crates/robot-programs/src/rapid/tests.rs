@@ -3,9 +3,11 @@
 mod added;
 mod clones;
 mod flow;
+mod led;
 mod poses;
 mod project;
 mod reading;
+mod settings;
 
 use super::*;
 use crate::script::harness::{self, Outcome, opaque, round_trip};

@@ -109,9 +109,9 @@ impl<S> Steps<S> {
         }
     }
 
-    /// A step; all but a dwell are something that moves.
+    /// A step; all but a dwell, and names that are set, are something that moves.
     pub fn push(&mut self, at: At, kind: StepKind) -> usize {
-        if !matches!(kind, StepKind::Dwell(_)) {
+        if !matches!(kind, StepKind::Dwell(_) | StepKind::Sets(_)) {
             self.busy();
         }
         if matches!(kind, StepKind::Break(Break::Interrupt)) {

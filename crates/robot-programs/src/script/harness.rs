@@ -94,6 +94,7 @@ pub fn kinds(script: &Script) -> Vec<String> {
         StepKind::Move(_) => "move".to_string(),
         StepKind::Dwell(s) => format!("dwell {s:?}"),
         StepKind::Break(b) => format!("{b:?}"),
+        StepKind::Sets(name) => format!("sets {name}"),
         StepKind::Process(on) => format!("process {on}"),
         StepKind::Pragma(on) => format!("pragma {on}"),
     };

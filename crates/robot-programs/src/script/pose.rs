@@ -210,6 +210,11 @@ impl Shift {
 }
 
 impl PoseGoal {
+    /// Whether its frame or its tool hangs on what the program does while it runs.
+    pub fn is_computed(&self) -> bool {
+        self.frame.is_computed() || self.tool.is_computed()
+    }
+
     /// External axes that the target places.
     pub fn placed(&self) -> &[OfAxis] {
         self.external.as_deref().unwrap_or_default()
@@ -262,8 +267,11 @@ pub enum Frame {
     Base,
     /// The text gives it.
     Given(Isometry3<f64>),
-    /// The controller has it under this name or number; or the program computes it, and it is asked for by the words that do.
+    /// The controller has it under this name or number, and it stands fixed there while the program runs.
     Named(String),
+    /// The program computes it or may change it while it runs: it is asked for by these words. Only what is written in it again is right
+    /// whatever its value is.
+    Computed(String),
     /// One of these, and which is not certain: known where all are the same.
     Any(Vec<Frame>),
     /// It cannot be determined: why.
@@ -285,10 +293,37 @@ impl Frame {
         }
     }
 
+    /// Whether its value hangs on what the program does while it runs.
+    pub fn is_computed(&self) -> bool {
+        match self {
+            Self::Computed(_) => true,
+            Self::Any(all) => all.iter().any(Self::is_computed),
+            _ => false,
+        }
+    }
+
+    /// Whether a name of the program, in lower case, stands among the words that compute it.
+    pub fn is_made_of(&self, word: &str) -> bool {
+        let inside = |c: char| c.is_alphanumeric() || matches!(c, '_' | '$');
+        match self {
+            Self::Computed(name) => {
+                let name = name.to_lowercase();
+                name.match_indices(word).any(|(at, _)| {
+                    let before = name[..at].chars().next_back();
+                    let after = name[at + word.len()..].chars().next();
+                    !(before.is_some_and(inside) || after.is_some_and(inside))
+                })
+            }
+            Self::Any(all) => all.iter().any(|f| f.is_made_of(word)),
+            _ => false,
+        }
+    }
+
     /// What it is called, whatever external axes carry it and wherever these stand ([`Self::carried`]); empty: it has no name.
     pub fn name_at_rest(&self) -> String {
         match self {
-            Self::Named(name) => match name.split_once(AT).map_or(name.as_str(), |(own, _)| own) {
+            Self::Named(name) | Self::Computed(name) => match name.split_once(AT).map_or(name.as_str(), |(own, _)| own)
+            {
                 // the names under which a frame without one is asked for
                 "$NULLFRAME" | "wobj0" | "0" => String::new(),
                 own => own.to_string(),
@@ -297,14 +332,14 @@ impl Frame {
         }
     }
 
-    /// A frame that the program makes of another one: asked for by the name of that and by what is done. `own`: the name where it
+    /// A frame that the program makes of another one: computed, asked for by the name of that and by what is done. `own`: the name where it
     /// has none.
     pub fn made(self, own: &str, how: &str) -> Self {
         match self {
             Self::Unknown(_) => self,
             Self::Any(all) => Self::Any(all.into_iter().map(|f| f.made(own, how)).collect()),
-            Self::Named(name) => Self::Named(format!("{name} {how}")),
-            _ => Self::Named(format!("{own} {how}")),
+            Self::Named(name) | Self::Computed(name) => Self::Computed(format!("{name} {how}")),
+            _ => Self::Computed(format!("{own} {how}")),
         }
     }
 
@@ -317,11 +352,12 @@ impl Frame {
         let name = match &self {
             Self::Unknown(_) => return self,
             Self::Any(all) => return Self::Any(all.iter().map(|f| f.clone().carried(own, axes)).collect()),
-            Self::Named(name) => name.as_str(),
+            Self::Named(name) | Self::Computed(name) => name.as_str(),
             _ => own,
         };
         let at: Vec<String> = axes.iter().map(|(axis, value)| format!("{axis} {value}")).collect();
-        Self::Named(format!("{name}{AT}{}", at.join(", ")))
+        let name = format!("{name}{AT}{}", at.join(", "));
+        if self.is_computed() { Self::Computed(name) } else { Self::Named(name) }
     }
 }
 
@@ -488,6 +524,17 @@ mod tests {
             PoseForm::FixedXyz.pose(&own).unwrap() * UnitQuaternion::from_scaled_axis(Vector3::new(5e-5, 0.0, 0.0));
         let new = PoseForm::FixedXyz.coordinates(&pose, &own);
         assert!((new[3] + PI - 4e-5).abs() < 1e-9, "{new:?}");
+    }
+
+    #[test]
+    fn a_computed_frame_is_made_of_whole_words() {
+        let frame = Frame::Computed("wList{i} displaced by PDispOn at eax_a 30".into());
+        assert!(frame.is_made_of("wlist") && frame.is_made_of("i"));
+        assert!(!frame.is_made_of("w") && !frame.is_made_of("list") && !frame.is_made_of("a"));
+        assert!(!Frame::Named("w".into()).is_made_of("w"));
+        let by = Frame::Null.made("0", "with OFFSET,PR[12:UP]");
+        assert!(by.is_computed() && by.is_made_of("pr") && by.is_made_of("pr[12") && !by.is_made_of("pr[1"));
+        assert!(by.carried("0", &[("E1".into(), 5.0)]).is_computed());
     }
 
     #[test]

@@ -21,6 +21,9 @@ pub enum Reason {
     /// A copy of the statement would not be the same motion.
     #[error("its statement cannot be copied")]
     NoCopy,
+    /// A frame or a tool changes on the way, and one of them is computed: no point on it would be right for all of their values.
+    #[error("it leads from or to a frame or tool that the program computes, which is not that of the target before it")]
+    ComputedPlace,
     /// A call within its arguments.
     #[error("its arguments call a function that may move the robot")]
     CallInArguments,

@@ -63,6 +63,8 @@ pub enum StepKind {
     /// Where the robot comes from is not known after this: directions are unknown, and so is the position unless the move
     /// before it certainly led here.
     Break(Break),
+    /// The program sets this name, in lower case, of which frames or tools are made ([`Frame::is_made_of`]): from here on these are others.
+    Sets(Box<str>),
     /// A process (welding, dispensing) goes on or off.
     Process(bool),
     /// A comment `lostmotion: off` (`false`: nothing is changed from here) or `lostmotion: on`.

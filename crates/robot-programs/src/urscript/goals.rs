@@ -74,7 +74,7 @@ impl Builder<'_> {
     fn asked_tcp(&self, value: &Span, item: &Item, twice: &HashSet<&str>, asked: &mut HashMap<String, usize>) -> Frame {
         let name = format!("set_tcp {}", self.shown(value));
         if !may_differ(self.p, item.def, value.clone()) {
-            return Frame::Named(name);
+            return Frame::Computed(name);
         }
         if item.def.and_then(|def| self.p.defs.get(def)).is_some_and(|(name, _)| twice.contains(name.as_str())) {
             return Frame::unclear(Reason::TcpDiffers);
@@ -82,7 +82,7 @@ impl Builder<'_> {
         // numbers of lines would change with each point that is added
         let number = asked.entry(name.clone()).or_default();
         *number += 1;
-        Frame::Named(if *number == 1 { name } else { format!("{name} ({number})") })
+        Frame::Computed(if *number == 1 { name } else { format!("{name} ({number})") })
     }
 
     /// An expression as it is written.

@@ -190,9 +190,9 @@ fn the_tcp_of_a_pose_is_that_of_set_tcp_or_the_installations() {
     assert_eq!(pose("set_tcp(p[0,0,0.1,0,0,0])\n"), at(0.1));
     assert_eq!(pose("tcp2 = p[0,0,0.2,0,0,0]\nset_tcp(tcp2)\n"), at(0.2));
     // what computes it is asked for, and one of several is known where all are the same
-    assert_eq!(pose("set_tcp(tcp1)\n"), Frame::Named("set_tcp tcp1".into()));
+    assert_eq!(pose("set_tcp(tcp1)\n"), Frame::Computed("set_tcp tcp1".into()));
     let twice = "tcp2 = p[0,0,0,0,0,0]\ntcp2 = p[0,0,1,0,0,0]\nset_tcp(tcp2)\n";
-    assert_eq!(pose(twice), Frame::Named("set_tcp tcp2".into()));
+    assert_eq!(pose(twice), Frame::Computed("set_tcp tcp2".into()));
     let several = pose("set_tcp(p[0,0,0.1,0,0,0])\nset_tcp(p[0,0,0.2,0,0,0])\n");
     assert_eq!(several, at(0.2));
 }

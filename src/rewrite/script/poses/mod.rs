@@ -175,7 +175,7 @@ fn resolved(
         Frame::Base => Some(base),
         Frame::Null => Some(Isometry3::identity()),
         Frame::Unknown(_) => None,
-        Frame::Named(name) => known(name).or_else(|| {
+        Frame::Named(name) | Frame::Computed(name) => known(name).or_else(|| {
             missing.push(name.clone());
             None
         }),

@@ -70,6 +70,9 @@ impl Cutter<'_> {
         self.known.clear();
         let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
         let other_way = m.other_way.filter(|_| m.path != PathKind::Joint);
+        if from.is_some() && self.changes_to_joints(m) {
+            self.run.changing.insert(step);
+        }
         self.last_frame = None;
         let followed = match (&from, &m.circle) {
             (Some(_), _) if other_way.is_some() => Err(other_way.map_or(Cause::CurveToJoints, Cause::OtherWay)),
@@ -237,7 +240,8 @@ impl Cutter<'_> {
         has_start: bool,
         place: &Place,
     ) -> bool {
-        let here = LastFrame { name: goal.frame.name_at_rest(), rotation: place.frame.rotation };
+        let own = [goal.frame.clone(), goal.tool.clone()];
+        let here = LastFrame { name: goal.frame.name_at_rest(), rotation: place.frame.rotation, own };
         let before = self.last_frame.take();
         let same =
             |before: &LastFrame| before.name == here.name && before.rotation.angle_to(&here.rotation) < SAME_FRAME_RAD;
@@ -270,6 +274,8 @@ impl Cutter<'_> {
         let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
         // joint moves from two starts keep no line
         let solved = solved && !self.run.entered.contains(&step);
+        let changing = from.is_some() && self.changes_to(goal);
+        let solved = solved && !(changing || goal.is_computed());
         if self.goes_another_way(goal, step, at, m, from.is_some(), &place) {
             self.start(step, q, false);
             return None;
@@ -281,6 +287,9 @@ impl Cutter<'_> {
             self.run.entry = false;
             self.start(step, q, false);
             return None;
+        }
+        if changing {
+            self.run.changing.insert(step);
         }
         let written = self.choice.as_poses && goal.target.is_some() && m.fixed.is_none();
         if let Some(why) = m.fixed.clone().filter(|_| !solved) {

@@ -9,6 +9,7 @@
 //! - `joints`: joint values of one point
 //! - `rounds`: loops whose passes are alike
 //! - `joins`: breaks of which it is known from where control comes
+//! - `computed`: moves between frames and tools that the program computes, on whose way no point can be
 //! - `elsewhere`: axes that go, or count from, nobody knows where, while the others go on
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
 //! - `stretch`: the points of a run, and what is known of it as a whole
@@ -16,6 +17,7 @@
 //! - `legs`: the ways between goals, without offsets
 
 mod arm;
+mod computed;
 mod elsewhere;
 mod goals;
 mod joins;
@@ -29,6 +31,7 @@ use super::approach::{self, Directions, Sides};
 use super::cause::Cause;
 use super::clock::{self, LastTcp};
 use super::poses::{Place, Poses, Tooled};
+use crate::program::script::pose::Frame;
 use crate::program::script::{
     At, AxisSet, Break, Goal, Move, Note, PathKind, PoseGoal, Round, Script, Speed, StepKind,
 };
@@ -196,13 +199,15 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     (out, over, failed)
 }
 
-/// The frame of a Cartesian target, which axes may carry that the robot file does not have.
+/// The frame of a Cartesian target, which axes may carry that the robot file does not have, and its tool.
 #[derive(Debug, Clone)]
 struct LastFrame {
     /// Its name without the places of these axes.
     name: String,
     /// Its orientation in the world where they stand.
     rotation: UnitQuaternion<f64>,
+    /// Frame and tool as the program names them.
+    own: [Frame; 2],
 }
 
 /// Where a move leads.
@@ -286,6 +291,7 @@ impl Cutter<'_> {
             }
             StepKind::Break(Break::Axes(axes)) => self.slip(*axes),
             StepKind::Break(_) => self.end(entry == Some(k)),
+            StepKind::Sets(name) => self.set(name),
             StepKind::Process(_) | StepKind::Pragma(_) => {}
         }
     }

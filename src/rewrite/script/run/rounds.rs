@@ -43,6 +43,7 @@ impl Cutter<'_> {
             match &step.kind {
                 StepKind::Move(m) => self.take(script, k, step.at, m),
                 StepKind::Dwell(seconds) => self.dwell(*seconds),
+                StepKind::Sets(name) => self.set(name),
                 _ => {}
             }
         }

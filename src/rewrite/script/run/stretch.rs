@@ -59,6 +59,9 @@ pub struct Run {
     pub unfollowed: BTreeSet<usize>,
     /// First moves of loops, which come from before the loop and from its end: no point can be on both ways.
     pub entered: BTreeSet<usize>,
+    /// Moves on which a frame or tool changes and one of them is computed: what is written in the one given for it is right in the same one
+    /// alone, so that no point can be on their way.
+    pub changing: BTreeSet<usize>,
     /// Frame and tool of Cartesian targets, by step.
     pub places: BTreeMap<usize, Place>,
     /// Axes that stand elsewhere on a step, nobody knows where: the run says where they stood before.

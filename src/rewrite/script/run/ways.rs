@@ -56,7 +56,9 @@ impl Cutter<'_> {
             again,
         };
         let first = ways.first().map_or(&*q, |w| w.q.as_slice());
-        let crossing = self.crossing(m, from, first).filter(|_| editable && !self.run.unfollowed.contains(&step));
+        let changing = self.run.changing.contains(&step);
+        let crossing = self.crossing(m, from, first);
+        let crossing = crossing.filter(|_| editable && !changing && !self.run.unfollowed.contains(&step));
         if let Some((q, seconds)) = crossing {
             t0 += seconds;
             self.run.vertices.push(vertex(Role::Crossing, q, IN_PLACE, t0));
@@ -68,6 +70,7 @@ impl Cutter<'_> {
         }
         let goal = vertex(Role::Goal, q, 1.0, t0 + duration);
         if editable
+            && !changing
             && !self.run.entered.contains(&step)
             && m.closed.is_none()
             && !self.run.unfollowed.contains(&step)

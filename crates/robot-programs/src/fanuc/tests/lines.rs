@@ -35,6 +35,25 @@ fn a_position_that_an_offset_an_increment_or_an_unknown_option_moves_too_is_neve
 }
 
 #[test]
+fn a_register_that_is_set_is_another_offset_from_there_on() {
+    let sets = |line: &str| {
+        let lines = format!("   1:L P[1] 100mm/sec FINE Offset,PR[12]    ;\n   2:  {line} ;");
+        let d = doc(of_lines(&lines).as_bytes());
+        let names = d.script().steps.iter().filter_map(|s| match &s.kind {
+            StepKind::Sets(name) => Some(name.to_string()),
+            _ => None,
+        });
+        names.collect::<Vec<_>>()
+    };
+    assert_eq!(sets("PR[12,1]=PR[12,1]+50"), ["pr[12"]);
+    assert_eq!(sets("PR[12:UP]=LPOS"), ["pr[12"]);
+    assert_eq!(sets("PR[R[1],3]=R[2]"), ["pr"]);
+    assert!(sets("R[1]=PR[12,1]").is_empty() && sets("!PR[12]=LPOS").is_empty());
+    let d = doc(of_lines("   1:L P[1] 100mm/sec FINE    ;\n   2:  PR[12]=LPOS ;").as_bytes());
+    assert!(!d.script().steps.iter().any(|s| matches!(s.kind, StepKind::Sets(_))), "no goal is moved by it");
+}
+
+#[test]
 fn a_macro_whose_name_begins_like_an_input_or_a_register_ends_the_known_direction() {
     let breaks = |line: &str| {
         let d = doc(of_lines(&format!("   1:  {line} ;\n   2:J P[1] 100% FINE    ;")).as_bytes());

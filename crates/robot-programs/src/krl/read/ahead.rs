@@ -97,7 +97,7 @@ fn turning(text: &Text, going: &Going) -> Turning {
 const FRAMES: [&str; 2] = ["$BASE", "$TOOL"];
 
 pub(super) fn by_a_routine(list: usize) -> Frame {
-    Frame::Named(format!("{} as a routine sets it", FRAMES[list]))
+    Frame::Computed(format!("{} as a routine sets it", FRAMES[list]))
 }
 
 /// Lines at which each of them is an argument.

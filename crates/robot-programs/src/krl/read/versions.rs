@@ -250,13 +250,13 @@ impl Versions {
             return Self::unclear();
         }
         match frame {
-            Frame::Named(name) => {
-                let Some(all) = self.several.get(&(list, name.clone())) else { return Frame::Named(name) };
+            Frame::Named(ref name) | Frame::Computed(ref name) => {
+                let Some(all) = self.several.get(&(list, name.clone())) else { return frame };
                 // what the program sets has been set
                 let unset = name.ends_with(AS_SET) && versions.len() > 1;
                 let own = versions.iter().filter(|v| !(unset && v.is_empty()));
                 let number = |v: &Version| all.iter().position(|other| other == v).unwrap_or_default();
-                let mut own: Vec<Frame> = own.map(|v| Frame::Named(numbered(&name, number(v)))).collect();
+                let mut own: Vec<Frame> = own.map(|v| Frame::Computed(numbered(name, number(v)))).collect();
                 if own.len() == 1 { own.remove(0) } else { Frame::Any(own) }
             }
             Frame::Any(all) => Frame::Any(all.into_iter().map(|f| self.named(list, line, f)).collect()),
@@ -287,7 +287,9 @@ fn is_own(name: &str) -> bool {
 /// Names of a frame that stand for what the program computes.
 fn leaves(frame: &Frame, out: &mut Vec<String>) {
     match frame {
-        Frame::Named(name) if !name.bytes().all(|b| b.is_ascii_digit()) && !is_own(name) => out.push(name.clone()),
+        Frame::Named(name) | Frame::Computed(name) if !name.bytes().all(|b| b.is_ascii_digit()) && !is_own(name) => {
+            out.push(name.clone())
+        }
         Frame::Any(all) => all.iter().for_each(|f| leaves(f, out)),
         _ => {}
     }

@@ -12,7 +12,7 @@ fn said(src: &str) -> Vec<[String; 2]> {
     let src = if src.starts_with("DEF ") { src.to_string() } else { format!("DEF a()\n{src}END\n") };
     let d = doc(&[src.as_bytes(), data.as_bytes()]);
     let text = |f: &Frame| match f {
-        Frame::Named(name) => name.clone(),
+        Frame::Named(name) | Frame::Computed(name) => name.clone(),
         Frame::Unknown(why) => why.to_string(),
         other => format!("{other:?}"),
     };

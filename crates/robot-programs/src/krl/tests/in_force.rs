@@ -8,7 +8,7 @@ const B: &str = "{X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}";
 
 fn shown(f: &Frame) -> String {
     match f {
-        Frame::Named(name) => name.clone(),
+        Frame::Named(name) | Frame::Computed(name) => name.clone(),
         Frame::Null => "null".into(),
         Frame::Given(f) => format!("X {:.0}", f.translation.x * 1e3),
         Frame::Any(all) => all.iter().map(shown).collect::<Vec<String>>().join(" or "),

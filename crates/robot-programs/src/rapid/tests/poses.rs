@@ -27,7 +27,7 @@ fn a_robtarget_has_its_frame_and_tool_from_the_text_or_by_name() {
     let gun = nalgebra::Isometry3::translation(0.0, 0.0, 0.12);
     assert_eq!(pose("MoveJ p1,v100,fine,tGun;").tool, Frame::Given(gun));
     let displaced = pose("PDispSet d1;\nMoveJ p1,v100,fine,tool0;").frame;
-    assert_eq!(displaced, Frame::Named("wobj0 displaced by PDispOn or PDispSet".into()));
+    assert_eq!(displaced, Frame::Computed("wobj0 displaced by PDispOn or PDispSet".into()));
     let quarters = Configuration::Abb { quarters: [0, 0, 0], cfx: 0 };
     assert_eq!(plain.solution, Solution::Configured(quarters));
 }

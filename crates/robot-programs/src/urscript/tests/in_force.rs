@@ -8,7 +8,7 @@ const B: &str = "set_tcp(p[0.05,0,0.25,0.5,0,0])\n";
 
 fn shown(f: &Frame) -> String {
     match f {
-        Frame::Named(name) => name.clone(),
+        Frame::Named(name) | Frame::Computed(name) => name.clone(),
         Frame::Given(f) => format!("z {:.0}", f.translation.z * 1e3),
         Frame::Any(all) => all.iter().map(shown).collect::<Vec<String>>().join(" or "),
         Frame::Unknown(why) => why.to_string(),
