@@ -45,6 +45,32 @@ impl Sample {
         sample
     }
 
+    /// Rows of the stretch on which `axis` travels farthest while no other joint moves.
+    pub fn of_joint_alone(log: &Log, axis: usize) -> Self {
+        let rests = |i: usize| log.cmd.iter().enumerate().all(|(a, c)| a == axis || c[i] == c[i - 1]);
+        let (mut best, mut most, mut from) = (0..0, 0.0, 0);
+        for i in 1..=log.len() {
+            if i < log.len() && rests(i) {
+                continue;
+            }
+            let travelled = travel(&log.cmd[axis][from..i]);
+            if travelled > most {
+                (best, most) = (from..i, travelled);
+            }
+            from = i;
+        }
+        let step = (best.len() / ROWS).max(1);
+        let mut sample = Self { rows: Vec::new(), commands: Vec::new(), measured: Vec::new() };
+        for row in best.step_by(step) {
+            if let Some(p) = log.tcp_m.get(row).copied().flatten() {
+                sample.rows.push(row);
+                sample.commands.push(log.command(row));
+                sample.measured.push(p);
+            }
+        }
+        sample
+    }
+
     pub fn computed(&self, robot: &Robot) -> Vec<Vector3<f64>> {
         self.commands.iter().map(|q| robot.tcp_m(q)).collect()
     }
@@ -183,6 +209,11 @@ impl Fault {
         matches!(self, Self::Command { .. } | Self::Sign(_) | Self::Swapped(..))
     }
 
+    /// The fault is that of one joint's unit.
+    pub fn is_of_one_joint(self) -> bool {
+        matches!(self, Self::Command { axis: Some(_), .. })
+    }
+
     /// A unit is wrong, which no kinematics explains. One of a joint at rest may be.
     pub fn is_of_units(self, log: &Log) -> bool {
         match self {
@@ -192,16 +223,27 @@ impl Fault {
         }
     }
 
+    /// The same of joint `axis` of this kind; `None`: the fault is not one of this joint's unit.
+    pub fn of_joint(self, axis: usize, kind: JointKind) -> Option<Self> {
+        match self {
+            Self::Command { axis: Some(a), kind: of, factor, unit } if a == axis && of == kind => {
+                Some(Self::Command { axis: Some(a), kind, factor, unit })
+            }
+            _ => None,
+        }
+    }
+
     /// Size of the measured path over that of the computed one, with the fault put right; `None` where a fault is no matter of size.
+    /// Of a single joint's unit it says something on a path on which no other joint moves.
     pub(super) fn ratio(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Option<f64> {
         let measured = spread(&sample.measured);
         match self {
             Self::Tcp { factor, .. } => Some(measured / factor / spread(computed)),
-            Self::Command { axis: None, kind, factor, .. } => {
+            Self::Command { .. } => {
                 let right = |q: &Vec<f64>| {
-                    let scaled =
-                        q.iter().enumerate().map(|(a, v)| if robot.axis(a).kind == kind { v * factor } else { *v });
-                    robot.tcp_m(&scaled.collect::<Vec<_>>())
+                    let mut q = q.clone();
+                    self.put_right(robot, &mut q);
+                    robot.tcp_m(&q)
                 };
                 Some(measured / spread(&sample.commands.iter().map(right).collect::<Vec<_>>()))
             }

@@ -158,7 +158,8 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
         return refused((why.to_string(), first));
     }
     if !known {
-        if let Some(text) = of_another_size(&units, robot, sample, &computed) {
+        let whole: Vec<(Fault, f64)> = units.iter().copied().filter(|u| !u.0.is_of_one_joint()).collect();
+        if let Some(text) = of_another_size(&whole, robot, sample, &computed).or_else(|| alone(&units, robot, log)) {
             return refused(text);
         }
         if let Some((why, _)) = explained(&tried, robot, as_read.misfit_m) {
@@ -290,6 +291,24 @@ fn of_another_size(
         said.join("; or ")
     );
     found.first().map(|first| (text, *first))
+}
+
+/// The unit of one joint by the path on which it moves alone: the path of all joints hides it where the others move far more.
+fn alone(units: &[(Fault, f64)], robot: &Robot, log: &Log) -> Option<(String, Fault)> {
+    let one = |axis: usize| {
+        let sample = Sample::of_joint_alone(log, axis);
+        if sample.commands.len() < FEWEST || spread(&sample.measured) < SMALLEST_PATH_M {
+            return None;
+        }
+        let computed = sample.computed(robot);
+        let of_joint = |f: Fault| {
+            f.of_joint(axis, robot.axis(axis).kind).map(|f| (f, f.corrected(robot, &sample, &computed).misfit_m))
+        };
+        let units: Vec<(Fault, f64)> = units.iter().filter_map(|u| of_joint(u.0)).collect();
+        let (text, first) = of_another_size(&units, robot, &sample, &computed)?;
+        Some((format!("where {} moves alone, {text}", robot.axis(axis).name), first))
+    };
+    (0..robot.dof()).find_map(one)
 }
 
 /// Shift in s of the commands that fits the measurement best, and the misfit it leaves.

@@ -356,3 +356,20 @@ fn the_document_is_one_that_fit_reads() {
     let size = (p["to_deg"].as_f64().unwrap() - p["from_deg"].as_f64().unwrap()).abs();
     assert!((size / 2.0 - p["half_gap_deg"].as_f64().unwrap()).abs() < 1e-8);
 }
+
+#[test]
+fn one_joint_in_radians_is_refused_by_the_path_on_which_it_moves_alone() {
+    use lostmotion::log::plausibility::{Kinematics, check_for};
+    let robot = Robot::load(&bundled("configs/micro-iges-4dof.yaml")).unwrap();
+    let log = Log::load(&bundled("samples/instrument/growing_sine_log.csv.gz"), &robot).unwrap();
+    assert!(check_for(&log, &robot, Kinematics::Unknown).is_ok());
+    for axis in 0..robot.dof() {
+        let mut wrong = log.clone();
+        for v in &mut wrong.cmd[axis] {
+            *v = ((*v * 1e6).round() / 1e6).to_radians(); // the number of radians, read as degrees
+        }
+        let Err(Error::BadInput(why)) = check_for(&wrong, &robot, Kinematics::Unknown) else { panic!("axis {axis}") };
+        let name = &robot.axis(axis).name;
+        assert!(why.to_string().contains(name.as_str()) && why.to_string().contains("radians"), "{why}");
+    }
+}

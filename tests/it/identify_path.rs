@@ -7,6 +7,8 @@ use lostmotion::gaps::{Gaps, JointGap};
 use lostmotion::identify::path::{Known, Options, PathFound, identify};
 use lostmotion::log::Log;
 use nalgebra::{Isometry3, Vector3};
+use rand::SeedableRng;
+use rand_distr::Distribution;
 
 fn joint(found: &PathFound, axis: usize) -> &JointGap {
     found.gaps.joints.iter().find(|j| j.axis == axis).unwrap()
@@ -338,5 +340,55 @@ fn val_swapped_or_negated_axes_are_refused() {
         let refused = identify(&kuka(), &[log], &Options::default()).map(|f| (f.inflation, f.sigma_m, f.gaps.joints));
         let message = refused.unwrap_err().to_string();
         assert!(message.contains("mirrored frame"), "{message}");
+    }
+}
+
+/// The circle with commands that jitter by `noise_deg` and are written with `decimals` decimals.
+fn disturbed_circle(noise_deg: f64, decimals: u8) -> Log {
+    let mut log = circle("circle_uncompensated_table3.csv.gz");
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(77);
+    let scale = 10f64.powi(i32::from(decimals));
+    for axis in 0..3 {
+        for v in &mut log.cmd[axis] {
+            let jitter: f64 = rand_distr::StandardNormal.sample(&mut rng);
+            *v = (((v.to_degrees() + noise_deg * jitter) * scale).round() / scale).to_radians();
+        }
+        log.cmd_decimals[axis] = decimals;
+    }
+    log
+}
+
+#[test]
+fn commands_that_jitter_a_little_are_smoothed_and_the_intervals_hold_the_truth() {
+    let found = identify(&kuka(), &[disturbed_circle(0.0002, 6)], &Options::default()).unwrap();
+    assert!(found.gaps.distrust.is_none(), "{:?}", found.gaps.distrust);
+    for (axis, truth) in [(0, 0.0028), (1, 0.0037), (2, 0.0022)] {
+        let j = joint(&found, axis);
+        assert!(deg(j.ci95[0]) < truth && truth < deg(j.ci95[1]), "axis {axis}: {:?}", j.ci95.map(deg));
+        assert!((deg(j.half_gap) / truth - 1.0).abs() < 0.05 && j.significant, "axis {axis}: {}", deg(j.half_gap));
+    }
+    let spike = joint(&found, 0).stiction.clone().unwrap();
+    assert!(deg(spike.ci95[0]) < 0.0034 && 0.0034 < deg(spike.ci95[1]), "{:?}", spike.ci95.map(deg));
+    assert!(found.gaps.notes.iter().any(|n| n.to_string().contains("jitter")), "{:?}", found.gaps.notes);
+}
+
+#[test]
+fn commands_that_jitter_or_are_coarse_against_the_gap_are_not_trusted() {
+    for (noise_deg, decimals, says) in [
+        (0.001, 6, "log the commanded positions"),
+        (0.003, 6, "log the commanded positions"),
+        (0.0, 2, "more decimals"),
+    ] {
+        let found = identify(&kuka(), &[disturbed_circle(noise_deg, decimals)], &Options::default()).unwrap();
+        let why = found.gaps.distrust.as_ref().map_or(String::new(), ToString::to_string);
+        assert!(why.contains(says), "{noise_deg} {decimals}: {why}");
+        for (axis, truth) in [(0, 0.0028), (1, 0.0037), (2, 0.0022)] {
+            let j = joint(&found, axis);
+            assert!(
+                deg(j.ci95[0]) < truth && truth < deg(j.ci95[1]),
+                "{noise_deg}, axis {axis}: {:?}",
+                j.ci95.map(deg)
+            );
+        }
     }
 }

@@ -163,3 +163,17 @@ fn offsets_that_may_come_back_are_checked_like_those_in_use() {
     assert!(words.contains("half_gap_mm") && words.contains("-0.02"), "{words}");
     assert!(!desk.at("out.csv").exists());
 }
+
+#[test]
+fn a_log_with_the_commands_of_the_original_program_is_refused() {
+    let desk = Desk::new();
+    desk.compensator("first.yaml", TRUE_MM, "");
+    desk.run(
+        "simulate --model machine.yaml --input program.csv --output before.csv --speed-mm-s 4 --noise-um 4 --seed 3",
+    );
+    let line = "fit --robot robot.yaml --previous first.yaml --log before.csv --output next.yaml";
+    let refused = desk.folder.run(line).ends_with(2);
+    assert!(refused.stderr.contains("commands of the rewritten program"), "{}", refused.stderr);
+    desk.measured("first.yaml", "after.csv", 3);
+    desk.run("fit --robot robot.yaml --previous first.yaml --log after.csv --output next.yaml");
+}

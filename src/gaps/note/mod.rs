@@ -1,6 +1,7 @@
 //! What a reader of a gaps document should know, as data: one enum for each kind of identification. Code compares the variants; the
 //! words are for readers.
 
+pub mod commands;
 pub mod deadzone;
 pub mod line;
 pub mod machine;
@@ -36,6 +37,9 @@ pub enum Note {
         /// Centre in the base frame of the robot, m.
         centre_m: [f64; 3],
     },
+    /// Of commands that are not known well.
+    #[error(transparent)]
+    Commands(#[from] commands::Note),
     /// Of an estimate of all logs of a machine.
     #[error(transparent)]
     Machine(#[from] machine::Note),
@@ -74,6 +78,7 @@ impl Note {
     pub fn log_mut(&mut self) -> Option<&mut String> {
         match self {
             Self::BallbarCentre { log, .. } => Some(log),
+            Self::Commands(note) => note.log_mut(),
             Self::Machine(note) => note.log_mut(),
             Self::Path(note) => note.log_mut(),
             _ => None,

@@ -78,6 +78,28 @@ pub enum Remark {
         /// How many.
         pairs: usize,
     },
+    /// Pairs at which the joint moves across the direction of the dial.
+    #[error(
+        "pairs left out because the joint moves across the dial there: its direction is known to {tilt_deg:.0} deg, which may be the whole reading: {pairs}"
+    )]
+    AcrossDial {
+        /// Standard deviation of the direction, deg.
+        tilt_deg: f64,
+        /// How many.
+        pairs: usize,
+    },
+    /// The last digit of the readings is not small against the gap.
+    #[error(
+        "the readings are written in steps that are not small against the gap: the rounding of each position is an error of {:.5} {} in all its \
+         cycles; write them with more digits",
+        edge(*error, *kind), kind.unit()
+    )]
+    CoarseReadings {
+        /// Kind of the joint.
+        kind: JointKind,
+        /// Standard deviation of the half gap at a position, rad or m.
+        error: f64,
+    },
     /// One cycle at one angle.
     #[error("only one cycle at one angle: no interval is possible, so no gap is reported")]
     OneValue,

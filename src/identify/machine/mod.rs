@@ -15,13 +15,15 @@
 //! - [`unseen`]: joints of which single readings tell nothing.
 //! - [`predict`]: what compensation will leave, without the noise of the instrument.
 //! - [`estimate`]: the document.
-//! - [`update`]: a compensator corrected by runs of its own programs; [`crossed`]: does a correction help strokes that did not see it;
+//! - [`update`]: a compensator corrected by runs of its own programs; `carried`: are they that; [`crossed`]: does a correction help strokes that did not see it;
 //!   [`measured`]: has the last correction helped.
 //!
 //! Assumes command trajectories that are exact to their rounding, and a machine that does the same at the same place. What the
 //! model lacks ends up in the noise, which widens intervals; it is never a reason to refuse.
 
 pub(crate) mod bins;
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+mod carried;
 pub(crate) mod clock;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod crossed;
@@ -52,6 +54,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::estimate::JointEstimate;
 use crate::gaps::note::machine::Note;
 use crate::gaps::{self, Gaps};
+use crate::identify::commands::cleaned;
 use crate::identify::gears::geared;
 use crate::identify::scalar::Setup;
 use crate::log::Log;
@@ -75,7 +78,10 @@ const ROUNDS: usize = 3;
 /// Where a log has no readings or no time, or no joint reverses.
 pub fn identify(robot: &Robot, logs: &[Log], setups: &[Setup]) -> Result<Gaps> {
     let by_gears = geared(robot, logs);
-    let mut gaps = of_axes(&by_gears.robot, &by_gears.logs, setups)?;
+    let cleaned = cleaned(&by_gears.robot, &by_gears.logs);
+    let mut gaps = of_axes(&by_gears.robot, &cleaned.logs, setups)?;
+    gaps.notes.extend(cleaned.notes(&by_gears.robot));
+    cleaned.doubt(&by_gears.robot, &mut gaps);
     gaps.robot_sha256 = robot.fingerprint();
     gaps.notes.extend(by_gears.notes);
     gaps.doubt_robot_file(robot, logs);

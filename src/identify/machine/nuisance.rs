@@ -22,7 +22,7 @@ const FRAME_RAD: f64 = 5e-3;
 /// A centre or a length that was given; a zero that was not; the direction of a dial.
 const GIVEN_M: f64 = 1e-3;
 const ZERO_M: f64 = 1e-2;
-const TILT_RAD: f64 = 5e-2;
+pub(crate) const TILT_RAD: f64 = 5e-2;
 /// Errors of a joint sensor and of what turns with it over its position: scale, and once a turn.
 const SENSOR: f64 = 1e-3;
 const BODY_M: f64 = 1e-3;

@@ -7,6 +7,7 @@
 //! ([`super::measured`]).
 
 use super::bins;
+use super::carried::refuse_without_offsets;
 use super::crossed::crossed;
 use super::evidence::{self, Evidence};
 use super::frame;
@@ -52,6 +53,9 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     }
     let by_gears = geared(robot, logs);
     let (robot, logs) = (by_gears.robot.as_ref(), by_gears.logs.as_ref());
+    for log in logs {
+        refuse_without_offsets(robot, log, previous)?;
+    }
     let all: Vec<&Log> = logs.iter().collect();
     let registered = frame::frame(robot, &all)?;
     let bins_per_s = bins::per_second(&all);

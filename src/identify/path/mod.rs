@@ -34,6 +34,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::note::path::Note;
 use crate::gaps::{self, Distrust, GapPoint, Gaps, JointGap};
 use crate::identify::LEAST_LEVER;
+use crate::identify::commands::cleaned;
 use crate::identify::gears::geared;
 use crate::log::Log;
 use crate::model::Model;
@@ -143,7 +144,10 @@ pub struct JointDetail {
 /// Identifies from one or more logs of one robot, by gears where gears turn by sums of axes.
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> {
     let by_gears = geared(robot, logs);
-    let mut found = of_axes(&by_gears.robot, &by_gears.logs, options)?;
+    let cleaned = cleaned(&by_gears.robot, &by_gears.logs);
+    let mut found = of_axes(&by_gears.robot, &cleaned.logs, options)?;
+    found.gaps.notes.extend(cleaned.notes(&by_gears.robot));
+    cleaned.doubt(&by_gears.robot, &mut found.gaps);
     found.gaps.robot_sha256 = robot.fingerprint();
     found.gaps.notes.extend(by_gears.notes);
     found.gaps.doubt_robot_file(robot, logs);

@@ -131,16 +131,7 @@ pub fn plausible(robot: &Robot, log: &Log, setup: &Setup) -> Result<()> {
     let (rows, readings): (Vec<usize>, Vec<f64>) =
         column.iter().enumerate().filter_map(|(i, v)| Some((i, (*v)?))).unzip();
     let read = span(&readings);
-    let (unit, least) = match (&i.distance_m, &i.distance_off_m) {
-        (Some(_), _) => ("millimetres in `r_mm`", LEAST_SPAN_M[0]),
-        (None, Some(_)) => ("micrometres in `r_um`", LEAST_SPAN_M[1]),
-        _ => ("micrometres in `dial_um`", LEAST_SPAN_M[0]),
-    };
-    if read < least {
-        let found = format!("readings that change by {:.3} um", read * 1e6);
-        let expected = format!("{unit}, from a moving robot (these may be in a larger unit)");
-        return Err(Error::bad(Place::file(&log.name), found, expected));
-    }
+    let unit = refuse_larger_unit(log, read)?;
     let each = (rows.len() / 1000).max(1);
     let points: Vec<Vector3<f64>> = rows.iter().step_by(each).map(|i| robot.tcp_m(&log.command(*i))).collect();
     refuse_more_than_moves(log, setup, read, &points, unit)?;
@@ -159,6 +150,31 @@ pub fn plausible(robot: &Robot, log: &Log, setup: &Setup) -> Result<()> {
         return Err(Error::bad(Place::file(&log.name), found, expected).mended_by(&["centre"]));
     }
     Ok(())
+}
+
+/// Refuses readings that change by less (`read`, m) than any robot's do; the unit in which they are expected.
+fn refuse_larger_unit(log: &Log, read: f64) -> Result<&'static str> {
+    let (unit, least) = match (&log.instruments.distance_m, &log.instruments.distance_off_m) {
+        (Some(_), _) => ("millimetres in `r_mm`", LEAST_SPAN_M[0]),
+        (None, Some(_)) => ("micrometres in `r_um`", LEAST_SPAN_M[1]),
+        _ => ("micrometres in `dial_um`", LEAST_SPAN_M[0]),
+    };
+    if read < least {
+        let found = format!("readings that change by {:.3} um", read * 1e6);
+        let expected = format!("{unit}, from a moving robot (these may be in a larger unit)");
+        return Err(Error::bad(Place::file(&log.name), found, expected));
+    }
+    Ok(unit)
+}
+
+/// Refuses readings of a test with dwells whose largest difference is smaller than any robot's.
+///
+/// # Errors
+/// Bad input, where they seem to be in a larger unit.
+pub(crate) fn refuse_still(log: &Log) -> Result<()> {
+    let readings = || log.instruments.scalar().unwrap_or_default().iter().flatten().copied();
+    let (lo, hi) = readings().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if readings().count() > 1 { refuse_larger_unit(log, hi - lo).map(|_| ()) } else { Ok(()) }
 }
 
 /// Refuses readings that change by far more than the TCP moves: in all, or along the direction of a dial.

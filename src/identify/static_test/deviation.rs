@@ -11,13 +11,16 @@ use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
 use crate::gaps::note::static_test::{Note, Remark};
 use crate::identify::LEAST_LEVER;
+use crate::identify::machine::nuisance::TILT_RAD;
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
 use crate::machine::measurement::Instrument;
+use crate::numerics::normal::Z95;
 use crate::numerics::robust::median;
 use crate::robot::{Chain, JointKind, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 /// Rounding in the last digit of a tracker's file (0.1 um): repeats cannot agree better, m.
 pub(super) const ROUNDING_M: f64 = 5e-8;
@@ -65,6 +68,8 @@ pub(super) struct Deviation {
     pub(super) sum_squares_m2: f64,
     /// Variance of the mean of the dwell, as a joint value.
     variance: f64,
+    /// Variance of a coordinate of a row, m^2.
+    of_row_m2: f64,
 }
 
 /// Half gap of one pair through the TCP, by the reflectors that both dwells saw.
@@ -72,6 +77,8 @@ pub(super) struct Half {
     pub(super) value: f64,
     variance: f64,
     lever: f64,
+    /// Variance of a coordinate of a row, m^2.
+    of_row_m2: f64,
 }
 
 /// Reflectors that both dwells of a pair saw.
@@ -90,6 +97,7 @@ pub(super) fn half_gap(chains: &[Chain], inverse: &Isometry3<f64>, readings: &Re
         value: 0.5 * (going_down.value - going_up.value),
         variance: 0.25 * (going_up.variance + going_down.variance),
         lever: going_up.lever,
+        of_row_m2: 0.5 * (going_up.of_row_m2 + going_down.of_row_m2),
     })
 }
 
@@ -135,9 +143,10 @@ pub(super) fn deviation(
     }
     let reflectors = mask.iter().filter(|&&m| m).count().max(1) as f64;
     let (n, dof) = (samples as f64 / reflectors, 3.0 * (samples as f64 - reflectors));
-    let variance = if dof > 0.0 { scatter / dof / n / lever2 } else { 0.0 };
+    let of_row_m2 = if dof > 0.0 { scatter / dof } else { 0.0 };
+    let variance = of_row_m2 / n / lever2;
     let lever = (lever2 / reflectors).sqrt();
-    Some(Deviation { value, lever, samples, sum_squares_m2: sum, variance })
+    Some(Deviation { value, lever, samples, sum_squares_m2: sum, variance, of_row_m2 })
 }
 
 /// Commands, half gaps and their readings over time, at one place.
@@ -156,22 +165,34 @@ struct View<'a> {
     instrument: Option<&'a Instrument>,
 }
 
-/// Half gap of a pair by a single reading (distance, dial), and the sensitivity of the reading to the joint; `None` where the
-/// joint hardly changes it.
-fn along(chains: &[Chain], instrument: &Instrument, readings: &Readings, pair: &Pair) -> Option<(HalfGap, f64)> {
+/// Half gap of a pair by a single reading (distance, dial), with the sensitivity of the reading to the joint.
+fn along(chains: &[Chain], instrument: &Instrument, readings: &Readings, pair: &Pair) -> Reading {
     let (up, down) = both(readings, pair);
-    let (going_up, going_down) = (up.scalar?, down.scalar?);
+    let (Some(going_up), Some(going_down), Some(chain)) = (up.scalar, down.scalar, chains.first()) else {
+        return Reading::Lost;
+    };
     let mut columns = vec![Vector3::zeros(); up.command.len()];
-    let place = chains.first()?.position_and_jacobian(&up.command, &mut columns);
-    let lever = instrument.sensitivity(&place, &columns[pair.axis])[0];
+    let place = chain.position_and_jacobian(&up.command, &mut columns);
+    let column = columns[pair.axis];
+    let lever = instrument.sensitivity(&place, &column)[0];
     if lever.abs() < LEAST_LEVER {
-        return None;
+        return Reading::Insensitive;
+    }
+    // a dial stands along its direction by hand: what the joint moves across it is read in part
+    let across = match instrument {
+        Instrument::Direction { .. } => (column.norm_squared() - lever * lever).max(0.0).sqrt(),
+        _ => 0.0,
+    };
+    let tilt = TILT_RAD * across / lever.abs();
+    if Z95 * tilt >= 1.0 {
+        return Reading::Across;
     }
     let half = HalfGap {
         value: 0.5 * (going_down.mean - going_up.mean) / lever,
         variance_in_dwell: 0.25 * (going_up.variance + going_down.variance) / (lever * lever),
     };
-    Some((half, lever))
+    let rows = (up.rows.len() + down.rows.len()) as f64 / 2.0;
+    Reading::Lever(half, Lever { lever, tilt, of_row_m2: 0.5 * rows * (going_up.variance + going_down.variance) })
 }
 
 /// Deviation of the joint row by row within a dwell: by its sensor, by a single reading, else by the TCP along the joint's column of the Jacobian.
@@ -222,16 +243,39 @@ pub fn half_gaps(
     tables
 }
 
+/// Step in which the readings of a log are written: of a coordinate of the TCP, or of a single reading, m.
+fn step_m(log: &Log) -> f64 {
+    let coordinate = |k: usize| count(&log.tcp_m.iter().map(|p| p.map(|p| p[k])).collect::<Vec<_>>());
+    if log.tcp_m.is_empty() {
+        return log.instruments.scalar().map_or(0.0, count);
+    }
+    // a coordinate that hardly changes may skip steps
+    let steps = (0..3).map(coordinate).filter(|q| *q > 0.0);
+    steps.reduce(f64::min).unwrap_or(0.0)
+}
+
 /// How a pair is read.
 enum Reading {
     /// By the sensor after the joint's gear.
     Joint(HalfGap),
-    /// Through the TCP or a single reading, with its lever.
-    Lever(HalfGap, f64),
+    /// Through the TCP or a single reading.
+    Lever(HalfGap, Lever),
     /// The tracker was lost.
     Lost,
     /// The joint hardly moves what is measured.
     Insensitive,
+    /// The joint moves across the direction of the dial.
+    Across,
+}
+
+/// How the joint moves what is measured.
+struct Lever {
+    /// m per rad, or m per m.
+    lever: f64,
+    /// Standard deviation of the half gap by the direction of a dial, as a share of it.
+    tilt: f64,
+    /// Variance of a reading, or of a coordinate, within a dwell, m^2.
+    of_row_m2: f64,
 }
 
 fn read(view: &View, readings: &Readings, pair: &Pair) -> Reading {
@@ -239,14 +283,13 @@ fn read(view: &View, readings: &Readings, pair: &Pair) -> Reading {
     if let Some(half) = measured(readings, pair) {
         Reading::Joint(half)
     } else if let Some(instrument) = view.instrument {
-        match along(view.chains, instrument, readings, pair) {
-            Some((half, lever)) => Reading::Lever(half, lever),
-            None if up.scalar.is_some() && down.scalar.is_some() => Reading::Insensitive,
-            None => Reading::Lost,
-        }
+        along(view.chains, instrument, readings, pair)
     } else if seen_by_both(view.chains, up, down).contains(&true) {
         match view.inverse.and_then(|inverse| half_gap(view.chains, inverse, readings, pair)) {
-            Some(h) => Reading::Lever(HalfGap { value: h.value, variance_in_dwell: h.variance }, h.lever),
+            Some(h) => Reading::Lever(
+                HalfGap { value: h.value, variance_in_dwell: h.variance },
+                Lever { lever: h.lever, tilt: 0.0, of_row_m2: h.of_row_m2 },
+            ),
             None => Reading::Insensitive,
         }
     } else {
@@ -261,15 +304,29 @@ struct TestedJoint {
     /// Pairs left out.
     lost: usize,
     insensitive: usize,
+    across: usize,
     by_sensor: usize,
     levers: Vec<f64>,
+    /// Of the pairs that are read through a lever: [`Lever::tilt`] and [`Lever::of_row_m2`].
+    tilts: Vec<f64>,
+    of_rows_m2: Vec<f64>,
     least_stroke: f64,
 }
 
 impl TestedJoint {
     fn new(axis: usize) -> Self {
-        let (places, levers) = (BTreeMap::new(), Vec::new());
-        Self { axis, places, lost: 0, insensitive: 0, by_sensor: 0, levers, least_stroke: f64::INFINITY }
+        Self {
+            axis,
+            places: BTreeMap::new(),
+            lost: 0,
+            insensitive: 0,
+            across: 0,
+            by_sensor: 0,
+            levers: Vec::new(),
+            tilts: Vec::new(),
+            of_rows_m2: Vec::new(),
+            least_stroke: f64::INFINITY,
+        }
     }
 
     fn add(&mut self, view: &View, log: &Log, readings: &Readings, pair: &Pair) {
@@ -279,7 +336,9 @@ impl TestedJoint {
                 half
             }
             Reading::Lever(half, lever) => {
-                self.levers.push(lever.abs());
+                self.levers.push(lever.lever.abs());
+                self.tilts.push(lever.tilt);
+                self.of_rows_m2.push(lever.of_row_m2);
                 half
             }
             Reading::Lost => {
@@ -288,6 +347,10 @@ impl TestedJoint {
             }
             Reading::Insensitive => {
                 self.insensitive += 1;
+                return;
+            }
+            Reading::Across => {
+                self.across += 1;
                 return;
             }
         };
@@ -309,6 +372,9 @@ impl TestedJoint {
         if self.insensitive > 0 {
             notes.push(Remark::HardlyMoves { kind, least_lever: LEAST_LEVER, pairs: self.insensitive });
         }
+        if self.across > 0 {
+            notes.push(Remark::AcrossDial { tilt_deg: TILT_RAD.to_degrees(), pairs: self.across });
+        }
         notes
     }
 
@@ -322,12 +388,33 @@ impl TestedJoint {
         }
     }
 
+    /// Standard deviation of the error that rounding of the readings leaves in a half gap and that all cycles of a place have in common.
+    ///
+    /// Rounding to steps of `q` leaves an error of `q / sqrt(12)` in the mean of a dwell where its readings do not scatter; scatter of a standard
+    /// deviation `s` averages it out: `exp(-2 pi^2 s^2 / q^2)` of it is left (Widrow and Kollar 2008, chapter 4). Half the difference of two dwells
+    /// has `1 / sqrt(2)` of it.
+    fn common_rounding(&self, logs: &[Log]) -> f64 {
+        if self.levers.is_empty() {
+            return 0.0;
+        }
+        let step_m = logs.iter().map(step_m).fold(0.0, f64::max);
+        if step_m <= 0.0 {
+            return 0.0;
+        }
+        // the scatter contains the rounding
+        let scatter_m2 = (median(&self.of_rows_m2) - step_m * step_m / 12.0).max(0.0);
+        let left_m = ROUNDING_COUNTS * step_m * (-2.0 * PI * PI * scatter_m2 / (step_m * step_m)).exp();
+        left_m / median(&self.levers).max(LEAST_LEVER)
+    }
+
     fn is_by_sensor(&self) -> bool {
         self.levers.is_empty() && self.by_sensor > 0
     }
 
     fn table(mut self, logs: &[Log], unpaired: usize) -> Table {
         let rounding = self.rounding(logs);
+        let common_rounding = self.common_rounding(logs);
+        let tilt = self.tilts.iter().copied().fold(0.0, f64::max);
         let series: Option<Vec<PairSeries>> = self
             .places
             .values_mut()
@@ -345,6 +432,8 @@ impl TestedJoint {
             series: series.unwrap_or_default(),
             places: self.places.into_values().map(|p| (mean(&p.at), p.values)).collect(),
             rounding,
+            common_rounding,
+            tilt,
             least_stroke: self.least_stroke,
             unpaired,
             measured,

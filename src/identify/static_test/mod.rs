@@ -133,7 +133,8 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
         .iter()
         .map(|log| {
             let scalar = log.tcp_m.is_empty() && log.instruments.has_scalar();
-            scalar.then(|| scalar::instrument(robot, log, &options.setup)).transpose()
+            let read = || scalar::refuse_still(log).and_then(|()| scalar::instrument(robot, log, &options.setup));
+            scalar.then(read).transpose()
         })
         .collect::<Result<_>>()?;
     let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);

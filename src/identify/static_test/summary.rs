@@ -9,6 +9,9 @@
 //! - Gate: F test of the places' means against `s2`, once for any shape (`n - 1` degrees of freedom) and once for slope and
 //!   bow (2), the smaller p value doubled (Bonferroni). At [`ALPHA`] or above the gap is constant.
 //!
+//! Rounding of the readings that the scatter in the dwells does not average out is an error of the place, the same in all its cycles; that of
+//! the direction of a dial is the same in all values. Both are in the intervals, the first in the test, too.
+//!
 //! Assumptions: cycles are independent and their scatter is the same at all places. With fewer than 3 degrees of freedom
 //! nothing is tested. One cycle only: the spread between places stands for the noise; one place only: the noise inside
 //! the dwells does, which does not include repeatability. Notes report both.
@@ -53,6 +56,10 @@ pub struct Table {
     pub places: Vec<(f64, Vec<HalfGap>)>,
     /// Repeats cannot agree better than the file's rounding: standard deviation of a value, rad or m.
     pub rounding: f64,
+    /// Standard deviation of the error by the rounding of the readings that all cycles of a place have in common, rad or m.
+    pub common_rounding: f64,
+    /// Standard deviation by the direction of a dial, as a share of the half gap; common to all values.
+    pub tilt: f64,
     /// Shortest approach, rad or m.
     pub least_stroke: f64,
     pub unpaired: usize,
@@ -173,13 +180,17 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         return None;
     };
     let factor = student::factor(0.95, noise.dof);
+    // errors that repeats do not show: of the rounding, apart from place to place; of the direction of a dial, one for all
+    let common =
+        |half_gap: f64, places: f64| (Z95 * table.common_rounding / places.sqrt()).hypot(Z95 * table.tilt * half_gap);
     for (i, (a, r)) in angles.iter_mut().zip(&repeats).enumerate() {
         let of_creep = creep.as_ref().filter(|c| c.applies()).map_or(0.0, |c| Z95 * c.place_variance[i].sqrt());
-        a.ci95 = around(a.mean, (factor * (noise.variance / r).sqrt()).hypot(of_creep));
+        a.ci95 = around(a.mean, (factor * (noise.variance / r).sqrt()).hypot(of_creep).hypot(common(a.mean, 1.0)));
     }
     let gate = (noise.from == NoiseFrom::Cycles && noise.dof >= LEAST_DOF && angles.len() > 1).then(|| {
         // what the creep leaves open from place to place is no variation of the gap
         let open = creep.as_ref().map_or(0.0, |c| c.place_variance_apart.iter().sum::<f64>() / (n - 1.0));
+        let open = open + table.common_rounding.powi(2);
         let widened = Noise { variance: noise.variance + open * total / n, ..noise };
         let p_value = test(&angles, &means, &repeats, &widened).p_value;
         Gate { p_value, ..test(&angles, &means, &repeats, &noise) }
@@ -191,14 +202,15 @@ pub fn summarise(table: &Table) -> Option<Summary> {
     } else {
         (means.iter().zip(&repeats).map(|(y, r)| y * r).sum::<f64>() / total, (noise.variance / total).sqrt())
     };
+    let half = (factor * se).hypot(common(half_gap, n));
     let ci95 = match &creep {
-        Some(c) if c.applies() => creep::interval(c, half_gap, factor * se / Z95),
+        Some(c) if c.applies() => creep::interval(c, half_gap, half / Z95),
         // in doubt the value stays as it was read, and the interval holds both readings of the dwells
         Some(c) => {
-            let [lo, hi] = creep::interval(c, half_gap - c.mean_correction(), factor * se / Z95);
-            [lo.min(half_gap - factor * se), hi.max(half_gap + factor * se)]
+            let [lo, hi] = creep::interval(c, half_gap - c.mean_correction(), half / Z95);
+            [lo.min(half_gap - half), hi.max(half_gap + half)]
         }
-        None => around(half_gap, factor * se),
+        None => around(half_gap, half),
     };
     Some(Summary { angles, noise, half_gap, ci95, gate, sigma_in_dwell, creep })
 }
@@ -297,7 +309,17 @@ mod tests {
             variance_in_dwell: 0.0,
         };
         let places = (0..places).map(|p| (p as f64, (0..cycles).map(&mut value).collect())).collect();
-        Table { axis: 0, places, rounding: 0.0, least_stroke: 1.0, unpaired: 0, measured: false, series: Vec::new() }
+        Table {
+            axis: 0,
+            places,
+            rounding: 0.0,
+            common_rounding: 0.0,
+            tilt: 0.0,
+            least_stroke: 1.0,
+            unpaired: 0,
+            measured: false,
+            series: Vec::new(),
+        }
     }
 
     #[test]
@@ -314,6 +336,36 @@ mod tests {
             assert!(dropped <= runs / 50, "{places} x {cycles}: {dropped} of {runs} tables lost a sound value");
             assert!((1870..=1930).contains(&covered), "{places} x {cycles}: {covered} of {runs} intervals cover");
         }
+    }
+
+    #[test]
+    fn rounding_common_to_the_cycles_of_a_place_is_no_variation_of_the_gap() {
+        let mut rng = ChaCha8Rng::seed_from_u64(13);
+        let (runs, mut varies, mut covered) = (500, 0, 0);
+        for _ in 0..runs {
+            let mut t = table(&mut rng, 11, 4);
+            t.common_rounding = 1.0;
+            for (_, values) in &mut t.places {
+                let off: f64 = StandardNormal.sample(&mut rng);
+                values.iter_mut().for_each(|h| h.value += off);
+            }
+            let s = summarise(&t).unwrap();
+            varies += usize::from(s.varies());
+            covered += usize::from(s.ci95[0] <= 1.0 && 1.0 <= s.ci95[1]);
+        }
+        assert!(varies <= runs / 100, "{varies} of {runs} vary");
+        assert!(covered >= runs * 92 / 100, "{covered} of {runs} cover");
+    }
+
+    #[test]
+    fn the_direction_of_a_dial_is_in_the_interval() {
+        let mut t = table(&mut ChaCha8Rng::seed_from_u64(14), 3, 4);
+        t.tilt = 0.2;
+        let s = summarise(&t).unwrap();
+        assert!(
+            s.ci95[1] - s.ci95[0] > 2.0 * Z95 * 0.2 * s.half_gap && s.angles.iter().all(|a| a.ci95[0] < 0.7),
+            "{s:?}"
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::identify::static_test::creep::Creep;
 use crate::robot::JointKind;
 
 /// Where the noise of a joint's figures comes from, and what that leaves open.
-fn about_noise(table: &Table, summary: &Summary) -> Vec<Remark> {
+fn about_noise(table: &Table, summary: &Summary, kind: JointKind) -> Vec<Remark> {
     let mut notes = Vec::new();
     match summary.noise.from {
         NoiseFrom::Cycles if summary.gate.is_none() && summary.angles.len() > 1 => notes.push(Remark::TooFewRepeats),
@@ -16,6 +16,9 @@ fn about_noise(table: &Table, summary: &Summary) -> Vec<Remark> {
     }
     if summary.noise.rounding {
         notes.push(Remark::Rounding);
+    }
+    if table.common_rounding > WIDE * summary.half_gap.abs() {
+        notes.push(Remark::CoarseReadings { kind, error: table.common_rounding });
     }
     let sigma = summary.noise.variance.sqrt();
     if summary.noise.from == NoiseFrom::Cycles
@@ -39,7 +42,7 @@ pub fn notes(table: &Table, summary: &Summary, kind: JointKind) -> Vec<Remark> {
             notes.push(Remark::CyclesDisagree { kind, at: a.at });
         }
     }
-    notes.extend(about_noise(table, summary));
+    notes.extend(about_noise(table, summary, kind));
     if summary.ci95[1] < 0.0 {
         notes.push(Remark::Negative { kind });
     }
