@@ -35,6 +35,9 @@ const SHORTEST: usize = 4;
 const GROWTH: f64 = 1.4;
 /// Share of a half gap that may be unknown in the commands: gaps are to be known to 10 % (`docs/identify-path.md`).
 const MOST_OF_GAP: f64 = 0.1;
+/// The same of what rounding alone leaves unknown, for the gap: its errors differ from row to row and average out, and with an interval that
+/// reaches to half of the gap a compensation still takes out half of it.
+const MOST_OF_ROUNDED_GAP: f64 = 0.25;
 /// Share of the half width of an interval below which the commands' part changes it by less than half a percent.
 const NEGLIGIBLE: f64 = 0.1;
 /// Decimals of a command column whose number is not known.
@@ -130,7 +133,8 @@ impl Cleaned<'_> {
                 gap.stiction_p_value = None;
                 gaps.notes.push(Note::FrictionUnknown { joint: joint.name.clone(), kind: joint.kind, left }.into());
             }
-            if gap.significant && distrust.is_none() {
+            let averages_out = noise == 0.0 && left <= MOST_OF_ROUNDED_GAP * gap.half_gap.abs();
+            if gap.significant && !averages_out && distrust.is_none() {
                 let (half_gap, left, noise) = (gap.half_gap / unit, left / unit, noise / unit);
                 let (joint, unit) = (joint.name.clone(), joint.kind.unit().to_string());
                 distrust = Some(Distrust::CommandsNotKnown { joint, unit, half_gap, left, noise });
