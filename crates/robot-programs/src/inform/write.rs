@@ -151,7 +151,7 @@ impl<'a> Writer<'a> {
                 return Err(self.refused(k, "its target holds no numbers that can be written"));
             }
             if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
-                return Err(self.refused(k, &format!("no point can be added: {why}")));
+                return Err(self.refused(k, format!("no point can be added: {why}")));
             }
         }
         Ok(())
@@ -214,7 +214,7 @@ impl<'a> Writer<'a> {
             (own(value.si / unit), q / unit, number::decimals_for(value.style, digit, most))
         };
         if !written.is_finite() || written.abs() >= f64::from(i32::MAX) {
-            return Err(self.refused(step, &format!("axis {} would be {written}, which no job holds", axis + 1)));
+            return Err(self.refused(step, format!("axis {} would be {written}, which no job holds", axis + 1)));
         }
         room.clear();
         number::append_moved(room, own, written, value.style, decimals);

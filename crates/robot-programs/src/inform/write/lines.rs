@@ -22,7 +22,7 @@ impl Writer<'_> {
         let digits = usize::from(position.digits);
         let name = format!("{}{number:0digits$}", position.kind.word());
         if name.len() > position.kind.word().len() + digits {
-            return Err(self.refused(step, &format!("no number is left for a new {} position", position.kind.word())));
+            return Err(self.refused(step, format!("no number is left for a new {} position", position.kind.word())));
         }
         let line = text.line_span(position.line());
         let mut bytes = name.clone().into_bytes();
