@@ -10,10 +10,11 @@
 //! (a movement back of more than [`NOISY`] standard deviations) the result is made monotone by isotonic regression (Ayer et al. 1955).
 //!
 //! What is left after that, or the rounding of the file, widens intervals. A gap of which it is more than [`MOST_OF_GAP`] is not trusted, and
-//! friction of such a joint is not stated. Assumes noise that is white over rows; slower noise is not seen.
+//! friction of a joint with more than [`MOST_FOR_FRICTION`] is not stated. Assumes noise that is white over rows; slower noise is not seen.
 
 use crate::effects::Track;
 use crate::gaps::note::commands::Note;
+use crate::gaps::note::path;
 use crate::gaps::{Distrust, Gaps, Note as AnyNote};
 use crate::log::Log;
 use crate::numerics::normal::Z95;
@@ -33,11 +34,11 @@ const LONGEST: usize = 2000;
 /// Rows of the shortest line, and growth of the next.
 const SHORTEST: usize = 4;
 const GROWTH: f64 = 1.4;
-/// Share of a half gap that may be unknown in the commands: gaps are to be known to 10 % (`docs/identify-path.md`).
-const MOST_OF_GAP: f64 = 0.1;
-/// The same of what rounding alone leaves unknown, for the gap: its errors differ from row to row and average out, and with an interval that
-/// reaches to half of the gap a compensation still takes out half of it.
-const MOST_OF_ROUNDED_GAP: f64 = 0.25;
+/// Share of a half gap that may be unknown in the commands: with an interval that reaches to half of the gap, a compensation still takes out
+/// half of it.
+const MOST_OF_GAP: f64 = 0.25;
+/// The same where friction is to be told from the gap (`docs/identify-path.md`: to 10 %).
+const MOST_FOR_FRICTION: f64 = 0.1;
 /// Share of the half width of an interval below which the commands' part changes it by less than half a percent.
 const NEGLIGIBLE: f64 = 0.1;
 /// Decimals of a command column whose number is not known.
@@ -123,7 +124,7 @@ impl Cleaned<'_> {
             gap.ci95 = widened;
             let joint = robot.axis(gap.axis);
             let unit = joint.kind.si_per_user_unit();
-            if left <= MOST_OF_GAP * gap.half_gap.abs() {
+            if left <= MOST_FOR_FRICTION * gap.half_gap.abs() {
                 if let Some(s) = &mut gap.stiction {
                     s.ci95 = wider(s.spike, s.ci95, left);
                 }
@@ -131,10 +132,13 @@ impl Cleaned<'_> {
             }
             if gap.stiction.take().is_some() {
                 gap.stiction_p_value = None;
+                let name = &joint.name;
+                gaps.notes
+                    .retain(|n| !matches!(n, AnyNote::Path(path::Note::LagKnownBest { joint, .. }) if joint == name));
                 gaps.notes.push(Note::FrictionUnknown { joint: joint.name.clone(), kind: joint.kind, left }.into());
             }
-            let averages_out = noise == 0.0 && left <= MOST_OF_ROUNDED_GAP * gap.half_gap.abs();
-            if gap.significant && !averages_out && distrust.is_none() {
+            let small = left <= MOST_OF_GAP * gap.half_gap.abs();
+            if gap.significant && !small && distrust.is_none() {
                 let (half_gap, left, noise) = (gap.half_gap / unit, left / unit, noise / unit);
                 let (joint, unit) = (joint.name.clone(), joint.kind.unit().to_string());
                 distrust = Some(Distrust::CommandsNotKnown { joint, unit, half_gap, left, noise });

@@ -271,7 +271,7 @@ impl Column<'_> {
     /// The length of a short way after the reversal at `i` on which no other axis moves, where it is not round.
     fn short_way(&self, i: usize, dir: f64) -> Option<f64> {
         let (j, k) = (i + 1, i + 2);
-        let Some(middle) = self.rows.q.get(j * self.rows.axes..k * self.rows.axes) else { return None };
+        let middle = self.rows.q.get(j * self.rows.axes..k * self.rows.axes)?;
         if k >= self.len() || !matches!(self.share(i, middle, k), Share::Unknown) {
             return None;
         }

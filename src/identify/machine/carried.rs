@@ -68,7 +68,7 @@ fn judged(robot: &Robot, log: &Log, joint: &JointCompensator) -> Vec<bool> {
         let passed = |travel: f64| passes(&log.t_s, p, rows.clone(), turn.p, f64::from(turn.dir), travel);
         let [(first_s, from), (next_s, to)] = [passed(whole)?, passed(2.0 * whole)?];
         let resolved = (to - from) >= LEAST_ROWS;
-        resolved.then(|| first_s - turn.t_s < STEP * (next_s - first_s))
+        resolved.then_some(first_s - turn.t_s < STEP * (next_s - first_s))
     });
     told.collect()
 }

@@ -9,6 +9,7 @@ use lostmotion::program::formats::FORMATS;
 use lostmotion::program::script::{Document, Format, Goal, Text};
 use lostmotion::robot::Robot;
 use robot_programs::error::Result;
+use robot_programs::gcode::Control;
 use std::path::{Path, PathBuf};
 
 #[derive(Clone)]
@@ -69,7 +70,14 @@ fn robots(format: &str, folder: &Path) -> Vec<Robot> {
     }
     let own = |p: &PathBuf| makers(format).iter().any(|m| name(p).starts_with(m));
     paths.sort_by_key(|p| !own(p));
-    paths.iter().map(|p| Robot::load(p).unwrap()).collect()
+    // samples in whole numbers are in millimetres
+    let control = Control { whole_units: true, ..Control::default() };
+    let load = |p: &PathBuf| {
+        let mut robot = Robot::load(p).unwrap();
+        robot.assume(control);
+        robot
+    };
+    paths.iter().map(load).collect()
 }
 
 /// A program and its companions, as they are on disk.

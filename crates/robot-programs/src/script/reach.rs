@@ -108,13 +108,16 @@ struct Joins {
 /// A way through a routine.
 struct Pass {
     /// The states after the events, where they change.
-    changes: Vec<(usize, Option<State>)>,
+    changes: Changes,
     /// Those with which routines are called.
     calls: Vec<(String, State)>,
     end: Option<State>,
 }
 
 type Effects = BTreeMap<String, Option<State>>;
+
+/// The states after the events of a routine, where they change.
+type Changes = Vec<(usize, Option<State>)>;
 
 /// An event that sets something, calls or ends a routine; `false`: it is none.
 fn sets(event: &Event, now: &mut Option<State>, out: &mut Pass, effects: &Effects) -> bool {
@@ -256,7 +259,7 @@ fn settled(events: &[(usize, Event)], kinds: usize, effects: &Effects) -> Pass {
 /// What may be in force at each place of the routines.
 #[derive(Debug, Default)]
 pub struct Reach {
-    routines: Vec<(State, Vec<(usize, Option<State>)>)>,
+    routines: Vec<(State, Changes)>,
 }
 
 impl Reach {
@@ -324,6 +327,9 @@ mod tests {
     use super::Event::{Call, Close, End, Jump, Label, Leave, Middle, Open, Reset, Set, Skip};
     use super::*;
 
+    /// What may be in force after each event.
+    type States<'a> = &'a [&'a [u32]];
+
     /// What may be in force after each event of the first routine, which starts from [`BEFORE`].
     fn after(routines: &[(&str, &[Event])]) -> Vec<Vec<u32>> {
         let of = |(name, events): &(&str, &[Event])| Routine {
@@ -342,7 +348,7 @@ mod tests {
         let to = |name: &str| Jump(name.into());
         let at = |name: &str| Label(name.into());
         // worked out by hand
-        let cases: [(&str, &[Event], &[&[u32]]); 9] = [
+        let cases: [(&str, &[Event], States<'_>); 9] = [
             ("perhaps", &[Open(Branch), Set(0, 2), Close], &[&[1], &[2], &[1, 2]]),
             ("either", &[Open(Branch), Set(0, 2), Middle(true), Set(0, 3), Close], &[&[1], &[2], &[1], &[3], &[2, 3]]),
             (
@@ -373,7 +379,7 @@ mod tests {
     #[test]
     fn routines_have_what_their_callers_have_and_change_it() {
         let call = |name: &str| Call(name.into());
-        let cases: [(&str, &[Event], &[Event], &[&[u32]]); 4] = [
+        let cases: [(&str, &[Event], &[Event], States<'_>); 4] = [
             ("it sets nothing", &[Set(0, 2), call("S"), Set(0, 3), call("S")], &[], &[&[2], &[2], &[3], &[3]]),
             ("it sets one", &[call("S"), Set(0, 3)], &[Set(0, 2)], &[&[2], &[3]]),
             ("perhaps", &[call("S")], &[Open(Branch), End, Close, Set(0, 2)], &[&[1, 2]]),
