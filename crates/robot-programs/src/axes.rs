@@ -89,7 +89,7 @@ pub struct Axes {
     /// Programs, macros and routines that move nothing, as the user says.
     pub no_motion: crate::no_motion::NoMotion,
     /// Registers as the controller lists them.
-    pub registers: crate::fanuc::Registers,
+    pub registers: crate::registers::Registers,
     joints: Vec<Axis>,
     /// Joints with their own command.
     commanded: Vec<usize>,
@@ -107,7 +107,7 @@ impl Axes {
             tool: Isometry3::identity(),
             control: crate::control::Control::default(),
             no_motion: crate::no_motion::NoMotion::default(),
-            registers: crate::fanuc::Registers::default(),
+            registers: crate::registers::Registers::default(),
             joints,
             commanded,
             places,

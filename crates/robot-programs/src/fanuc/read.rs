@@ -3,7 +3,6 @@
 use super::calls;
 use super::flow::{self, Flow};
 use super::instruction;
-use super::listing::Register;
 use super::motion::{self, MotionInstruction};
 use super::positions::{self, Position};
 use super::reason::Reason;
@@ -15,6 +14,7 @@ use super::uses::{Uses, mentioned};
 use super::{Motion, Program};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
+use crate::registers::Register;
 use crate::script::blocks::Steps;
 use crate::script::called::{self, Called, NamedCalls};
 use crate::script::lex::not_too_long;

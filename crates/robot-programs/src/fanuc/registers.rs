@@ -7,12 +7,12 @@
 
 use super::calls::{name_in, stem};
 use super::flow::{self, Flow};
-use super::listing::{Register, Registers};
 use super::reason::{Reason, SetsAny};
 use super::sections::sections;
 use super::statement::{is_comment, program_name, statements, words};
 use super::{instruction, motion};
 use crate::no_motion::NoMotion;
+use crate::registers::{Register, Registers};
 use crate::script::cursor::{Cursor, integer};
 use crate::script::lex::text_of;
 use crate::script::{Break, StepKind, Text};

@@ -62,7 +62,7 @@ impl Taught {
         } else if p.is_joints() {
             match robot.places() {
                 places if places.certain => Ok(self.push(i, target(text, robot, p, places)?)),
-                _ => Err(script::Reason::unclear_axes(robot)),
+                _ => Err(script::Reason::unclear_axes(&robot.axis_names())),
             }
         } else if let Some(target) = coordinates(p, robot) {
             pose = Some(self.push(i, target));

@@ -5,12 +5,16 @@
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 
-use super::goal::opaque;
 use super::lex::Block;
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
-use crate::script::{AxisSet, Break, Goal, StepKind, Value};
+use crate::script::{AxisSet, Break, Few, Goal, How, Move, PathKind, StepKind, Value};
 use std::collections::BTreeSet;
+
+/// A move whose goal cannot be determined.
+pub(super) fn opaque(why: Reason) -> Move {
+    Move::new(How { path: PathKind::Curve, ..How::default() }, Goal::opaque(why), Few::new())
+}
 
 /// From where relative words of an axis count whose position is not known.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Where a block leads: frames, arcs, and why it cannot be determined.
 
 use super::arc::{Arc, Centre, NoArc};
+use super::certain::opaque;
 use super::codes::{AXES, SPLINES};
 use super::lex::{Block, Word};
 use super::read::Reader;
@@ -9,7 +10,7 @@ use super::statements::{Statement, axis_words, canonical, most, motion_word};
 use crate::axes::JointKind;
 use crate::error::Result;
 use crate::script::number::last_digit;
-use crate::script::{At, Few, Goal, How, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
+use crate::script::{At, Goal, How, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
 use std::sync::Arc as Shared;
 
 /// Last digits between a quadrant and an end of its arc, at least.
@@ -351,8 +352,4 @@ impl Reader<'_> {
 fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Shared<[f64]> {
     let same = last.len() == count && last.iter().enumerate().all(|(k, v)| v.to_bits() == new(k).to_bits());
     if same { Shared::clone(last) } else { (0..count).map(new).collect() }
-}
-
-pub(super) fn opaque(why: Reason) -> Move {
-    Move::new(How { path: PathKind::Curve, ..How::default() }, Goal::opaque(why), Few::new())
 }

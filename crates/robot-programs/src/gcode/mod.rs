@@ -31,7 +31,7 @@ mod lex;
 mod passed;
 mod pieces;
 mod read;
-mod reason;
+pub(crate) mod reason;
 mod statements;
 mod survey;
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::arc::NoArc;
 use super::codes::code_text;
-use crate::script;
+use crate::script::reason as shared;
 
 /// Why a block stays as it is. Code compares the variants; the words are for readers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -117,7 +117,7 @@ pub enum Reason {
     JointMove,
     /// The same for new points: why none may come before it.
     #[error("no point can be added: {0}")]
-    Closed(Box<script::Reason>),
+    Closed(Box<shared::Reason>),
     /// The last relative block before a place that ends what is known.
     #[error("what changes here would stay in all relative words after it")]
     RelativeLeft,

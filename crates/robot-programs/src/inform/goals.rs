@@ -251,7 +251,7 @@ impl Reader<'_> {
         let (robot, list) = (self.robot, self.list);
         let places = robot.places();
         if !places.certain {
-            return Err(script::Reason::unclear_axes(robot));
+            return Err(script::Reason::unclear_axes(&robot.axis_names()));
         }
         let (axes, rest) = all.split_at(robot.dof());
         // listed after the arm they follow it in a position, too

@@ -30,7 +30,7 @@ mod job;
 mod list;
 mod movement;
 mod read;
-mod reason;
+pub(crate) mod reason;
 mod shared;
 #[cfg(test)]
 mod tests;

@@ -3,15 +3,15 @@
 
 use super::lex::{Kind, Token};
 use super::reason::Reason;
-use super::target::axis_value;
 use crate::axes::JointKind;
 use crate::decimal::POW10;
 use crate::error::Result;
 use crate::script::lex::text_of;
-use crate::script::number::last_digit;
+use crate::script::number::{Style, last_digit};
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{OfAxis, PathKind, PoseForm, PoseGoal, Solution, Span, Text, Value, number};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Bytes, value and style of a plain number.
@@ -240,6 +240,19 @@ impl Aggregate {
         let mut out: Vec<_> = others.map(|c| (c.name.as_str().to_string(), value(c))).collect();
         out.sort();
         out
+    }
+}
+
+/// A number of an axis.
+pub(super) fn axis_value(kind: JointKind, value: f64, style: Style, span: Range<usize>) -> Value {
+    let (unit, digit) = (kind.si_per_user_unit(), last_digit(style.decimals));
+    Value {
+        si: value * unit,
+        start: span.start,
+        end: span.end,
+        style,
+        digit: digit * unit,
+        finest: finest(value).min(digit) * unit,
     }
 }
 

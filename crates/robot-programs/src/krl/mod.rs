@@ -60,7 +60,7 @@ mod product;
 mod program;
 mod project;
 mod read;
-mod reason;
+pub(crate) mod reason;
 mod relative;
 mod settings;
 mod stance;

@@ -20,7 +20,7 @@ use super::going::Going;
 use super::led::Led;
 use super::lex::{Kind, Token, in_upper, tokens, upper};
 use super::machine::installed;
-use super::motion::{self, Motion};
+use super::motion;
 use super::outside::Outside;
 use super::program::{Program, Source};
 use super::reason::{MovesBase, Reason};
@@ -29,7 +29,7 @@ use super::settings::{self, Settings};
 use super::stance::stance;
 use super::statement::{assignment, is_label, is_routine, routine_name};
 use super::still::Still;
-use super::target::{Others, axis_names, external_axes};
+use super::target::{Others, Site, axis_names, external_axes};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::no_motion::NoMotion;
@@ -142,14 +142,6 @@ struct Fold {
     steps: usize,
     /// Something stands in it that is no setting of the form.
     more: bool,
-}
-
-/// Where a motion stands, and the axes that are none of the robot's.
-#[derive(Default)]
-pub(super) struct Site {
-    motion: Option<Motion>,
-    /// Index into the [`Others`] of the program's motions.
-    pub(super) others: u32,
 }
 
 struct Reader<'a> {

@@ -1,16 +1,13 @@
 //! Axis values as joint targets; axes that are none of the robot's.
 
-use super::aggregate::{Aggregate, axis_name, finest};
-use super::motion::Word;
-use super::read::Site;
+use super::aggregate::{Aggregate, axis_name, axis_value};
+use super::motion::{Motion, Word};
 use super::reason::Reason;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use crate::script::blocks::BySteps;
-use crate::script::number::{Style, last_digit};
-use crate::script::{At, OtherWay, PathKind, Step, StepKind, Target, Text, Value};
+use crate::script::{At, OtherWay, PathKind, Step, StepKind, Target, Text};
 use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// KRL's names of the robot's axes: by the robot file where it uses them, else by their places; empty where these are not certain, so
@@ -63,17 +60,12 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
 /// Values of axes that are none of the robot's; `None`: not known.
 pub(super) type Others = Option<Arc<[(String, Vec<u8>)]>>;
 
-/// A number of an axis.
-pub(super) fn axis_value(kind: JointKind, value: f64, style: Style, span: Range<usize>) -> Value {
-    let (unit, digit) = (kind.si_per_user_unit(), last_digit(style.decimals));
-    Value {
-        si: value * unit,
-        start: span.start,
-        end: span.end,
-        style,
-        digit: digit * unit,
-        finest: finest(value).min(digit) * unit,
-    }
+/// Where a motion stands, and the axes that are none of the robot's.
+#[derive(Default)]
+pub(super) struct Site {
+    pub(super) motion: Option<Motion>,
+    /// Index into the [`Others`] of the program's motions.
+    pub(super) others: u32,
 }
 
 /// Axis values of an aggregate; why they are no joint target.

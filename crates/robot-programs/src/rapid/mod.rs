@@ -47,7 +47,7 @@ mod passed;
 mod poses;
 mod project;
 mod read;
-mod reason;
+pub(crate) mod reason;
 mod rules;
 mod settings;
 mod statements;

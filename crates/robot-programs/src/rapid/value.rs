@@ -169,7 +169,7 @@ pub fn joints(
     let mut out = Vec::with_capacity(robot.dof());
     let places = robot.places();
     if !places.certain {
-        return Ok(Err(script::Reason::unclear_axes(robot)));
+        return Ok(Err(script::Reason::unclear_axes(&robot.axis_names())));
     }
     for (axis, joint) in robot.axis_joints().enumerate() {
         let external = places.external.iter().find(|e| e.1 == axis).map(|e| (extax, e.0 - 1));

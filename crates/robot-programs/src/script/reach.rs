@@ -70,6 +70,33 @@ pub struct Routine {
 /// What may be in force, by kind.
 pub type State = Vec<Atoms>;
 
+/// Adds what an event sets to what holds.
+pub fn add(event: &Event, all: &mut State) {
+    if let Event::Set(kind, to) | Event::Reset(kind, to) = event
+        && let Some(atoms) = all.get_mut(*kind)
+    {
+        atoms.insert(*to);
+    }
+}
+
+/// What routines set, themselves or by those that they call.
+pub fn set_by(routines: &[Routine], names: &BTreeSet<String>, kinds: usize) -> State {
+    let (mut open, mut seen) = (names.clone(), BTreeSet::new());
+    let mut all = vec![Atoms::new(); kinds];
+    while let Some(name) = open.pop_first() {
+        if !seen.insert(name.clone()) {
+            continue;
+        }
+        for (_, event) in routines.iter().filter(|r| r.name == name).flat_map(|r| &r.events) {
+            add(event, &mut all);
+            if let Event::Call(name) = event {
+                open.insert(name.clone());
+            }
+        }
+    }
+    all
+}
+
 fn join(into: &mut Option<State>, state: &Option<State>) {
     match (into.as_mut(), state) {
         (Some(all), Some(more)) => all.iter_mut().zip(more).for_each(|(a, m)| a.extend(m)),

@@ -3,8 +3,14 @@
 //!
 //! What several languages share stands here, what one language alone says in its own folder (`krl/reason.rs`).
 
-use crate::axes::Axes;
-use crate::{fanuc, gcode, inform, krl, rapid, trajectory, urscript};
+// the enums alone: each language is built on this module
+use crate::fanuc::reason as fanuc;
+use crate::gcode::reason as gcode;
+use crate::inform::reason as inform;
+use crate::krl::reason as krl;
+use crate::rapid::reason as rapid;
+use crate::trajectory::reason as trajectory;
+use crate::urscript::reason as urscript;
 
 /// Why a move stays as it is. At most 24 bytes, as programs have many moves: what a language says of its own is boxed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -61,8 +67,8 @@ pub enum Reason {
 
 impl Reason {
     /// Names and kinds of the axes do not tell the external ones.
-    pub fn unclear_axes(axes: &Axes) -> Self {
-        Self::UnclearAxes(axes.axis_names().join(", ").into())
+    pub fn unclear_axes(names: &[&str]) -> Self {
+        Self::UnclearAxes(names.join(", ").into())
     }
 
     /// The same of a declared target of that name.

@@ -38,7 +38,7 @@
 mod passed;
 mod plain;
 mod read;
-mod reason;
+pub(crate) mod reason;
 mod spline;
 #[cfg(test)]
 mod tests;

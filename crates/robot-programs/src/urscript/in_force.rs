@@ -6,7 +6,7 @@ use super::read::{Item, ItemKind, Parsed};
 use super::words;
 use crate::script::Text;
 use crate::script::blocks::is_entered;
-use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State};
+use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State, add, set_by};
 use std::collections::{BTreeSet, HashSet};
 
 /// Kinds of settings.
@@ -55,7 +55,7 @@ impl InForce {
             () => None,
         };
         let starts: Vec<Option<State>> = routines.iter().enumerate().map(start).collect();
-        let always = set_by(&routines, &threads);
+        let always = set_by(&routines, &threads, 2);
         Self { reach: Reach::of(&routines, &starts, &unknown), always, unknown, leaders }
     }
 
@@ -75,32 +75,6 @@ impl InForce {
         let of = |atom: u32| self.leaders.get(atom.checked_sub(FIRST + 1)? as usize).copied();
         self.atoms(LED, def, item).find_map(of)
     }
-}
-
-fn add(event: &Event, all: &mut State) {
-    if let Event::Set(kind, to) = event
-        && let Some(atoms) = all.get_mut(*kind)
-    {
-        atoms.insert(*to);
-    }
-}
-
-/// What functions set, themselves or by those that they call.
-fn set_by(routines: &[Routine], names: &BTreeSet<String>) -> State {
-    let (mut open, mut seen) = (names.clone(), BTreeSet::new());
-    let mut all = vec![Atoms::new(), Atoms::new()];
-    while let Some(name) = open.pop_first() {
-        if !seen.insert(name.clone()) {
-            continue;
-        }
-        for (_, event) in routines.iter().filter(|r| r.name == name).flat_map(|r| &r.events) {
-            add(event, &mut all);
-            if let Event::Call(name) = event {
-                open.insert(name.clone());
-            }
-        }
-    }
-    all
 }
 
 impl Scan<'_> {

@@ -42,7 +42,7 @@ mod in_force;
 mod lex;
 mod moves;
 mod read;
-mod reason;
+pub(crate) mod reason;
 mod scopes;
 mod steps;
 mod value;

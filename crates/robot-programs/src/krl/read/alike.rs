@@ -4,11 +4,12 @@
 //! the other, read in full and found to go in the same way, show that it does. Folds, splines, comments, and what leads the robot away by
 //! its line, are left to the full reader.
 
-use super::{Reader, Site};
+use super::Reader;
+use crate::krl::aggregate::axis_value;
 use crate::krl::lex::{Kind, Token};
 use crate::krl::motion::Motion;
 use crate::krl::program::Source;
-use crate::krl::target::axis_value;
+use crate::krl::target::Site;
 use crate::script::alike::{Anchors, Form, Moves, Plain};
 use crate::script::{At, Goal, StepKind, Value};
 

@@ -16,7 +16,7 @@ use crate::krl::reason::MovesBase;
 use crate::krl::still::Still;
 use crate::script::Text;
 use crate::script::pose::Frame;
-use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State};
+use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State, add, set_by};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Kinds of settings: base and tool (as their lists), and what moves a base.
@@ -192,14 +192,6 @@ fn unknown(routines: &[Routine], kinds: usize) -> State {
     all
 }
 
-fn add(event: &Event, all: &mut State) {
-    if let Event::Set(kind, to) | Event::Reset(kind, to) = event
-        && let Some(atoms) = all.get_mut(*kind)
-    {
-        atoms.insert(*to);
-    }
-}
-
 /// The name of what no file has.
 pub(super) const ELSEWHERE: &str = "?";
 
@@ -237,22 +229,4 @@ fn changing(routines: &[Routine], used: &BTreeSet<usize>, kinds: usize) -> BTree
         }
     }
     lines
-}
-
-/// What routines set, themselves or by those that they call.
-fn set_by(routines: &[Routine], names: &BTreeSet<String>, kinds: usize) -> State {
-    let (mut open, mut seen) = (names.clone(), BTreeSet::new());
-    let mut all = vec![Atoms::new(); kinds];
-    while let Some(name) = open.pop_first() {
-        if !seen.insert(name.clone()) {
-            continue;
-        }
-        for (_, event) in routines.iter().filter(|r| r.name == name).flat_map(|r| &r.events) {
-            add(event, &mut all);
-            if let Event::Call(name) = event {
-                open.insert(name.clone());
-            }
-        }
-    }
-    all
 }

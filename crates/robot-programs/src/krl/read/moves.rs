@@ -1,6 +1,6 @@
 //! Motions: where they go, as far as the text tells, and why no point may come before them.
 
-use super::{Fold, Reader, Site};
+use super::{Fold, Reader};
 use crate::error::Result;
 use crate::krl::going::Turning;
 use crate::krl::lex::{Kind, Token, upper};
@@ -8,6 +8,7 @@ use crate::krl::motion::{self, Motion, Word};
 use crate::krl::reason::{MovesBase, Reason};
 use crate::krl::relative::Stands;
 use crate::krl::settings;
+use crate::krl::target::Site;
 use crate::script::{self, Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
 
