@@ -12,7 +12,7 @@ use crate::io::{input, yaml::Document};
 use indexmap::IndexMap;
 use joint::{build_joint, finite};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use robot_programs::gcode::Control;
+use robot_programs::control::{Control, WORDS};
 use robot_programs::no_motion::NoMotion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -259,7 +259,7 @@ impl RobotFile {
         robot.gravity_m_s2 = Vector3::from(self.gravity_m_s2);
         robot.gap_of = gaps_of(&self.gap_of, &robot, doc)?;
         let control = Control::of_words(self.control.iter().map(String::as_str)).map_err(|word| {
-            Error::bad(doc.place(&["control"]), format!("control {word}"), "G90 or G91, G20 or G21, and whole-units")
+            Error::bad(doc.place(&["control"]), format!("control {word}"), WORDS)
         })?;
         robot.assume(control);
         if let Some(bad) = self.no_motion.iter().find(|name| !NoMotion::is_name(name)) {

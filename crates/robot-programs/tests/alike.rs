@@ -58,7 +58,7 @@ fn arm(letter: &str) -> Axes {
 
 fn gantry() -> Axes {
     let mut axes = Axes::new("gantry", ["X", "Y", "Z"].iter().map(|n| Axis::new(*n, JointKind::Prismatic)).collect());
-    axes.control = Control { absolute: Some(true), inch: Some(false), whole_units: true };
+    axes.control = Control { absolute: Some(true), inch: Some(false), whole_units: true, ..Control::default() };
     axes
 }
 

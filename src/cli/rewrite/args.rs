@@ -50,8 +50,9 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub format: Option<String>,
 
-    /// How the control reads G-code until the program says otherwise: G90 or G91, G20 or G21, and whole-units (a number without a
-    /// decimal point is in millimetres or inches, not in increments); for example G21,G90 [default: `control` in the robot file]
+    /// How the control reads G-code until the program says otherwise: G90 or G91, G20 or G21, whole-units (a number without a
+    /// decimal point is in millimetres or inches, not in increments), diameter or radius (what X of a lathe is), and no-rollover
+    /// (rotary axes do not take the shorter way); for example G21,G90 [default: `control` in the robot file]
     #[arg(long, value_name = "WORD,...")]
     pub assume: Option<String>,
 

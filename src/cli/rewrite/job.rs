@@ -11,7 +11,6 @@ use crate::model::Model;
 use crate::program::fanuc::Registers;
 use crate::program::files::Files;
 use crate::program::format_named;
-use crate::program::gcode::Control;
 use crate::program::no_motion::NoMotion;
 use crate::rewrite::equation2::Law;
 use crate::rewrite::guard::{Named, Notes};
@@ -23,6 +22,7 @@ use crate::rewrite::{Options, Refine};
 use crate::robot::frames::Frames;
 use crate::robot::{JointKind, Robot};
 use anyhow::Result;
+use robot_programs::control::{Control, WORDS};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -67,8 +67,8 @@ impl Source {
         let (mut robot, mut compensator) = (robot, compensator);
         if let Some(words) = &args.assume {
             let control = Control::of_words(words.split(','));
-            let expected = "G90 or G91, G20 or G21, and whole-units: --assume G21,G90";
-            robot.assume(control.map_err(|word| usage(&format!("--assume {}", word.0), expected))?);
+            let expected = format!("{WORDS}: --assume G21,G90");
+            robot.assume(control.map_err(|word| usage(&format!("--assume {}", word.0), &expected))?);
         }
         if let Some(name) = args.no_motion.iter().find(|name| !NoMotion::is_name(name)) {
             return Err(usage(&format!("--no-motion `{name}`"), "the name of a program, a macro or a routine"));

@@ -147,6 +147,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
     notes.extend(notes::missing(script));
     notes.extend(notes::only_whole_numbers(script));
+    notes.extend(notes::diameter_unstated(script));
     let root = installation::root(script, &task.choices.frames)?;
     notes.extend(installation::note(task.robot, root.as_ref()));
     notes.extend(limited.as_ref().map(|l| l.1.clone()));

@@ -165,6 +165,13 @@ pub fn only_whole_numbers(script: &Script) -> Option<Note> {
     script.only_whole_numbers.then(|| Note { place: At { file: 0, line: 1 }, text: text.into() })
 }
 
+/// That X may be a diameter, with what to do.
+pub fn diameter_unstated(script: &Script) -> Option<Note> {
+    let text = "it may be a program of a lathe, whose X words may be diameters (X20. is 10 mm from the centre), so moves of X stay: assume \
+                diameter or radius (an option), or write `control: [diameter]` into the robot file";
+    script.diameter_unstated.then(|| Note { place: At { file: 0, line: 1 }, text: text.into() })
+}
+
 /// Comments that are meant for the tool and switch nothing, as their words are not quite those.
 pub fn not_understood(script: &Script) -> Vec<Note> {
     let Some(text) = script.texts.first() else { return Vec::new() };

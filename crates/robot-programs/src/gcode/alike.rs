@@ -89,8 +89,12 @@ impl Reader<'_> {
         let far = |(n, axis): (&Plain, &Option<usize>)| {
             axis.is_some_and(|a| canonical(self.shifts[a] + n.value * self.units[a]).abs() >= 1e7)
         };
+        let over = |(n, axis): (&Plain, &Option<usize>)| {
+            let to = |a: usize| self.shifts[a] + n.value * self.units[a];
+            axis.is_some_and(|a| self.position[a].is_some_and(|from| self.may_roll_over(a, from, to(a))))
+        };
         let step = self.script.steps.len();
-        if !plain || step != alike.step + 1 || axes().any(far) {
+        if !plain || step != alike.step + 1 || axes().any(far) || axes().any(over) {
             return None;
         }
         let StepKind::Move(m) = &self.script.steps.last()?.kind else { return None };

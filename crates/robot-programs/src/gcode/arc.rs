@@ -58,6 +58,9 @@ pub enum NoArc {
     /// An absolute centre of one coordinate.
     #[error("G90.1 and not both words of the centre")]
     HalfCentre,
+    /// An absolute centre where X words are diameters.
+    #[error("G90.1 where X is a diameter: its centre may be one, too")]
+    CentreAcross,
     /// `R` stands beside `I`, `J` or `K`, or nothing does.
     #[error("an arc with a radius and a centre, or with neither")]
     NoCentre,

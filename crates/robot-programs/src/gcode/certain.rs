@@ -73,7 +73,7 @@ impl Reader<'_> {
         self.strange.is_none() && self.modal_macro.is_none() && self.compensation.is_none()
     }
 
-    fn lose_axes(&mut self, axes: AxisSet, why: After) {
+    pub(super) fn lose_axes(&mut self, axes: AxisSet, why: After) {
         if self.absolute != Some(true) || self.relative {
             self.anchor(why);
         }
@@ -99,12 +99,7 @@ impl Reader<'_> {
             let axis = self.letters.iter().position(|&l| l == w.letter).filter(|a| self.position[*a].is_none());
             match axis.map(|a| std::mem::take(&mut self.carried[a])) {
                 Some(Carried::After(step)) => self.anchor_at(step, After::RelativeWords),
-                Some(Carried::Anywhere) if !self.counts_anywhere => {
-                    self.counts_anywhere = true;
-                    std::mem::take(&mut self.leaving)
-                        .into_iter()
-                        .for_each(|step| self.anchor_at(step, After::RelativeWords));
-                }
+                Some(Carried::Anywhere) => self.keep_leaving(After::RelativeWords),
                 _ => {}
             }
         }
@@ -117,7 +112,7 @@ impl Reader<'_> {
         }
     }
 
-    fn anchor_at(&mut self, step: usize, why: After) {
+    pub(super) fn anchor_at(&mut self, step: usize, why: After) {
         let Some(StepKind::Move(m)) = self.script.steps.get_mut(step).map(|s| &mut s.kind) else { return };
         m.fixed.get_or_insert_with(|| Reason::Stays(why).into());
         let Goal::Joints(t) = m.goal else { return };
@@ -143,14 +138,7 @@ impl Reader<'_> {
         let why = if kind == Break::Call { After::Call } else { After::Jump };
         let last = self.last;
         self.end(k, kind, why);
-        // where the position was lost before, relative words may still count from a move above
-        let above = self.carried.iter().filter_map(|c| if let Carried::After(step) = c { Some(*step) } else { None });
-        let ends: BTreeSet<usize> = above.chain(last).collect();
-        if self.counts_anywhere {
-            ends.into_iter().for_each(|step| self.anchor_at(step, why));
-        } else {
-            self.leaving.extend(ends);
-        }
+        self.leave(last, why);
         self.carried.fill(Carried::Anywhere);
         self.motion = None;
         if matches!(kind, Break::Start | Break::Call) {
@@ -168,6 +156,7 @@ impl Reader<'_> {
             self.plane = None;
         }
         self.feed = None;
+        self.join_lathe();
         self.lost_frame |= self.survey.frames();
         if self.survey.leaves_compensation {
             self.compensation = Some(Doubt::CompensationMayBeOn);
@@ -178,13 +167,27 @@ impl Reader<'_> {
         }
     }
 
+    /// Control may go elsewhere after the move `last`, or after one above of which relative words may still count.
+    fn leave(&mut self, last: Option<usize>, why: After) {
+        let above = self.carried.iter().filter_map(|c| if let Carried::After(step) = c { Some(*step) } else { None });
+        let ends: BTreeSet<usize> = above.chain(last).collect();
+        if self.counts_anywhere {
+            ends.into_iter().for_each(|step| self.anchor_at(step, why));
+        } else {
+            self.leaving.extend(ends);
+        }
+    }
+
     /// Something outside of this text runs: no mode is certain.
     pub(super) fn call(&mut self, k: usize) {
         if self.survey.whole {
             // what runs stands in this text
             return self.join(k, Break::Call);
         }
+        let last = self.last;
         self.end(k, Break::Call, After::Call);
+        // a subprogram of the text may be what runs
+        self.leave(last, After::Call);
         self.variables.forget();
         self.may_be_strange();
         self.forget_modes(After::Call);
@@ -219,6 +222,7 @@ impl Reader<'_> {
         self.inch = None;
         self.plane = None;
         self.feed = None;
+        self.join_lathe();
         self.lost_frame = true;
         self.frame_to_name = true;
         self.compensation.get_or_insert(Doubt::Modes(after));
@@ -230,6 +234,6 @@ impl Reader<'_> {
         let lost = (self.lost_frame, self.frame_to_name);
         let frames = (self.frame, lost, &self.local, &self.moved, &self.length);
         let doubts = (&self.strange, &self.modal_macro, &self.compensation, self.exact);
-        format!("{words:?} {frames:?} {doubts:?}")
+        format!("{words:?} {:?} {frames:?} {doubts:?}", self.across)
     }
 }

@@ -4,7 +4,7 @@
 pub(super) const AXES: &[u8] = b"XYZABCUVW";
 
 /// G words without effect on where a block leads, times ten.
-pub(super) const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130, 1870];
+pub(super) const HARMLESS: &[u32] = &[80, 131, 150, 690, 960, 970, 980, 990, 1130, 1870];
 /// Splines and parabolas, modal as G1 is.
 pub(super) const SPLINES: &[u32] = &[50, 51, 52, 53, 60, 61, 62, 63];
 /// Canned cycles.
@@ -17,7 +17,7 @@ pub(super) const PROBES: &[u32] = &[290, 320, 340, 800];
 /// G words that are followed wherever they stand: after any other the words of all blocks mean something else.
 pub(super) fn is_followed(c: u32) -> bool {
     const ACTIONS: &[u32] = &[
-        40, 90, 100, 110, 280, 300, 500, 501, 520, 530, 610, 611, 640, 650, 660, 661, 670, 920, 921, 922, 923, 1610,
+        40, 90, 100, 110, 280, 281, 300, 301, 500, 501, 520, 530, 610, 611, 640, 650, 660, 661, 670, 920, 921, 922, 923, 1610,
         1620,
     ];
     const MODES: &[u32] = &[

@@ -26,7 +26,7 @@ impl Reader<'_> {
         }
         // a lathe's relative words, which move axes by other names
         let others = block.words.iter().any(|w| b"UVW".contains(&w.letter) && !self.letters.contains(&w.letter));
-        self.anchor(After::G92);
+        self.keeps_place(After::G92);
         match (c, self.axis_values(block)) {
             (921, _) => self.moved.fill(Some(0.0)),
             (920, Ok(values)) if named && !others => {

@@ -25,6 +25,9 @@ impl Reader<'_> {
         for w in block.words.iter().filter(|w| AXES.contains(&w.letter)) {
             let (Some((v, _)), Some(inch)) = (w.value, self.inch) else { return Err(()) };
             if let Some(a) = self.letters.iter().position(|&l| l == w.letter) {
+                if self.across.is_none() && self.is_across(a) {
+                    return Err(());
+                }
                 values[a] = Some(v * self.unit(a, inch));
             }
         }
@@ -33,7 +36,8 @@ impl Reader<'_> {
 
     /// mm or deg of one unit of a word.
     pub(super) fn unit(&self, axis: usize, inch: bool) -> f64 {
-        if inch && self.robot.axis(axis).kind == JointKind::Prismatic { 25.4 } else { 1.0 }
+        let unit = if inch && self.robot.axis(axis).kind == JointKind::Prismatic { 25.4 } else { 1.0 };
+        unit * self.across_factor(axis)
     }
 
     /// Why a block's goal cannot be determined.
@@ -107,9 +111,13 @@ impl Reader<'_> {
         }
         self.keep_before_relative(&block);
         let unclear = unclear.or_else(|| self.unclear(&block));
+        if unclear.is_none() && self.leaves_across(k, &block) {
+            return Ok(());
+        }
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
             return self.opaque(k, unclear.unwrap_or(Reason::NoMotion));
         };
+        self.rolls_over(k, &block);
         let absolute = self.absolute == Some(true);
         let dof = self.letters.len();
         let start = self.position.clone();
@@ -253,6 +261,10 @@ impl Reader<'_> {
             (None, [a, b]) if a.is_some() || b.is_some() => {
                 let about = |p: [f64; 2]| Arc::about([u, v], from, to, p, ccw);
                 if self.centre_absolute {
+                    // a diameter on some controls
+                    if [u, v].iter().any(|a| self.across_factor(*a) != 1.0) {
+                        return Err(NoArc::CentreAcross);
+                    }
                     let [Some(a), Some(b)] = [a, b] else {
                         return Err(NoArc::HalfCentre);
                     };
@@ -277,7 +289,7 @@ impl Reader<'_> {
         let other = s.words.iter().find(|w| !b"NGFIJKR".contains(&w.letter) && !self.letters.contains(&w.letter));
         let before = self.script.steps.last().filter(|b| b.at.line == s.line as u64 + 1);
         let closed = if before.is_some_and(|b| !matches!(b.kind, StepKind::Dwell(_) | StepKind::Process(_))) {
-            Some(Reason::SharedLine)
+            Some(if self.is_after_rollover() { Reason::RollsOver } else { Reason::SharedLine })
         } else if self.feed_mode == 93 && s.motion > 0 {
             Some(Reason::InverseTime)
         } else if s.words.iter().any(|w| w.letter == b'F' && w.value.is_none()) {

@@ -1,6 +1,7 @@
 //! A line to words: letter and number, with or without spaces; comments, expressions and the words of flow control are
 //! recognised and not evaluated.
 
+use super::lathe::Across;
 use super::reason::Reason;
 use crate::error::Result;
 use crate::script::Text;
@@ -54,6 +55,8 @@ pub(super) struct Block {
     pub folded: bool,
     /// `,C2` or `*71`: chamfers, checksums.
     pub special: Option<Reason>,
+    /// `DIAMON`.
+    pub across: Option<Across>,
 }
 
 /// Words of a block for which memory is reserved at once.
@@ -111,6 +114,11 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
             b'$' => return Ok(Block { keyword: Some("$".into()), ..block }),
             b'O' | b'o' if first => flow(text, base, &mut cursor, &mut block)?,
             _ if b.is_ascii_alphabetic() => {
+                if let Some((across, length)) = Across::of_word(cursor.rest()) {
+                    block.across = Some(across);
+                    cursor.skip(length);
+                    continue;
+                }
                 block.keyword = keyword(cursor.rest());
                 if block.keyword.is_some() {
                     return Ok(block);

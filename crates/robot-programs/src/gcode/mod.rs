@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning; certain: what ends it)
-//!      -> goal: positions, steps (statements: what is kept of them)
+//!      -> goal: positions, steps (statements: what is kept of them); lathe: X as a diameter; places: who reads where the machine
+//!      stands; rotary: which way an axis turns
 //! edits -> write: words; pieces: arcs -> patches
 //! ```
 //!
@@ -27,11 +28,14 @@ mod certain;
 mod codes;
 mod frame;
 mod goal;
+mod lathe;
 mod lex;
 mod passed;
 mod pieces;
+mod places;
 mod read;
 pub(crate) mod reason;
+mod rotary;
 mod statements;
 mod survey;
 #[cfg(test)]

@@ -209,7 +209,7 @@ impl Writer<'_> {
             }
             Centre::Radius => {
                 let r = s.words.iter().find(|w| w.letter == b'R').and_then(|w| w.value).map_or(0.0, |v| v.0);
-                Arc::of_radius(axes, piece.from, piece.to, r * s.unit[arc.u], ccw)
+                Arc::of_radius(axes, piece.from, piece.to, r * s.arc_unit(axes), ccw)
             }
         };
         read.is_ok_and(|r| (r.sweep - arc.sweep).abs() < MOST_OTHER_TURN)
@@ -263,7 +263,7 @@ impl Writer<'_> {
     ) -> (Vec<(u8, String)>, std::result::Result<Arc, NoArc>) {
         let (from, to, turn, chord) = (piece.from, piece.to, piece.turn(arc), piece.chord());
         let length = chord[0].hypot(chord[1]);
-        let mm = s.unit[arc.u];
+        let mm = s.arc_unit([arc.u, arc.v]);
         let letter = |axis: usize| b'I' + (self.program.letters[axis] - b'X');
         let own = |l: u8| s.words.iter().find(|w| w.letter == l).and_then(|w| w.value).map(|v| v.1);
         let most = most(JointKind::Prismatic, mm);

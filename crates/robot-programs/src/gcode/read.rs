@@ -4,7 +4,9 @@ use super::alike::Alike;
 use super::assignments::Assignments;
 use super::certain::Carried;
 use super::codes::AXES;
+use super::lathe::Across;
 use super::lex::{self, Block};
+use super::places::reads_places;
 use super::reason::{After, Doubt};
 use super::statements::{Program, Statement, Statements};
 use super::survey::{Survey, assignments_of, flow_hides, is_flow};
@@ -29,6 +31,13 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let only_whole = survey.only_whole();
     let mut reader = Reader::new(text, robot, &letters, survey);
     reader.step(0, StepKind::Break(Break::Start), None);
+    if reader.survey.repeats {
+        // the first move of another pass comes from the end of the one before, and relative words count from there
+        if !reader.survey.named {
+            reader.step(0, StepKind::Break(Break::Jump), None);
+        }
+        reader.carried.fill(Carried::Anywhere);
+    }
     for k in 0..text.line_count() {
         if !reader.again(k) {
             reader.block(k)?;
@@ -45,16 +54,6 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         script.only_whole_numbers = only_whole;
     }
     Ok(Program { script, statements, letters, si, mixed })
-}
-
-/// Whether a line names variables in which a control keeps places: `#5041`, `#<_x>`, or a computed one.
-///
-/// `place = "#" ("<_" ... | "5" digit ... | "[" ...)`
-fn reads_places(line: &[u8]) -> bool {
-    (0..line.len()).filter(|&at| line[at] == b'#').any(|at| {
-        let rest = &line[at + 1..];
-        rest.starts_with(b"<_") || matches!(rest, [b'5', b, ..] if b.is_ascii_digit()) || rest.starts_with(b"[")
-    })
 }
 
 /// The letter of each axis; 0 where its name is no word of G-code.
@@ -99,6 +98,8 @@ pub(super) struct Reader<'a> {
     has_folded: bool,
     /// It was said in which frame positions are taken.
     pub(super) has_noted: bool,
+    /// It was said that the way of a rotary axis is not certain.
+    pub(super) has_noted_rollover: bool,
     pub(super) script: Script,
     pub(super) statements: Statements,
     /// Times ten; canned cycles too.
@@ -108,6 +109,8 @@ pub(super) struct Reader<'a> {
     /// Letters of the plane's axes and of the third.
     pub(super) plane: Option<[u8; 3]>,
     pub(super) centre_absolute: bool,
+    /// What an X word counts; `None`: not known.
+    pub(super) across: Option<Across>,
     pub(super) feed_mode: u32,
     pub(super) feed: Option<f64>,
     pub(super) exact: bool,
@@ -158,7 +161,7 @@ impl<'a> Reader<'a> {
     /// The state in which a control begins a program.
     fn new(text: &'a Text, robot: &'a Axes, letters: &'a [u8], survey: Survey) -> Self {
         let dof = robot.dof();
-        Self {
+        let mut reader = Self {
             text,
             robot,
             letters,
@@ -166,6 +169,7 @@ impl<'a> Reader<'a> {
             variables: Variables::of(text),
             has_folded: false,
             has_noted: false,
+            has_noted_rollover: false,
             script: Script {
                 steps: Vec::with_capacity(text.likely_steps()),
                 targets: Targets::of_text(text),
@@ -177,6 +181,7 @@ impl<'a> Reader<'a> {
             inch: robot.control.inch,
             plane: Some([b'X', b'Y', b'Z']),
             centre_absolute: false,
+            across: None,
             feed_mode: 94,
             feed: None,
             exact: false,
@@ -203,7 +208,9 @@ impl<'a> Reader<'a> {
             counts_anywhere: false,
             settled: false,
             alike: Alike::default(),
-        }
+        };
+        reader.begin_lathe();
+        reader
     }
 }
 
@@ -233,9 +240,9 @@ impl Reader<'_> {
 
     /// What a line assigns, and what it may do besides.
     fn assign(&mut self, k: usize, found: &Assignments) {
-        // a place that is read, and a frame that may be set from it, would keep a change
-        if found.hidden || found.frame || found.any || reads_places(self.text.line(k)) {
-            self.anchor(After::ReadsPlace);
+        // a frame that may be set from where the machine stands would keep a change
+        if found.hidden || found.frame || found.any {
+            self.keeps_place(After::ReadsPlace);
         }
         self.variables.assign(self.text.line(k), found);
         if found.hidden {
@@ -267,6 +274,10 @@ impl Reader<'_> {
             return Ok(());
         }
         let assigned = assignments_of(self.text, k, &block);
+        let reads = reads_places(self.text.line(k));
+        if reads {
+            self.keeps_place(After::ReadsPlace);
+        }
         if let Some(flow) = &block.flow {
             match flow.as_str() {
                 "" | "SUB" | "ENDSUB" | "RETURN" => self.join(k, Break::Start),
@@ -276,6 +287,7 @@ impl Reader<'_> {
                 }
                 _ => self.call(k),
             }
+            self.reads_anywhere(reads, &block);
             if flow_hides(self.text, k, &block) {
                 self.assign(k, &Assignments { hidden: true, ..Assignments::default() });
             }
@@ -288,6 +300,7 @@ impl Reader<'_> {
                 _ if block.words.iter().any(lex::takes_text) => return self.words(k, block),
                 _ => self.call(k),
             }
+            self.reads_anywhere(reads, &block);
             if flow_hides(self.text, k, &block) {
                 self.assign(k, &Assignments { hidden: true, ..assigned.clone().unwrap_or_default() });
             } else if let Some(found) = &assigned {
@@ -297,6 +310,7 @@ impl Reader<'_> {
         }
         if self.survey.jumps && block.words.first().is_some_and(|w| w.letter == b'N') {
             self.join(k, Break::Jump);
+            self.reads_anywhere(reads, &block);
         }
         if let Some(found) = &assigned {
             self.assign(k, found);

@@ -94,6 +94,9 @@ pub enum Reason {
     /// No point may come before it in its line.
     #[error("a label or a word to this tool stands before it in its line")]
     SharedLine,
+    /// `A10` after `A350`.
+    #[error("a rotary axis turns by 180 deg or more, and a control with rollover takes the shorter way")]
+    RollsOver,
     /// G93.
     #[error("inverse time feed G93: its time is that of the whole move")]
     InverseTime,
@@ -150,6 +153,9 @@ pub enum Elsewhere {
     /// G28, G30, G161, G162.
     #[error("{} goes to a reference point", code_text(*.0))]
     Reference(u32),
+    /// X of a lathe.
+    #[error("X of a lathe may be a diameter or a radius: state it, `--assume diameter` or `control: [diameter]`")]
+    Across,
 }
 
 /// What may be on that makes words mean something else.
@@ -257,6 +263,9 @@ pub enum After {
     /// G20, G21.
     #[error("a change of units")]
     Units,
+    /// G7, DIAMON.
+    #[error("a change between diameters and radii")]
+    Across,
     /// T on lathes.
     #[error("a change of tool or offset")]
     Tool,
@@ -281,6 +290,12 @@ pub enum After {
     /// It takes on where the machine stands.
     #[error("a line that may read where the machine stands")]
     ReadsPlace,
+    /// `A10` after `A350`.
+    #[error("a turn by 180 deg or more, where a control with rollover takes the shorter way")]
+    RollOver,
+    /// G28.1, G30.1, M428.
+    #[error("a word that stores where the machine stands")]
+    StoresPlace,
     /// What it does is not known.
     #[error("a line that is not followed")]
     Unfollowed,

@@ -93,6 +93,11 @@ impl Statement {
         self.words.iter().filter(move |w| w.letter == letter && !(letter == b'G' && motion(w)))
     }
 
+    /// mm of one unit of the words of an arc's centre and radius in the plane of two axes: those words are never diameters.
+    pub fn arc_unit(&self, [u, v]: [usize; 2]) -> f64 {
+        self.unit[u].max(self.unit[v])
+    }
+
     /// Place at a share of an arc, mm or deg by axis: on the arc in its plane, straight in the others.
     pub fn on_arc(&self, arc: &Arc, share: f64) -> Vec<f64> {
         on_arc(&self.start, &self.goal, arc, share)

@@ -2,6 +2,7 @@
 
 use super::assignments::Assignments;
 use super::codes::{AXES, PROBES, code, is_followed};
+use super::lathe::{Across, Signs};
 use super::lex::{self, Block};
 use super::passed::Passed;
 use crate::error::Result;
@@ -44,6 +45,14 @@ pub(super) struct Survey {
     pub(super) changes_tools: bool,
     /// It may be a program of a lathe, on which G90 and G94 may be turning cycles: no Y, and a word of lathes.
     pub(super) lathe: bool,
+    /// It may be a program of a lathe, whose X words may be diameters and whose feed may be that of a turn.
+    pub(super) diameters: bool,
+    /// What its words make of X words.
+    pub(super) across: BTreeSet<Across>,
+    /// Its end goes back to its start (M99).
+    pub(super) repeats: bool,
+    /// An O word or `%` stands before its first words.
+    pub(super) named: bool,
     /// Cutter compensation may be on where control comes from elsewhere. A program starts with G40, as after a reset: where in the order of
     /// the text it is off at every label, jump, loop and call, it is off there in every order.
     pub(super) leaves_compensation: bool,
@@ -75,7 +84,7 @@ impl Survey {
                 continue;
             }
             let block = lex::block(text, k)?;
-            look.lathe_across |= names(&block, b"Y");
+            look.signs.y |= names(&block, b"Y");
             if look.survey.knows(&block) {
                 block.words.iter().for_each(|w| look.survey.form(w));
                 passed.note(text, k, &block.words);
@@ -90,14 +99,15 @@ impl Survey {
     ///
     /// `block = {("X" | "Y" | "Z" | "F") number | "G0" | "G1"}`
     fn knows(&self, block: &Block) -> bool {
-        let Block { words, comments, optional, percent, flow, label: _, keyword, assignment, folded, special } = block;
+        let Block { words, comments, optional, percent, flow, label: _, keyword, assignment, folded, special, across } =
+            block;
         let known = |w: &lex::Word| match (w.letter, w.value) {
             (b'X' | b'Y' | b'Z' | b'F', Some(_)) => true,
             (b'G', Some((v, _))) => (v == 0.0 || v == 1.0) && self.codes.contains(&code(v)),
             _ => false,
         };
         let other = *optional || *percent || *assignment || *folded;
-        let named = flow.is_some() || keyword.is_some() || special.is_some();
+        let named = flow.is_some() || keyword.is_some() || special.is_some() || across.is_some();
         !other && !named && comments.is_empty() && words.iter().all(known)
     }
 
@@ -128,9 +138,10 @@ struct Look {
     /// Words of filament, and how they count (M82, M83).
     extrudes: bool,
     counts: bool,
-    /// A Y, which lathes do not have, and a word of lathes.
-    lathe_across: bool,
-    lathe_words: bool,
+    signs: Signs,
+    /// The program has begun without a name, and ended (M2, M30).
+    begun: bool,
+    ended: bool,
     /// Codes after which words mean something else.
     unfollowed: BTreeSet<u32>,
     /// Subprograms that stand in the text, that are called, and whether one stands elsewhere.
@@ -148,7 +159,10 @@ impl Look {
     ///
     /// `block = {"G" number | "M" number | word}`
     fn block(&mut self, text: &Text, k: usize, block: &Block) {
-        self.lathe_words |= turns(block);
+        self.begun |= !self.survey.named && !block.words.is_empty();
+        self.survey.named |= !self.begun && (block.flow.is_some() || block.percent);
+        self.signs.block(text, block);
+        self.survey.across.extend(block.across);
         self.survey.hidden |= flow_hides(text, k, block);
         if let Some(found) = assignments_of(text, k, block) {
             self.survey.hidden |= found.hidden;
@@ -212,6 +226,8 @@ impl Look {
         self.survey.jumps |= m == 99.0 && names(block, b"P");
         self.survey.changes_tools |= m == 6.0;
         self.survey.mirrors |= m == 21.0 || m == 22.0;
+        self.ended |= m == 2.0 || m == 30.0;
+        self.survey.repeats |= m == 99.0 && !self.ended;
         self.counts |= m == 82.0 || m == 83.0;
         self.survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && names(block, b"SR");
     }
@@ -219,7 +235,10 @@ impl Look {
     fn g_word(&mut self, k: usize, block: &Block, c: u32) {
         self.survey.codes.insert(c);
         self.survey.macros += usize::from(matches!(c, 660 | 661));
-        if !is_followed(c) || c == 50 && !has_axes(block) || c == 100 && !moves_offsets(block) {
+        let across = Across::of_g_word(block, c);
+        self.survey.across.extend(across);
+        let followed = is_followed(c) || across.is_some();
+        if !followed || c == 50 && !has_axes(block) || c == 100 && !moves_offsets(block) {
             self.unfollowed.insert(c);
         }
         // by what they do
@@ -240,7 +259,9 @@ impl Look {
         let at_flow = self.compensates_at_flow || survey.jumps && self.compensates_at_number;
         let compensates = [410, 411, 420, 421].iter().any(|c| survey.codes.contains(c));
         survey.leaves_compensation = compensates && (at_flow || survey.hidden);
-        survey.lathe = self.lathe_words && !self.lathe_across && !survey.printer;
+        // controls whose words say what X counts have no turning cycles G90 and G94
+        survey.lathe = self.signs.cycles() && !survey.printer && !survey.across.iter().any(|a| *a != Across::Radius);
+        survey.diameters = self.signs.diameters(&survey.codes, survey.changes_tools) && !survey.printer;
         // a lathe's tailstock; not read by printers
         survey.mirrors &= !survey.lathe && !survey.printer;
         if survey.mirrors {
@@ -335,22 +356,8 @@ fn is_plain_flow(line: &str) -> bool {
 }
 
 /// Whether words of a block bear one of these letters.
-fn names(block: &Block, letters: &[u8]) -> bool {
+pub(super) fn names(block: &Block, letters: &[u8]) -> bool {
     block.words.iter().any(|w| letters.contains(&w.letter))
-}
-
-/// Signs of a lathe: a limit or a constant cutting speed of the spindle, increments as U and W, a G90 or G94 with places and no motion
-/// beside it.
-///
-/// `lathe = "G96" | "G50" "S" | "U" | "W" | ("G90" | "G94") ("X" | "Z")`
-fn turns(block: &Block) -> bool {
-    let has = |codes: &[u32]| {
-        block.words.iter().any(|w| w.letter == b'G' && w.value.is_some_and(|v| codes.contains(&code(v.0))))
-    };
-    has(&[960])
-        || has(&[500]) && names(block, b"S")
-        || names(block, b"UW")
-        || has(&[900, 940]) && names(block, b"XZ") && !has(&[0, 10, 20, 30, 280, 300, 530, 920])
 }
 
 /// Words of several letters that steer the order of blocks.

@@ -2,8 +2,11 @@ mod arcs;
 mod codes;
 mod doubts;
 mod frames;
+mod lathes;
+mod places;
 mod random;
 mod relative;
+mod rotary;
 mod small_arcs;
 mod words_of_makers;
 

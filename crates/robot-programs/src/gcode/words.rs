@@ -1,6 +1,7 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
 use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, is_work_frame};
+use super::lathe::Across;
 use super::lex::{self, Block, Word};
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
@@ -110,6 +111,9 @@ impl Reader<'_> {
         let ending = self.m_words(k, &block, &mut unclear);
         let codes: Vec<Option<u32>> =
             block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
+        if let Some(across) = block.across {
+            self.count_across(k, across);
+        }
         let mut own = OwnWords { taken: false, machine_frame: false, dwells: false, exact: self.exact };
         for c in &codes {
             match *c {
@@ -197,6 +201,10 @@ impl Reader<'_> {
                 21..=23 if self.survey.mirrors => self.mirror(k, m),
                 m if STILL_M.contains(&m) || (self.survey.printer && STILL_PRINTER.contains(&m)) => {}
                 _ => {
+                    if m == 428 {
+                        // home offsets of printers from where the machine stands
+                        self.keeps_place(After::StoresPlace);
+                    }
                     // a macro of the machine's maker may assign any
                     self.variables.forget();
                     ending.call.get_or_insert(Call::MayMove);
@@ -227,12 +235,21 @@ impl Reader<'_> {
             own.taken |= !own.dwells;
             return self.dwell(k, block);
         }
+        if self.cuts_thread(block, c) {
+            self.motion = Some(c);
+            return;
+        }
         if self.action(k, block, c, codes.len() == 1) {
             own.taken = true;
             return;
         }
         match c {
             0 | 10 | 20 | 30 => self.motion = Some(c),
+            // printers store a place by it
+            600 => {
+                self.keeps_place(After::StoresPlace);
+                self.strange = Some(Doubt::On(c));
+            }
             c if CANNED.contains(&c) || TOUCHES.contains(&c) => self.motion = Some(c),
             // a G0 beside it goes on; G80 ends a cycle alone there
             800 if codes.iter().flatten().any(|c| [0, 10, 20, 30].contains(c)) => {}
@@ -269,6 +286,11 @@ impl Reader<'_> {
                 self.inch = Some(c == 200);
                 self.feed = None;
             }
+            70 | 80 => {
+                let Some(across) = Across::of_g_word(block, c) else { return false };
+                self.count_across(k, across);
+            }
+            980 | 990 if self.survey.diameters => self.feed_of_lathe(c),
             900 | 940 if self.survey.lathe => {
                 self.strange = Some(Doubt::TurningCycle(c));
             }
@@ -291,14 +313,16 @@ impl Reader<'_> {
     fn action(&mut self, k: usize, block: &Block, c: u32, alone: bool) -> bool {
         match c {
             c if self.survey.printer && PROBES.contains(&c) && alone => self.end(k, Break::Call, After::BedProbing),
-            // retraction of filament
-            100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() => {}
+            // retraction of filament; with `P` and `S` the temperature of a tool
+            100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() && !has_axes(block) => {}
             100 => {
                 // it may be set from where the machine stands
-                self.anchor(After::G10);
+                self.keeps_place(After::G10);
                 self.end(k, Break::Frame, After::G10);
                 self.lost_frame |= self.reference.is_some();
-                if !moves_offsets(block) {
+                // `G10 P1 X-25` of printers: the offset of a tool
+                let of_tool = self.survey.printer && Self::number(block, b'L').is_none();
+                if !of_tool && !moves_offsets(block) {
                     self.strange = Some(Doubt::MayTurn);
                 }
             }
@@ -310,6 +334,14 @@ impl Reader<'_> {
                 self.end(k, Break::Frame, After::Scaling);
                 if c != 501 {
                     self.strange = Some(Doubt::On(c));
+                }
+            }
+            281 | 301 => {
+                self.keeps_place(After::StoresPlace);
+                self.end(k, Break::Frame, After::StoresPlace);
+                if has_axes(block) {
+                    // some controls go there
+                    self.goes_elsewhere(k, None, Elsewhere::Reference(c));
                 }
             }
             280 | 300 | 1610 | 1620 if c < 1000 || homes(block) => {

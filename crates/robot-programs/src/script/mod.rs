@@ -187,6 +187,8 @@ pub struct Script {
     /// No number of an axis word has a decimal point, so that whole numbers may count increments
     /// ([`crate::control::Control::whole_units`]).
     pub only_whole_numbers: bool,
+    /// X words may be diameters, as it may be a program of a lathe, and nothing says so ([`crate::control::Control::diameter`]): they stay.
+    pub diameter_unstated: bool,
     /// The [`Break::Start`] with which the program starts, where that is not the first.
     pub entry: Option<usize>,
     /// Loops whose every pass goes the same way, innermost ones alone.
