@@ -45,6 +45,7 @@ mod fuzz_readers;
 mod fuzz_rewrite;
 mod gaps_file;
 mod gcode_frames;
+mod gcode_lathes;
 mod gears;
 mod global_options;
 mod golden;

@@ -341,6 +341,24 @@ fn a_static_test_in_the_language_of_the_robot_reads_back_as_the_plan() {
 }
 
 #[test]
+fn a_static_test_for_a_lathe_writes_diameters_where_its_robot_file_says_so() {
+    use lostmotion::plan::recording::vendor::{self, Language};
+    let gantry = robot("gantry-xyz-ballscrew.yaml");
+    let mut lathe = robot("gantry-xyz-ballscrew.yaml");
+    lathe.assume(lostmotion::program::gcode::Control::of_words(["diameter"]).unwrap());
+    let recording = plan(&gantry, Kind::Static, &options()).unwrap();
+    let [written, of_lathe] = [&gantry, &lathe].map(|robot| {
+        let bytes = vendor::program(&recording, robot, Language::Gcode, "static test 1").unwrap();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        (text, Program::parse(Input { name: "static.nc".into(), bytes, sha256: String::new() }, robot).unwrap())
+    });
+    assert!(of_lathe.0.contains("(X words are diameters)") && !written.0.contains("diameters"));
+    for (a, b) in written.1.q[0].iter().zip(&of_lathe.1.q[0]) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+}
+
+#[test]
 fn a_language_that_cannot_move_the_robot_or_run_the_plan_is_refused_with_what_to_do() {
     use lostmotion::plan::recording::vendor::{self, Language};
     let gantry = robot("gantry-xyz-ballscrew.yaml");

@@ -284,10 +284,17 @@ fn gcode(legs: &[Leg], robot: &Robot) -> Result<String> {
     }
     let mut text = format!(
         "%\n({HEAD})\n(Positions of the axes: clear the work offset and the tool length before you run it)\n\
-         (G4 P counts seconds here: a control that counts milliseconds needs 1000 times as much)\nG21 G90 G94 G61 G49\n"
+         (G4 P counts seconds here: a control that counts milliseconds needs 1000 times as much)\n"
     );
+    let diameter = robot.axes().control.diameter == Some(true);
+    if diameter {
+        text.push_str("(X words are diameters)\n");
+    }
+    text.push_str("G21 G90 G94 G61 G49\n");
+    let factor = |name: &String| if diameter && name == "X" { 2.0 } else { 1.0 };
     for leg in legs {
-        let words: Vec<String> = names.iter().zip(values(robot, &leg.to, 3)).map(|(n, v)| format!("{n}{v}")).collect();
+        let to: Vec<f64> = leg.to.iter().zip(&names).map(|(v, name)| v * factor(name)).collect();
+        let words: Vec<String> = names.iter().zip(values(robot, &to, 3)).map(|(n, v)| format!("{n}{v}")).collect();
         let mm_min = leg.speed.iter().map(|v| v * v).sum::<f64>().sqrt() * 60e3;
         let feed = if leg.time_s > 0.0 { mm_min.max(1.0) } else { 600.0 };
         let _ = writeln!(text, "G1 {} F{feed:.0}", words.join(" "));

@@ -1,0 +1,57 @@
+//! G-code of lathes, and of machines whose rotary axes may take the shorter way.
+
+use crate::support::{WorkFolder, bundled};
+
+/// A gantry with a half gap of 0.05 mm on each axis, and a program.
+fn folder(program: &str) -> WorkFolder {
+    let work = WorkFolder::new();
+    let robot = std::fs::read_to_string(bundled("configs/gantry-xyz-ballscrew.yaml")).unwrap();
+    std::fs::write(work.join("robot.yaml"), robot).unwrap();
+    let gaps: String =
+        ["X", "Y", "Z"].map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_mm: 0.05}}\n")).concat();
+    let model = format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{gaps}");
+    std::fs::write(work.join("model.yaml"), model).unwrap();
+    std::fs::write(work.join("p.nc"), program).unwrap();
+    work
+}
+
+const LATHE: &str =
+    "G21 G18 G90 G95 G40\nG97 S900 M3\nG0 X60. Z-5.\nG1 Z-10. F.2\nX80.\nG3 X72. Z-50. R27.\nG1 Z-65.\nZ-60.\nX100.\nM30\n";
+
+fn rewritten(work: &WorkFolder, options: &str) -> (String, String) {
+    let done = work.run(&format!("rewrite --model model.yaml p.nc --output out.nc {options}")).success();
+    let out = std::fs::read_to_string(work.join("out.nc")).unwrap();
+    work.run("undo out.nc --output back.nc").success();
+    let back = std::fs::read(work.join("back.nc")).unwrap();
+    assert_eq!(back, std::fs::read(work.join("p.nc")).unwrap());
+    (out, done.stderr)
+}
+
+#[test]
+fn x_of_a_lathe_stays_until_it_is_known_to_be_a_diameter_and_then_moves_by_half_of_its_word() {
+    let work = folder(LATHE);
+    let (out, told) = rewritten(&work, "");
+    assert!(told.contains("assume diameter or radius"), "{told}");
+    for line in ["G0 X60. Z-5.", "X80.", "G3 X72. Z-50. R27.", "X100."] {
+        assert!(out.lines().any(|l| l == line), "{line}: {out}");
+    }
+    // a reversal of Z alone
+    assert!(out.contains("Z-59.90"), "{out}");
+    let (out, told) = rewritten(&work, "--assume diameter");
+    assert!(!told.contains("diameter"), "{told}");
+    // the axis needs twice 0.05 mm more after a reversal: 0.2 mm in diameter
+    assert!(!out.contains("R27.\n") || out.contains("X72."), "{out}");
+    let robot = std::fs::read_to_string(work.join("robot.yaml")).unwrap() + "control: [diameter]\n";
+    std::fs::write(work.join("robot.yaml"), robot).unwrap();
+    assert_eq!(rewritten(&work, "").0, out);
+}
+
+#[test]
+fn a_step_of_x_is_doubled_in_a_diameter() {
+    let program = "G21 G18 G90 G95 G40\nG0 X40.0 Z-5.0\nG1 X50.0 F0.2\nX20.0\nX60.0\nM30\n";
+    let work = folder(program);
+    let of = |words: &str| rewritten(&work, &format!("--assume {words}")).0;
+    let (diameter, radius) = (of("diameter"), of("radius"));
+    assert!(diameter.contains("X19.80") && !diameter.contains("X19.90"), "{diameter}");
+    assert!(radius.contains("X19.90"), "{radius}");
+}
