@@ -258,9 +258,8 @@ impl RobotFile {
         robot.frames.frames = frames::checked(&self.frames, doc)?;
         robot.gravity_m_s2 = Vector3::from(self.gravity_m_s2);
         robot.gap_of = gaps_of(&self.gap_of, &robot, doc)?;
-        let control = Control::of_words(self.control.iter().map(String::as_str)).map_err(|word| {
-            Error::bad(doc.place(&["control"]), format!("control {word}"), WORDS)
-        })?;
+        let control = Control::of_words(self.control.iter().map(String::as_str))
+            .map_err(|word| Error::bad(doc.place(&["control"]), format!("control {word}"), WORDS))?;
         robot.assume(control);
         if let Some(bad) = self.no_motion.iter().find(|name| !NoMotion::is_name(name)) {
             let expected = "names of programs, macros or routines, such as `[Clear User Page, GRIP_OPEN]`";

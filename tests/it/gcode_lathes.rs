@@ -15,8 +15,7 @@ fn folder(program: &str) -> WorkFolder {
     work
 }
 
-const LATHE: &str =
-    "G21 G18 G90 G95 G40\nG97 S900 M3\nG0 X60. Z-5.\nG1 Z-10. F.2\nX80.\nG3 X72. Z-50. R27.\nG1 Z-65.\nZ-60.\nX100.\nM30\n";
+const LATHE: &str = "G21 G18 G90 G95 G40\nG97 S900 M3\nG0 X60. Z-5.\nG1 Z-10. F.2\nX80.\nG3 X72. Z-50. R27.\nG1 Z-65.\nZ-60.\nX100.\nM30\n";
 
 fn rewritten(work: &WorkFolder, options: &str) -> (String, String) {
     let done = work.run(&format!("rewrite --model model.yaml p.nc --output out.nc {options}")).success();

@@ -167,6 +167,19 @@ impl Reader<'_> {
         }
     }
 
+    /// A program or subprogram starts or ends.
+    pub(super) fn start(&mut self, k: usize, block: &Block) {
+        self.join(k, Break::Start);
+        let survey = &self.survey;
+        // what is not in the text calls no main program
+        let other = survey.lacks && self.script.moves().next().is_some();
+        let calls = other || survey.outside || survey.repeats || survey.called.contains(&block.label);
+        if block.flow.as_deref() == Some("") && !calls {
+            // nothing in the text leads there
+            self.carried.fill(Carried::Nothing);
+        }
+    }
+
     /// Control may go elsewhere after the move `last`, or after one above of which relative words may still count.
     fn leave(&mut self, last: Option<usize>, why: After) {
         let above = self.carried.iter().filter_map(|c| if let Carried::After(step) = c { Some(*step) } else { None });

@@ -95,6 +95,15 @@ impl Reader<'_> {
         None
     }
 
+    /// The first motion says in which frame the axes are counted.
+    fn refer(&mut self, block: &Block) {
+        self.reference = self.reference.or(self.frame).or(Some(540));
+        self.frame = self.frame.or(Some(540));
+        if self.letters.contains(&b'Z') && block.words.iter().any(|w| w.letter == b'Z') {
+            self.length_reference.get_or_insert_with(|| self.length.clone());
+        }
+    }
+
     pub(super) fn movement(
         &mut self,
         k: usize,
@@ -103,12 +112,7 @@ impl Reader<'_> {
         unclear: Option<Reason>,
         exact: bool,
     ) -> Result<()> {
-        // the first motion says in which frame the axes are counted
-        self.reference = self.reference.or(self.frame).or(Some(540));
-        self.frame = self.frame.or(Some(540));
-        if self.letters.contains(&b'Z') && block.words.iter().any(|w| w.letter == b'Z') {
-            self.length_reference.get_or_insert_with(|| self.length.clone());
-        }
+        self.refer(&block);
         self.keep_before_relative(&block);
         let unclear = unclear.or_else(|| self.unclear(&block));
         if unclear.is_none() && self.leaves_across(k, &block) {

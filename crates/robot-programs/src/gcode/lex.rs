@@ -113,12 +113,8 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
             }
             b'$' => return Ok(Block { keyword: Some("$".into()), ..block }),
             b'O' | b'o' if first => flow(text, base, &mut cursor, &mut block)?,
+            _ if across(&mut cursor, &mut block) => {}
             _ if b.is_ascii_alphabetic() => {
-                if let Some((across, length)) = Across::of_word(cursor.rest()) {
-                    block.across = Some(across);
-                    cursor.skip(length);
-                    continue;
-                }
                 block.keyword = keyword(cursor.rest());
                 if block.keyword.is_some() {
                     return Ok(block);
@@ -130,6 +126,14 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
         }
     }
     Ok(block)
+}
+
+/// Passes `DIAMON` and its like; `false`: none stands there.
+fn across(cursor: &mut Cursor, block: &mut Block) -> bool {
+    let Some((across, length)) = Across::of_word(cursor.rest()) else { return false };
+    block.across = Some(across);
+    cursor.skip(length);
+    true
 }
 
 /// The first bytes of what cannot be read.

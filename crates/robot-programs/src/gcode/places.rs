@@ -9,7 +9,9 @@ use super::assignments::Assignments;
 use super::certain::Carried;
 use super::lex::Block;
 use super::read::Reader;
-use super::reason::After;
+use super::reason::{After, Elsewhere};
+use super::survey::has_axes;
+use crate::script::Break;
 use crate::script::cursor::{Cursor, integer};
 
 /// Parameters in which controls keep places.
@@ -20,7 +22,7 @@ fn is_place(n: u32) -> bool {
 /// Whether a line names variables in which a control keeps places: `#5041`, `#<_x>`, or a computed one.
 ///
 /// `place = "#" ("<_" ... | number | "[" ... | "#")`
-pub(super) fn reads_places(line: &[u8]) -> bool {
+fn reads_places(line: &[u8]) -> bool {
     if !line.contains(&b'#') {
         return false;
     }
@@ -39,6 +41,15 @@ pub(super) fn reads_places(line: &[u8]) -> bool {
 }
 
 impl Reader<'_> {
+    /// Whether line `k` reads where the machine stands, which is then kept.
+    pub(super) fn reads_place(&mut self, k: usize) -> bool {
+        let reads = reads_places(self.text.line(k));
+        if reads {
+            self.keeps_place(After::ReadsPlace);
+        }
+        reads
+    }
+
     /// The place where the machine stands is read or stored here: it must be what it always was.
     pub(super) fn keeps_place(&mut self, why: After) {
         self.anchor(why);
@@ -50,6 +61,16 @@ impl Reader<'_> {
                 Carried::After(step) => self.anchor_at(step, why),
                 Carried::Anywhere => self.keep_leaving(why),
             }
+        }
+    }
+
+    /// G28.1 and G30.1 make a reference point of where the machine stands.
+    pub(super) fn stores_place(&mut self, k: usize, block: &Block, c: u32) {
+        self.keeps_place(After::StoresPlace);
+        self.end(k, Break::Frame, After::StoresPlace);
+        if has_axes(block) {
+            // some controls go there
+            self.goes_elsewhere(k, None, Elsewhere::Reference(c));
         }
     }
 
@@ -80,7 +101,15 @@ mod tests {
 
     #[test]
     fn parameters_of_places_are_told_from_others() {
-        for line in ["#1=#5041", "IF [#5021 EQ 2] GOTO 3", "G1 X[#<_x>+1]", "#1=#[5000+#2]", "G0 X##1", "#1=# 5041", "#2=#100003"] {
+        for line in [
+            "#1=#5041",
+            "IF [#5021 EQ 2] GOTO 3",
+            "G1 X[#<_x>+1]",
+            "#1=#[5000+#2]",
+            "G0 X##1",
+            "#1=# 5041",
+            "#2=#100003",
+        ] {
             assert!(reads_places(line.as_bytes()), "{line}");
         }
         for line in ["#500=#501", "#50=1", "(#5041)", "G1 X5 ; #5041", "X#1", "G1 X5041", "#1=#<own_x>", "#2=#50410"] {

@@ -6,7 +6,6 @@ use super::certain::Carried;
 use super::codes::AXES;
 use super::lathe::Across;
 use super::lex::{self, Block};
-use super::places::reads_places;
 use super::reason::{After, Doubt};
 use super::statements::{Program, Statement, Statements};
 use super::survey::{Survey, assignments_of, flow_hides, is_flow};
@@ -274,13 +273,10 @@ impl Reader<'_> {
             return Ok(());
         }
         let assigned = assignments_of(self.text, k, &block);
-        let reads = reads_places(self.text.line(k));
-        if reads {
-            self.keeps_place(After::ReadsPlace);
-        }
+        let reads = self.reads_place(k);
         if let Some(flow) = &block.flow {
             match flow.as_str() {
-                "" | "SUB" | "ENDSUB" | "RETURN" => self.join(k, Break::Start),
+                "" | "SUB" | "ENDSUB" | "RETURN" => self.start(k, &block),
                 "IF" | "ELSEIF" | "ELSE" | "ENDIF" => self.join(k, Break::Jump),
                 "WHILE" | "ENDWHILE" | "DO" | "REPEAT" | "ENDREPEAT" | "BREAK" | "CONTINUE" => {
                     self.join(k, Break::Loop)
@@ -314,12 +310,11 @@ impl Reader<'_> {
         }
         if let Some(found) = &assigned {
             self.assign(k, found);
+        } else if block.assignment {
+            // `#1` and no `=`
+            self.assign(k, &Assignments { hidden: true, ..Assignments::default() });
         }
         if block.assignment {
-            // `#1` and no `=`
-            if assigned.is_none() {
-                self.assign(k, &Assignments { hidden: true, ..Assignments::default() });
-            }
             return Ok(());
         }
         let block = self.folded(k, block);

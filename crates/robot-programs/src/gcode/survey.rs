@@ -51,6 +51,11 @@ pub(super) struct Survey {
     pub(super) across: BTreeSet<Across>,
     /// Its end goes back to its start (M99).
     pub(super) repeats: bool,
+    /// Subprograms that are called, and whether one may be that cannot be determined.
+    pub(super) called: BTreeSet<String>,
+    pub(super) outside: bool,
+    /// One that is called is not in the text, and may call others.
+    pub(super) lacks: bool,
     /// An O word or `%` stands before its first words.
     pub(super) named: bool,
     /// Cutter compensation may be on where control comes from elsewhere. A program starts with G40, as after a reset: where in the order of
@@ -144,10 +149,8 @@ struct Look {
     ended: bool,
     /// Codes after which words mean something else.
     unfollowed: BTreeSet<u32>,
-    /// Subprograms that stand in the text, that are called, and whether one stands elsewhere.
+    /// Subprograms that stand in the text.
     subs: BTreeSet<String>,
-    called: BTreeSet<String>,
-    outside: bool,
     /// Cutter compensation is on here; was on at a place that steers the order of blocks; was on at a line number.
     compensates: bool,
     compensates_at_flow: bool,
@@ -192,14 +195,14 @@ impl Look {
             block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
         match block.flow.as_deref() {
             Some("" | "SUB") => drop(self.subs.insert(block.label.clone())),
-            Some("CALL") => drop(self.called.insert(block.label.clone())),
+            Some("CALL") => drop(self.survey.called.insert(block.label.clone())),
             _ => {}
         }
-        self.outside |=
+        self.survey.outside |=
             block.keyword.as_deref().is_some_and(|w| !is_flow(w) && !block.words.iter().any(lex::takes_text));
         match called_by(block) {
-            Some(Ok(name)) => drop(self.called.insert(name)),
-            Some(Err(())) => self.outside = true,
+            Some(Ok(name)) => drop(self.survey.called.insert(name)),
+            Some(Err(())) => self.survey.outside = true,
             None => {}
         }
     }
@@ -253,7 +256,9 @@ impl Look {
     fn settle(self) -> Survey {
         let mut survey = self.survey;
         let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
-        let inside = !self.outside && self.called.is_subset(&self.subs);
+        let stands = survey.called.is_subset(&self.subs);
+        let inside = !survey.outside && stands;
+        survey.lacks = !stands;
         survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
         survey.printer |= self.extrudes && self.counts;
         let at_flow = self.compensates_at_flow || survey.jumps && self.compensates_at_number;

@@ -317,7 +317,11 @@ impl Reader<'_> {
             100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() && !has_axes(block) => {}
             100 => {
                 // it may be set from where the machine stands
-                self.keeps_place(After::G10);
+                match Self::number(block, b'L') {
+                    // the values that are written, wherever the machine stands
+                    Some(1.0 | 2.0) => self.anchor(After::G10),
+                    _ => self.keeps_place(After::G10),
+                }
                 self.end(k, Break::Frame, After::G10);
                 self.lost_frame |= self.reference.is_some();
                 // `G10 P1 X-25` of printers: the offset of a tool
@@ -336,14 +340,7 @@ impl Reader<'_> {
                     self.strange = Some(Doubt::On(c));
                 }
             }
-            281 | 301 => {
-                self.keeps_place(After::StoresPlace);
-                self.end(k, Break::Frame, After::StoresPlace);
-                if has_axes(block) {
-                    // some controls go there
-                    self.goes_elsewhere(k, None, Elsewhere::Reference(c));
-                }
-            }
+            281 | 301 => self.stores_place(k, block, c),
             280 | 300 | 1610 | 1620 if c < 1000 || homes(block) => {
                 // G91 in this block is about the way there alone
                 let absolute = self.absolute.replace(true);

@@ -55,12 +55,25 @@ fn the_move_before_a_condition_or_a_word_that_reads_the_place_stays() {
 fn a_subprogram_that_reads_the_place_keeps_the_moves_before_its_calls() {
     for read in ["#1=#5041", "G91 G1 X1.0", "IF [#5041 GT 3] GOTO 20"] {
         for more in ["", "G65 P9001\n"] {
-            let text = format!("O1\n{START}M98 P2\nG90 G21 G17 G40 G54 G0 X30.0 Y0.0 Z0.0\n{more}M30\nO2\n{read}\nM99\n");
+            let text =
+                format!("O1\n{START}M98 P2\nG90 G21 G17 G40 G54 G0 X30.0 Y0.0 Z0.0\n{more}M30\nO2\n{read}\nM99\n");
             assert!(fixed(&text)[2], "{read} {more}");
         }
     }
     let text = format!("O1\n{START}M98 P2\nG0 X30.0 Y0.0 Z0.0\nM30\nO2\n#1=#501\nM99\n");
     assert!(!fixed(&text)[2]);
+}
+
+#[test]
+fn the_start_of_a_program_that_nothing_calls_counts_from_no_move_of_it() {
+    let text = |name: &str, first: &str| {
+        format!("O1\n{START}M98 P2\nG0 X30.0 Y0.0 Z0.0\nM30\n{name}\n{first}\nG1 X20.0 Y0.0 Z0.0 F100\nM99\n")
+    };
+    for first in ["G92 X0.0", "#1=#5041"] {
+        assert!(fixed(&text("O2", first))[2] && !fixed(&text("O3", first))[2], "{first}");
+        let head = format!("O1\n{first}\n{START}M98 P2\nG0 X30.0 Y0.0 Z0.0\nM30\nO2\nM99\n");
+        assert!(!fixed(&head)[2], "{first}");
+    }
 }
 
 #[test]

@@ -39,7 +39,8 @@ fn a_turn_by_half_a_turn_or_more_comes_from_no_known_side() {
     let script = script_of(&Gcode, text, &table(None, &[]));
     let goal = values(&script, moves(&script)[1].0);
     assert!((goal[1].to_degrees() - 10.0).abs() < 1e-9);
-    let said = |axes: &Axes| script_of(&Gcode, text, axes).notes.iter().filter(|n| n.text.contains("no-rollover")).count();
+    let said =
+        |axes: &Axes| script_of(&Gcode, text, axes).notes.iter().filter(|n| n.text.contains("no-rollover")).count();
     assert_eq!([said(&table(None, &[])), said(&table(None, &["no-rollover"]))], [1, 0]);
     let closed = moves(&script)[1].1.closed.as_ref().map(ToString::to_string);
     assert!(closed.is_some_and(|why| why.contains("rollover")));
