@@ -113,6 +113,11 @@ pub enum Cause {
     /// Its configuration is not that of the solution next to the joints before.
     #[error("a Cartesian target whose arm configuration differs from the one nearest to the joints before")]
     OtherArm,
+    /// The same where it is not certain whether the controller looks at it.
+    #[error(
+        "a Cartesian target whose arm configuration differs from the one nearest to the joints before, and whether the controller follows it there depends on what ran before (ConfJ, ConfL)"
+    )]
+    PerhapsOtherArm,
     /// Beyond a joint limit.
     #[error("a Cartesian target outside of the joint limits")]
     Outside,

@@ -6,7 +6,8 @@
 //! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.
 //! - [`project`]: the other modules of its task, read and never written.
 //! - [`facts`]: which declaration a name means, whether its value is certain, which routines move.
-//! - [`rules`]: what holds for the file: where the program starts, configurations, external axes.
+//! - [`rules`]: what holds for the file: where the program starts, what leads the arm, external axes.
+//! - [`in_force`]: what holds at each place along control: whether configurations are watched, which moves end where the place is read.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
 //! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
@@ -41,6 +42,7 @@ mod arguments;
 mod built;
 mod facts;
 mod goals;
+mod in_force;
 mod led;
 mod lex;
 mod passed;

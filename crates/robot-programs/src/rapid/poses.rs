@@ -5,7 +5,7 @@ use super::built::{Literal, Site};
 use super::lex::Kind;
 use super::read::{Item, Span};
 use super::reason::{Elsewhere, Reason};
-use super::rules::{External, own_external};
+use super::rules::{External, Watched, own_external};
 use super::steps::Builder;
 use super::value::{self, Node};
 use crate::axes::JointKind;
@@ -113,7 +113,7 @@ impl Builder<'_> {
             site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into());
         }
         let frame = self.carried_frame(wobj, item, external_axes);
-        let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
+        let watched = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
         let solution = self.configuration(node);
         let at = self.at(span.start);
         let target = self.pose_target(declared, node, at, external_axes);
@@ -128,7 +128,8 @@ impl Builder<'_> {
             frame,
             tool,
             solution,
-            binding: checked,
+            binding: watched != Watched::Off,
+            unsure: watched == Watched::Perhaps,
             external: Some(placed).filter(|all| !all.is_empty()),
             ..PoseGoal::default()
         })

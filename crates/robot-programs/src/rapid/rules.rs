@@ -1,4 +1,4 @@
-//! What holds for a whole file: where the program starts, where configurations are watched, and external axes as they are written.
+//! What holds for a whole file: where the program starts, what leads the arm, and external axes as they are written.
 
 use super::arguments::{Arg, arguments};
 use super::facts;
@@ -24,20 +24,6 @@ pub fn entry_routine(p: &Parsed, own: &dyn Fn(&Item) -> bool) -> Option<usize> {
     };
     let may = |k: &usize| p.routines[*k].procedure && !called.contains(p.routines[*k].name.as_str()) && acts(*k);
     main.or_else(|| (0..p.routines.len()).filter(|k| ours.contains(k)).find(may))
-}
-
-/// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.
-///
-/// `watch = ("ConfJ" | "ConfL") ["\" "Off"]`
-pub fn configured_first(p: &Parsed) -> Configured {
-    let watched = |name: &str| {
-        let of = |item: &&Item| p.words.at(item.span.start) == name;
-        let off = |item: &Item| p.words.within(item.span.clone()).any(|w| w == "off");
-        let in_main = |item: &Item| p.routines.get(item.routine).is_some_and(|r| r.name == "main");
-        let mut all = p.items.iter().filter(of).peekable();
-        all.peek().is_none() || !p.items.iter().filter(of).all(off) || !all.any(in_main)
-    };
-    Configured { joint: watched("confj"), linear: watched("confl") }
 }
 
 /// How the arm goes to its targets, in the order of the text of a routine.
@@ -232,9 +218,18 @@ fn is_used(external: f64) -> bool {
     external.abs() < 8.9e9
 }
 
-/// On joint moves, and on straight and circular ones.
-#[derive(Clone, Copy)]
+/// Whether the controller looks at configurations (`ConfJ`, `ConfL`): on joint moves, and on straight and circular ones.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Configured {
-    pub joint: bool,
-    pub linear: bool,
+    pub joint: Watched,
+    pub linear: Watched,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Watched {
+    #[default]
+    On,
+    Off,
+    /// One way through the program leaves them on, another one off.
+    Perhaps,
 }

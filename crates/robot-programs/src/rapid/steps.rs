@@ -9,11 +9,12 @@ mod motion;
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, Placed};
 use super::facts::{self, Facts};
+use super::in_force::InForce;
 use super::led::Led;
 use super::lex::Kind;
 use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
-use super::rules::{Configured, External, Going, configured_first, entry_routine};
+use super::rules::{Configured, External, Going, entry_routine};
 use super::settings::Settings;
 use super::value::{self, Node};
 use super::words::{self, Motion};
@@ -51,8 +52,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         externals: Vec::with_capacity(text.likely_steps()),
         external: None,
         external_before: Vec::new(),
-        configured: Configured { joint: true, linear: true },
-        configured_first: configured_first(p),
+        configured: Configured::default(),
         going: Going::default(),
         going_first,
         led: Led::of(text, p, going_first),
@@ -66,15 +66,20 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         entry_routine: entry,
     };
     b.note_assignments();
+    let in_force = InForce::of(text, p, &|name| b.f.may_move(name));
     let mut passed = p.passed.iter().peekable();
-    for item in p.items.iter().filter(|item| own(item)) {
+    for (k, item) in p.items.iter().enumerate().filter(|(_, item)| own(item)) {
         let notes = b.notes.len();
+        b.configured = in_force.configured(k);
         b.item(item, motion_of(p, item))?;
         let after = |lines: &&Passed| lines.token == item.span.end + 1;
         if let Some(lines) = passed.next_if(after)
             && (b.notes.len() > notes || b.again(item, lines).is_none())
         {
             return Ok(None);
+        }
+        if in_force.is_read(k) {
+            b.steps.fix_last_move(Reason::EndIsRead);
         }
     }
     if passed.next().is_some() {
@@ -84,28 +89,11 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let Builder { steps, targets, literals, notes, named_calls, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
-    let reads = p
-        .items
-        .iter()
-        .filter(|item| own(item) && takes_on(p, item))
-        .filter(|item| item.span.clone().any(|i| matches!(p.words.at(i), "crobt" | "cjointt" | "cpos")));
-    let lines = reads.filter_map(|item| p.tokens.get(item.span.start)).map(|t| text.line_of(t.start())).collect();
-    out.script.keep_before_reading(&Reason::EndIsRead, &lines);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     named_calls.report_to(&mut out.script);
     out.script.texts = texts;
     Ok(Some(out))
-}
-
-/// Whether what an instruction reads goes on into the program: not into a message or a file.
-fn takes_on(p: &Parsed, item: &Item) -> bool {
-    let writes = ["tpwrite", "errwrite", "write", "writeanybin", "writestrbin", "socketsend"];
-    match item.kind {
-        ItemKind::Assign => true,
-        ItemKind::Call { .. } => !writes.contains(&p.words.at(item.span.start)),
-        _ => false,
-    }
 }
 
 pub struct Builder<'a> {
@@ -124,9 +112,8 @@ pub struct Builder<'a> {
     pub external: Option<Arc<External>>,
     /// The same before each block that is open: there its branches begin.
     external_before: Vec<Option<Arc<External>>>,
-    /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text of a routine, and at its start.
+    /// Whether configurations are watched at the item.
     pub configured: Configured,
-    configured_first: Configured,
     going: Going,
     going_first: Going,
     /// What may lead the arm from before a routine or a loop.
@@ -200,7 +187,6 @@ impl Builder<'_> {
                 self.steps.routine(item.routine, name);
                 self.synchronised = false;
                 self.moved = false;
-                self.configured = self.configured_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
                 if self.entry_routine == Some(item.routine) {
                     self.steps.entry.get_or_insert(k);
@@ -299,7 +285,7 @@ impl Builder<'_> {
 
     /// An instruction that is no motion, or a call of a procedure.
     ///
-    /// `call = "SyncMoveOn" ... | "SyncMoveOff" ... | ("ConfJ" | "ConfL") ["\" "Off"] | wait | procedure ...`,
+    /// `call = "SyncMoveOn" ... | "SyncMoveOff" ... | wait | procedure ...`,
     /// `wait = "WaitTime" arguments | ...`
     fn call(&mut self, item: &Item) {
         let token = item.span.start;
@@ -307,10 +293,6 @@ impl Builder<'_> {
         match name {
             "syncmoveon" => self.synchronised = true,
             "syncmoveoff" => self.synchronised = false,
-            "confj" | "confl" => {
-                let off = self.f.p.words.within(item.span.clone()).any(|w| w == "off");
-                *(if name == "confj" { &mut self.configured.joint } else { &mut self.configured.linear }) = !off;
-            }
             "exitcycle" => return,
             _ => {}
         }

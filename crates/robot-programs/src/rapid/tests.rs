@@ -3,6 +3,7 @@
 mod added;
 mod clones;
 mod flow;
+mod in_force;
 mod led;
 mod poses;
 mod project;

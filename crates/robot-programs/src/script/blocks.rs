@@ -3,7 +3,7 @@
 pub use super::by_steps::BySteps;
 use super::joins::{Join, Labels, through_still};
 use super::routines::Routines;
-use super::{At, Break, Goal, Move, Script, Step, StepKind, Text, pragma};
+use super::{At, Break, Goal, Move, Reason, Script, Step, StepKind, Text, pragma};
 
 /// A loop that is certainly entered, and whose passes all run through the same steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,6 +152,15 @@ impl<S> Steps<S> {
                 _ => None,
             },
             _ => None,
+        }
+    }
+
+    /// The last move keeps its goal, if nothing else keeps it already.
+    pub fn fix_last_move(&mut self, why: Reason) {
+        let last =
+            self.steps.iter_mut().rev().find_map(|s| if let StepKind::Move(m) = &mut s.kind { Some(m) } else { None });
+        if let Some(m) = last.filter(|m| m.fixed.is_none()) {
+            m.fixed = Some(why);
         }
     }
 

@@ -350,7 +350,8 @@ fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option
     let changed = || Err(format!("{m:?} became {n:?}"));
     match (&m.goal, &n.goal) {
         (Goal::Pose(a), Goal::Pose(b))
-            if (&a.frame, &a.tool, &a.solution, a.binding) != (&b.frame, &b.tool, &b.solution, b.binding)
+            if (&a.frame, &a.tool, &a.solution, a.binding, a.unsure)
+                != (&b.frame, &b.tool, &b.solution, b.binding, b.unsure)
                 || a.target.is_some() != b.target.is_some() =>
         {
             return changed();

@@ -171,6 +171,9 @@ pub struct PoseGoal {
     pub solution: Solution,
     /// The controller takes `solution` as an order on this move; else it only tells how the point was taught.
     pub binding: bool,
+    /// Whether it does so on this move is not certain (`binding` is `true` then): where `solution` is not the one nearest to the joints before,
+    /// the joints are not known.
+    pub unsure: bool,
     /// What the program adds to the numbers of `target`; `None`: nothing.
     pub shift: Option<Box<Shift>>,
     /// Of an arc through three points: the one on its way, in the frame of the goal, m.

@@ -74,7 +74,11 @@ impl Place {
             return Ok(());
         };
         let fits = allows(c, arm, q, SLACK) || tolerates(c, arm, q, SLACK) && !self.named(arm, c, end, from);
-        if fits { Ok(()) } else { Err(Cause::OtherArm) }
+        match fits {
+            true => Ok(()),
+            false if goal.unsure => Err(Cause::PerhapsOtherArm),
+            false => Err(Cause::OtherArm),
+        }
     }
 
     /// Whether joints that reach a pose have the configuration.
@@ -210,7 +214,8 @@ impl Place {
             return Err(Cause::Outside);
         }
         let mut candidates = configuration.map_or_else(|| any.clone(), |c| self.configured(arm, c, &all, beside));
-        let ordered = self.by_order && path == PathKind::Joint && goal.binding && configuration.is_some_and(determines);
+        let follows = path == PathKind::Joint && goal.binding && !goal.unsure;
+        let ordered = self.by_order && follows && configuration.is_some_and(determines);
         // letters whose meaning differs by model do not count here
         let ordered = ordered && candidates.len() == 1 && candidates.iter().flatten().all(|v| v.abs() < TAU);
         if let Some(c) = configuration
@@ -222,7 +227,10 @@ impl Place {
             return Err(Cause::NotConfigured);
         }
         if near.is_none() {
-            return self.without_start(arm, configuration, candidates, [&any, &all], (hint, end));
+            let found = self.without_start(arm, configuration, candidates, [&any, &all], (hint, end))?;
+            // whoever does not follow the configuration may stand whole turns from there
+            let beyond = found.iter().any(|v| v.abs() > PI + SLACK);
+            return if goal.unsure && beyond { Err(Cause::NoStart) } else { Ok(found) };
         }
         let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
@@ -236,7 +244,11 @@ impl Place {
         if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
             return Err(Cause::NotNear);
         }
-        if first > nearest(&any, beside).1 + SAME && !ordered && !alike { Err(Cause::OtherArm) } else { Ok(q) }
+        match first > nearest(&any, beside).1 + SAME && !ordered && !alike {
+            true if goal.unsure => Err(Cause::PerhapsOtherArm),
+            true => Err(Cause::OtherArm),
+            false => Ok(q),
+        }
     }
 
     /// The solutions that have a configuration, in the turns nearest to `beside` that it allows.

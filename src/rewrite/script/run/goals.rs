@@ -208,7 +208,7 @@ impl Cutter<'_> {
         } else {
             self.forget(m);
             self.poses.missing.posture += u64::from(why == Cause::NoStart && self.poses.posture.is_none());
-            if matches!(why, Cause::NotConfigured | Cause::OtherArm) {
+            if matches!(why, Cause::NotConfigured | Cause::OtherArm | Cause::PerhapsOtherArm) {
                 self.name_configurations(goal, at, from.as_deref());
             }
             self.out.left.insert(step, why.clone());
