@@ -113,6 +113,11 @@ pub enum Cause {
     /// Its configuration is not that of the solution next to the joints before.
     #[error("a Cartesian target whose arm configuration differs from the one nearest to the joints before")]
     OtherArm,
+    /// A letter alone tells the wrist with which it is reached, and what it means is not known.
+    #[error(
+        "its offset depends on which wrist the letters F and N (Yaskawa: flip) mean on this robot, which nothing tells (wrist_flip of the robot file)"
+    )]
+    WristUnknown,
     /// Beyond a joint limit.
     #[error("a Cartesian target outside of the joint limits")]
     Outside,
