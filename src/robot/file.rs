@@ -6,7 +6,7 @@
 mod joint;
 
 use super::frames;
-use super::{Convention, GapOf, Joint, Link, Robot, gap_of};
+use super::{Convention, Flip, GapOf, Joint, Link, Robot, gap_of};
 use crate::error::{Error, Result, counted};
 use crate::io::{input, yaml::Document};
 use indexmap::IndexMap;
@@ -192,6 +192,9 @@ pub struct RobotFile {
     pub(super) gap_of: IndexMap<String, String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) control: Vec<String>,
+    /// Where the maker calls the wrist flipped: `positive` or `negative` (joint 5 above or below zero), `within-90` or `beyond-90` (joint 4).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) wrist_flip: Option<String>,
     /// Programs, macros and routines that move nothing and leave frames and tools as they are.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) no_motion: Vec<String>,
@@ -266,6 +269,11 @@ impl RobotFile {
             return Err(Error::bad(doc.place(&["no_motion"]), format!("no_motion `{bad}`"), expected));
         }
         robot.declare_no_motion(self.no_motion.iter().map(String::as_str));
+        if let Some(word) = &self.wrist_flip {
+            let expected = "`positive` or `negative` (joint 5 where the wrist is flipped), `within-90` or `beyond-90` (joint 4)";
+            let bad = || Error::bad(doc.place(&["wrist_flip"]), format!("wrist_flip `{word}`"), expected);
+            robot.wrist_flip = Some(Flip::of_word(word).ok_or_else(bad)?);
+        }
         Ok(robot)
     }
 

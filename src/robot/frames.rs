@@ -20,6 +20,7 @@ use super::file::FrameFile;
 use crate::error::{Error, Result};
 use crate::io::{input, yaml::Document};
 use nalgebra::Isometry3;
+use robot_programs::bases::CarriedBases;
 use robot_programs::fanuc::Registers;
 use robot_programs::krl::Machine;
 use serde::{Deserialize, Serialize};
@@ -43,6 +44,8 @@ pub struct Frames {
     pub machine: Option<Machine>,
     /// Registers as the controller lists them.
     pub registers: Registers,
+    /// Bases that count from another machine than the world, by a `$config.dat`.
+    pub carried: CarriedBases,
 }
 
 /// The document as it stands in YAML.
@@ -82,7 +85,7 @@ impl Frames {
             return Err(Error::bad(doc.place(&["posture_deg"]), format!("{v} in `posture_deg`"), "finite numbers"));
         }
         let (frames, tools) = (checked(&file.frames, &doc)?, checked(&file.tools, &doc)?);
-        Ok(Self { frames, tools, posture_deg: file.posture_deg, machine: None, registers: Registers::default() })
+        Ok(Self { frames, tools, posture_deg: file.posture_deg, ..Self::default() })
     }
 
     /// The frame of this name, in any case of letters.
@@ -104,6 +107,7 @@ impl Frames {
             out.machine.clone_from(&over.machine);
         }
         out.registers.positions.extend(over.registers.positions.clone());
+        out.carried.add(&over.carried);
         if over.posture_deg.is_some() {
             out.posture_deg.clone_from(&over.posture_deg);
         }

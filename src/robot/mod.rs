@@ -24,6 +24,7 @@ pub mod dh;
 pub mod file;
 pub mod fingerprint;
 pub mod frames;
+mod flip;
 pub mod gap_of;
 pub mod inverse;
 mod lines;
@@ -35,6 +36,7 @@ pub mod write;
 pub use arm::Arm;
 pub use chain::{Chain, Pose};
 pub use frames::Frames;
+pub use flip::Flip;
 pub use gap_of::GapOf;
 pub use inverse::{Inverse, InverseOptions, Stop, Target};
 
@@ -152,6 +154,8 @@ pub struct Robot {
     pub gap_of: Vec<GapOf>,
     /// Frames and tools of its controller, as the robot file names them.
     pub frames: Frames,
+    /// Which wrist its maker calls flipped; `None`: not known.
+    pub wrist_flip: Option<Flip>,
     axes: Vec<usize>,
     chain: Chain,
     table: Axes,
@@ -183,6 +187,7 @@ impl Robot {
             gravity_m_s2: Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2),
             gap_of: Vec::new(),
             frames: Frames::default(),
+            wrist_flip: None,
             axes,
             chain,
             table,
@@ -217,6 +222,11 @@ impl Robot {
         self.table.registers = registers;
     }
 
+    /// Bases that count from another machine than the world, besides those named before.
+    pub fn hold_bases(&mut self, carried: &robot_programs::bases::CarriedBases) {
+        self.table.carried_bases.add(carried);
+    }
+
     /// The joints as programs know them: names, units, limits, pulses.
     pub fn axes(&self) -> &Axes {
         &self.table
@@ -232,7 +242,9 @@ impl Robot {
         robot.table.control = self.table.control;
         robot.table.no_motion = self.table.no_motion.clone();
         robot.table.registers = self.table.registers.clone();
+        robot.table.carried_bases = self.table.carried_bases.clone();
         robot.frames = self.frames.clone();
+        robot.wrist_flip = self.wrist_flip;
         robot
     }
 

@@ -35,6 +35,7 @@ impl Robot {
             gravity_m_s2: self.gravity_m_s2.into(),
             gap_of: self.gap_of.iter().map(|g| (self.axis(g.axis).name.clone(), self.sum_text(g))).collect(),
             control: self.axes().control.words().into_iter().map(String::from).collect(),
+            wrist_flip: self.wrist_flip.map(|flip| flip.word().into()),
             no_motion: self.axes().no_motion.names().map(String::from).collect(),
         }
     }

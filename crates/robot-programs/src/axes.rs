@@ -90,6 +90,8 @@ pub struct Axes {
     pub no_motion: crate::no_motion::NoMotion,
     /// Registers as the controller lists them.
     pub registers: crate::registers::Registers,
+    /// Bases that count from another machine than the world, as the controller lists them.
+    pub carried_bases: crate::bases::CarriedBases,
     joints: Vec<Axis>,
     /// Joints with their own command.
     commanded: Vec<usize>,
@@ -108,6 +110,7 @@ impl Axes {
             control: crate::control::Control::default(),
             no_motion: crate::no_motion::NoMotion::default(),
             registers: crate::registers::Registers::default(),
+            carried_bases: crate::bases::CarriedBases::default(),
             joints,
             commanded,
             places,

@@ -38,7 +38,7 @@
 //! ```
 //!
 //! # Modules, in the order in which to read them
-//! - [`axes`]: what is known of the robot; [`no_motion`]: routines that move nothing, as the user says; [`registers`]: values that the controller holds; [`error`]: what reading and editing can fail with.
+//! - [`axes`]: what is known of the robot; [`no_motion`]: routines that move nothing, as the user says; [`registers`], [`bases`]: what the controller holds; [`error`]: what reading and editing can fail with.
 //! - [`script`]: vendor programs: the interface that each of their formats fills. One module each: [`inform`] (Yaskawa),
 //!   [`rapid`] (ABB), [`krl`] (KUKA), [`fanuc`], [`urscript`] (Universal Robots), [`trajectory`] (ROS), [`gcode`].
 //! - [`decimal`]: a number in decimal notation, exactly: read, compared, offset and printed in integers.
@@ -49,6 +49,7 @@
 #![warn(missing_docs)]
 
 pub mod axes;
+pub mod bases;
 pub mod control;
 pub mod csv;
 pub mod decimal;

@@ -118,6 +118,11 @@ pub enum Cause {
         "a Cartesian target whose arm configuration differs from the one nearest to the joints before, and whether the controller follows it there depends on what ran before (ConfJ, ConfL)"
     )]
     PerhapsOtherArm,
+    /// A letter alone tells the wrist with which it is reached, and what it means is not known.
+    #[error(
+        "its offset depends on which wrist the letters F and N (Yaskawa: flip) mean on this robot, which nothing tells (wrist_flip of the robot file)"
+    )]
+    WristUnknown,
     /// Beyond a joint limit.
     #[error("a Cartesian target outside of the joint limits")]
     Outside,

@@ -57,6 +57,9 @@ impl Collected {
                 // only the program starts where the user says
                 options.initial_direction.fill(0);
             }
+            for (known, first) in options.initial_direction.iter_mut().zip(&run.first_directions) {
+                *known = if *known == 0 { *first } else { *known };
+            }
             let task = &Task { compensator: by_clock.on(run), ..*task };
             let alone = options.clone();
             let (emitted, done) =

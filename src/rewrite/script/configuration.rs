@@ -12,8 +12,8 @@
 //!   (RobotStudio API, `ConfigurationMode.Compliant`).
 //! - FANUC (operator's manuals, configuration of a position): T in front of axis 1, B behind; U elbow up, D down; F and N are
 //!   the two signs of J5; the turn numbers of J1, J4, J6 are 0 within half a turn, 1 and -1 for the turn beyond. Which sign
-//!   is F differs by model, so that letter chooses only where the joints before do not. What it says has no effect on a
-//!   half gap's offset: J5 changes its sign and its direction at once.
+//!   is F is a property of the model ([`Flip`]), so that letter chooses only where the joints before do not. For a symmetrical half gap
+//!   the pose with its offset is the same with either wrist: J5 changes its sign and its direction at once.
 //! - Yaskawa (NX100 instructions, manipulator types): front or rear of the S axis, upper or lower arm, and whether R, T, S stand
 //!   beyond half a turn. Flip is where -90 < R <= 90 deg (by whole turns); later controllers and public jobs use the bit
 //!   otherwise, so that it chooses as FANUC's letter does.
@@ -21,7 +21,7 @@
 //! Behind axis 1 makers differ in what an elbow up is: there FANUC's and Yaskawa's elbow does not choose.
 
 use crate::program::script::pose::Configuration;
-use crate::robot::Arm;
+use crate::robot::{Arm, Flip};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Joints that keep so far from a border are not near it, and joints beyond it by less stand on it, rad: digits of programs.
@@ -70,7 +70,7 @@ pub fn allows_axis(configuration: &Configuration, axis: usize, v: f64, slack: f6
 /// are further than a quarter from theirs, or where cfx differs.
 pub fn tolerates(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -> bool {
     matches!(configuration, Configuration::Abb { .. })
-        && prefers(configuration, arm, q)
+        && prefers(configuration, arm, q, None)
         && q.iter().enumerate().all(|(axis, v)| tolerates_axis(configuration, axis, *v, slack))
 }
 
@@ -113,27 +113,49 @@ fn side(value: f64, positive: bool, slack: f64) -> bool {
     if positive { value >= -slack } else { value <= slack }
 }
 
-/// Whether joints that are [allowed](allows) are those that the rest of the configuration prefers.
-pub fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64]) -> bool {
+/// What the letter or number of a configuration for the wrist may mean, the most frequent first; empty: it has none, or that is no question.
+pub fn flips(configuration: &Configuration) -> &'static [Flip] {
+    match configuration {
+        Configuration::Fanuc { .. } => &Flip::OF_FANUC,
+        Configuration::Yaskawa { .. } => &Flip::OF_YASKAWA,
+        Configuration::Kuka { .. } | Configuration::Abb { .. } => &[],
+    }
+}
+
+/// Whether the letter of a configuration says that the wrist is flipped.
+pub fn says_flipped(configuration: &Configuration) -> Option<bool> {
+    match *configuration {
+        Configuration::Fanuc { flip, .. } => Some(flip),
+        Configuration::Yaskawa { no_flip, .. } => Some(!no_flip),
+        Configuration::Kuka { .. } | Configuration::Abb { .. } => None,
+    }
+}
+
+/// What the letter of a configuration means; `known`: by the robot file or the program.
+fn meaning(configuration: &Configuration, known: Option<Flip>) -> Option<Flip> {
+    known.or_else(|| flips(configuration).first().copied())
+}
+
+/// Whether joints that are [allowed](allows) are those that the rest of the configuration prefers; `flip`: what its letter for the wrist
+/// means, where that is known.
+pub fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64], flip: Option<Flip>) -> bool {
     let Some(posture) = arm.posture(q) else { return true };
     match *configuration {
         Configuration::Abb { cfx, .. } => {
             let is = 4 * i32::from(posture.front_m < 0.0) + 2 * i32::from(posture.elbow < 0.0);
             is + i32::from(q.get(4).is_some_and(|v| v.sin() < 0.0)) == cfx
         }
-        // the wrist that most models call N at their usual place
-        Configuration::Fanuc { flip, .. } => q.get(4).is_none_or(|v| (v.sin() > 0.0) == flip),
-        Configuration::Yaskawa { no_flip, .. } => q.get(3).is_none_or(|r| {
-            let within = r - (r / TAU).round() * TAU;
-            (within.abs() > FRAC_PI_2) == no_flip
-        }),
+        Configuration::Fanuc { .. } | Configuration::Yaskawa { .. } => {
+            let is = meaning(configuration, flip).and_then(|f| f.is_flipped(q));
+            is.is_none() || is == says_flipped(configuration)
+        }
         Configuration::Kuka { .. } => true,
     }
 }
 
 /// The configuration of joints, as the maker of `like` writes it; what `like` leaves out is left out. `None`: an arm without a
-/// spherical wrist, or axes that the configuration does not know. Where models differ (see above) the letter is that of most.
-pub fn of(like: &Configuration, arm: &Arm, q: &[f64]) -> Option<Configuration> {
+/// spherical wrist, or axes that the configuration does not know. Where models differ and `flip` does not say it, the letter is that of most.
+pub fn of(like: &Configuration, arm: &Arm, q: &[f64], flip: Option<Flip>) -> Option<Configuration> {
     let posture = arm.posture(q)?;
     let &[a1, .., a4, a5, a6] = q else { return None };
     if q.len() != 6 {
@@ -141,6 +163,7 @@ pub fn of(like: &Configuration, arm: &Arm, q: &[f64]) -> Option<Configuration> {
     }
     let (rear, bent) = (posture.front_m < 0.0, posture.elbow < 0.0);
     let negative_wrist = a5.sin() < 0.0;
+    let flipped = meaning(like, flip).and_then(|f| f.is_flipped(q)).unwrap_or_default();
     Some(match *like {
         Configuration::Kuka { status, turn } => {
             let bits = |bits: &[bool]| bits.iter().enumerate().map(|(k, b)| u8::from(*b) << k).sum();
@@ -156,15 +179,14 @@ pub fn of(like: &Configuration, arm: &Arm, q: &[f64]) -> Option<Configuration> {
             Configuration::Abb { quarters: [a1, a4, a6].map(quarter), cfx }
         }
         Configuration::Fanuc { .. } => Configuration::Fanuc {
-            flip: a5.sin() > 0.0,
+            flip: flipped,
             up: !bent,
             front: !rear,
             turns: [a1, a4, a6].map(|v| (v / TAU).round() as i32),
         },
         Configuration::Yaskawa { .. } => {
-            let within = a4 - (a4 / TAU).round() * TAU;
             let beyond = [a4, a6, a1].map(|v| v.abs() > PI);
-            Configuration::Yaskawa { no_flip: within.abs() > FRAC_PI_2, lower: bent, rear, beyond }
+            Configuration::Yaskawa { no_flip: !flipped, lower: bent, rear, beyond }
         }
     })
 }
@@ -235,8 +257,8 @@ mod tests {
             let at = |joint: u32| f64::from((k * 37 + joint * 101 + k * joint * 13) % 347) - 173.0;
             let q = deg([at(0), 0.5 * at(1) - 45.0, 0.8 * at(2), 1.9 * at(3), 0.7 * at(4), 1.9 * at(5)]);
             for like in &makers {
-                let own = of(like, &arm, &q).unwrap();
-                assert!(allows(&own, &arm, &q, 1e-5) && prefers(&own, &arm, &q), "{own} of {q:?}");
+                let own = of(like, &arm, &q, None).unwrap();
+                assert!(allows(&own, &arm, &q, 1e-5) && prefers(&own, &arm, &q, None), "{own} of {q:?}");
             }
         }
     }
@@ -246,7 +268,7 @@ mod tests {
     fn configurations_are_written_as_in_their_languages() {
         let (_, arm) = arm(include_str!("../../../configs/kuka-kr120-r2500-pro.yaml"));
         let home = deg([5.0, -90.0, 90.0, 10.0, 45.0, -100.0]);
-        let text = |like: Configuration| of(&like, &arm, &home).unwrap().to_string();
+        let text = |like: Configuration| of(&like, &arm, &home, None).unwrap().to_string();
         assert_eq!(text(Configuration::Kuka { status: Some(0), turn: Some(0) }), "S 2, T 34");
         assert_eq!(text(Configuration::Abb { quarters: [0; 3], cfx: 0 }), "[0,0,-2,0]");
         assert_eq!(

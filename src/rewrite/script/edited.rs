@@ -1,15 +1,14 @@
 //! The edits of a program: its runs through the engine, their points as values and poses of the program, and what the report tells.
 
 use super::cause::Cause;
-use super::change::{self, Change};
+use super::change;
 use super::collected::{self, Collected};
-use super::edits::Unplaced;
 use super::fading::ByClock;
 use super::poses::{self, Held, Poses};
 use super::reasons::Reasons;
 use super::run::{self, Choice, Cut, Run};
 use super::stops::Stops;
-use super::{EditReport, Task, approach, arcs, asked, circles, installation, notes, recognised, writing};
+use super::{EditReport, Task, approach, arcs, asked, circles, installation, notes, recognised, wrists, writing};
 use crate::error::Result;
 use crate::program::script::{Document, Edits, Goal, Note, Patches};
 use crate::rewrite::stats::RewriteStats;
@@ -63,16 +62,17 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
     let root = installation::root(script, &task.choices.frames)?;
     known.world = installation::world(task.robot, root.as_ref());
     known.unknown_arm = unknown_arm.cloned();
-    let Cut { mut runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, choice, &mut known);
+    let Cut { mut runs, gaps, partial, mut left, notes: of_arm, others, .. } = run::cut(script, choice, &mut known);
     let by_clock = ByClock::of(task);
     let looks_rewritten = recognised::looks_rewritten(document, &runs, task, &by_clock);
-    let solve = choice.solve_within_m.is_some();
-    let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
-        Collected::of(document, task, &by_clock, &runs, choice.deadband, solve)?;
-    left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
-    unplaced.points += collected::spare(script, task.choices, &mut edits);
-    let mut held = Held::default();
-    let (changes, changes_total) = as_poses(document, task, &runs, &mut edits, &mut left, &mut unplaced, &mut held);
+    let OfRuns { collected, mut in_joints, held } = OfRuns::of(document, task, choice, &by_clock, &runs, &mut left)?;
+    let Collected { mut edits, mut stats, mut unplaced, rates, lines } = collected;
+    for Cut { runs, left: mut other_left, .. } in others {
+        let other = OfRuns::of(document, task, choice, &by_clock, &runs, &mut other_left)?;
+        let own = (&mut edits, in_joints.as_mut());
+        wrists::keep_alike(script, own, &other.collected.edits, &mut left, &mut unplaced);
+    }
+    let (changes, changes_total) = change::of_edits(document, &runs, in_joints.as_ref().unwrap_or(&edits), task.robot, task.listed);
     // an estimate of a part would read as one of the whole
     let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
     let whole = gaps.is_empty() && partial.is_empty() && !loops;
@@ -96,28 +96,44 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
     Ok(Edited { edits, patches, stats, stops, reasons, report, of_runs, of_moves, runs })
 }
 
+/// What is made of the runs of a program.
+struct OfRuns {
+    collected: Collected,
+    /// The edits with those of Cartesian targets in joints; `None`: there are none.
+    in_joints: Option<Edits>,
+    held: Held,
+}
+
+impl OfRuns {
+    /// Of runs; `left` says why steps stay.
+    fn of(
+        document: &dyn Document,
+        task: &Task,
+        choice: &Choice,
+        by_clock: &ByClock,
+        runs: &[Run],
+        left: &mut BTreeMap<usize, Cause>,
+    ) -> Result<Self> {
+        let script = document.script();
+        let solve = choice.solve_within_m.is_some();
+        let mut collected = Collected::of(document, task, by_clock, runs, choice.deadband, solve)?;
+        let Collected { edits, unplaced, .. } = &mut collected;
+        left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
+        unplaced.points += collected::spare(script, task.choices, edits);
+        let mut held = Held::default();
+        circles::settle(script, runs, edits, left);
+        let poses = script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
+        let in_joints = poses.then(|| {
+            let mut in_joints = poses::write(script, runs, edits, left, unplaced, &mut held);
+            arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
+            in_joints
+        });
+        Ok(Self { collected, in_joints, held })
+    }
+}
+
 /// How long the runs take together, s, where each of them is known.
 fn duration_s(runs: &[Run]) -> Option<f64> {
     let known = runs.iter().all(Run::timed) && !runs.is_empty();
     known.then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
-}
-
-/// Writes the edits of Cartesian targets as poses; the largest changes, and how many there are.
-fn as_poses(
-    document: &dyn Document,
-    task: &Task,
-    runs: &[Run],
-    edits: &mut Edits,
-    left: &mut BTreeMap<usize, Cause>,
-    unplaced: &mut Unplaced,
-    held: &mut Held,
-) -> (Vec<Change>, usize) {
-    let script = document.script();
-    circles::settle(script, runs, edits, left);
-    if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
-        return change::of_edits(document, runs, edits, task.robot, task.listed);
-    }
-    let mut in_joints = poses::write(script, runs, edits, left, unplaced, held);
-    arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
-    change::of_edits(document, runs, &in_joints, task.robot, task.listed)
 }

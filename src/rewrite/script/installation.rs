@@ -62,6 +62,13 @@ pub(super) fn note(robot: &Robot, root: Option<&Isometry3<f64>>) -> Option<Note>
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 
+/// The robot with the bases that the user's lists put on other machines; `None`: there are none.
+pub(super) fn with_bases(robot: &Robot, frames: &Frames) -> Option<Robot> {
+    let mut held = (!frames.carried.is_empty()).then(|| robot.clone())?;
+    held.hold_bases(&frames.carried);
+    Some(held)
+}
+
 /// The robot with limits no wider than those of the controller's files, and which axes have narrower ones now; `None`: none has.
 pub(super) fn limited(script: &Script, frames: &Frames, robot: &Robot) -> Option<(Robot, Note)> {
     let given = frames.machine.as_ref().map(|m| m.limits(robot.axes()));

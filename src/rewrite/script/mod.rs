@@ -15,6 +15,7 @@
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
+//! - `wrists`: what is edited alike whatever letters for the wrist mean.
 //! - `asked`: calls that nobody knows and moves wait for.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it; `recognised`, `retraced`: was the program rewritten before?
@@ -54,6 +55,7 @@ pub(crate) mod stops;
 pub(crate) mod task;
 pub(crate) mod verify;
 pub(crate) mod way;
+mod wrists;
 pub(crate) mod writing;
 
 use super::stats::RewriteStats;
@@ -136,6 +138,8 @@ fn sides(document: &dyn crate::program::script::Document, task: &Task, deadband:
 /// Bad input where it cannot be read; refused where coverage is too low, the format cannot hold the gap, or an edit cannot be
 /// said in it.
 pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Done> {
+    let held = installation::with_bases(task.robot, &task.choices.frames);
+    let task = &Task { robot: held.as_ref().unwrap_or(task.robot), ..*task };
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
     let limited = installation::limited(script, &task.choices.frames, task.robot);

@@ -99,7 +99,9 @@ impl Reading<'_> {
     }
 
     fn solved(&self, format: &dyn Format, texts: Vec<Text>, sha256: String) -> Result<Program> {
-        let document = format.parse(texts, self.robot.axes())?;
+        let held = installation::with_bases(self.robot, self.frames);
+        let axes = held.as_ref().unwrap_or(self.robot).axes();
+        let document = format.parse(texts, axes)?;
         let script = document.script();
         // between joint values a straight move of an arm is straight at the TCP
         let arm = self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);

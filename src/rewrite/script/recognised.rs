@@ -21,7 +21,7 @@ pub(super) fn looks_rewritten(document: &dyn Document, runs: &[Run], task: &Task
     }
     // what several runs lead through counts once
     for run in runs.iter().filter(|run| !run.is_again()) {
-        let mut q: Vec<f64> = run.own().iter().flat_map(|v| v.q.iter().copied()).collect();
+        let mut q: Vec<f64> = of_program(run).flat_map(|v| v.q.iter().copied()).collect();
         q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
         let mut straight = straightened(document, run);
         straight.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
@@ -31,15 +31,19 @@ pub(super) fn looks_rewritten(document: &dyn Document, runs: &[Run], task: &Task
     evidence.is_rewritten() || retraced::looks_rewritten(script, runs, task.robot, by_clock)
 }
 
+/// The points of a run that the program has itself: one that is to be added before a target would look as if it had been.
+fn of_program(run: &Run) -> impl Iterator<Item = &Vertex> {
+    run.own().iter().filter(|v| v.role != Role::Approach)
+}
+
 /// The points of a run beside straight ways between their neighbours; none where all ways are straight.
 fn straightened(document: &dyn Document, run: &Run) -> Vec<f64> {
-    let own = run.own();
     let place = |v: &Vertex| document.straightened(v.step).filter(|_| v.role == Role::Goal);
-    if !document.passes_points() || own.iter().all(|v| place(v).is_none()) {
+    if !document.passes_points() || of_program(run).all(|v| place(v).is_none()) {
         return Vec::new();
     }
     let row = |v: &Vertex| place(v).map_or_else(|| v.q.to_vec(), |q| run.standing(v.step, q, &v.q));
-    own.iter().flat_map(row).collect()
+    of_program(run).flat_map(row).collect()
 }
 
 /// How the numbers of each axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),

@@ -156,7 +156,8 @@ fn points<'a>(script: &'a Script, run: &'a Run, robot: &Robot, compensator: &Com
     let mut directions = vec![0i8; axes];
     let mut last: Option<Vec<f64>> = None;
     let mut out = Vec::new();
-    for vertex in &run.vertices {
+    // points that are to be added before a target are none of the program
+    for vertex in run.vertices.iter().filter(|v| v.role != Role::Approach) {
         let mut gears = vertex.q.to_vec();
         robot.to_gears(&mut gears);
         let before = directions.clone();

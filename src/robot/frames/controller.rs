@@ -1,6 +1,7 @@
 //! Frames and tools as controllers store them.
 //!
-//! - KUKA `$config.dat`: `BASE_DATA[2]={X 1200.0,Y 0.0,Z 400.0,A 90.0,B 0.0,C 0.0}`, `TOOL_DATA[n]` the same.
+//! - KUKA `$config.dat`: `BASE_DATA[2]={X 1200.0,Y 0.0,Z 400.0,A 90.0,B 0.0,C 0.0}`, `TOOL_DATA[n]` the same; `MACHINE_FRAME_DAT[n]`
+//!   and `MACHINE_DEF[n]`: which bases count from another machine than the world.
 //! - KUKA `$machine.dat`: `$ROBROOT={X ...}`, the place of the robot in the world, and the software limits `$SOFTN_END[n]`, `$SOFTP_END[n]`.
 //! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
 //!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
@@ -14,6 +15,7 @@
 use super::Frames;
 use crate::error::{Error, Place, Result};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use robot_programs::bases::CarriedBases;
 use robot_programs::fanuc::Registers;
 use robot_programs::krl::Machine;
 use std::collections::BTreeMap;
@@ -93,7 +95,8 @@ fn frame([x, y, z, a, b, c]: [f64; 6]) -> Isometry3<f64> {
 fn kuka_data(text: &str) -> Frames {
     let machine = Machine::of(text);
     let says = machine.root.is_some() || machine.ends.iter().any(Option::is_some);
-    let mut found = Frames { machine: Some(machine).filter(|_| says), ..Frames::default() };
+    let carried = CarriedBases::of_list(text);
+    let mut found = Frames { machine: Some(machine).filter(|_| says), carried, ..Frames::default() };
     for line in text.lines() {
         let line = line.split(';').next().unwrap_or_default().trim().to_ascii_uppercase();
         for (list, name) in [(&mut found.frames, "BASE_DATA["), (&mut found.tools, "TOOL_DATA[")] {

@@ -8,6 +8,7 @@ use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use super::reason::{Uncertain, Where};
 use super::statement::{DECLARING, assignment, comma, declaration, is_routine, item, may_declare, statements};
+use crate::bases::CarriedBases;
 use crate::error::Result;
 use crate::script::{Few, Text};
 use nalgebra::Isometry3;
@@ -24,6 +25,8 @@ pub(super) struct Data {
     pub frames: HashMap<String, (usize, usize)>,
     /// Numbers of tool and base of frame data.
     pub numbers: HashMap<String, [Option<u32>; 2]>,
+    /// Bases that frame data take on an external axis and the like.
+    pub carried: CarriedBases,
 }
 
 /// Where a declaration stands: file, line from 0, and routine (`None`: a data list).

@@ -43,6 +43,7 @@
 
 mod aggregate;
 mod calls;
+mod carried;
 mod clone;
 mod data;
 mod elsewhere;

@@ -13,6 +13,7 @@ mod scan;
 mod versions;
 
 use super::calls::arc;
+use super::carried::carried;
 use super::data::Data;
 use super::form;
 use super::frame::number;
@@ -56,6 +57,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     whole(text)?;
     let mut data = Data::collect(&texts)?;
     changed_frame_data(text, &mut data);
+    data.carried = carried(&texts, &robot.carried_bases);
     let axes: Vec<(String, JointKind)> =
         axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
     let mut reader = Reader::new(&texts, &data, &axes, &robot.no_motion);

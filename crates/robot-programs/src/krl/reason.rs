@@ -113,6 +113,14 @@ pub enum Reason {
     /// What a frame was made of may be one of several.
     #[error("a base or tool of which it is not certain what was assigned last")]
     FrameUncertain,
+    /// A base on a conveyor or another robot.
+    #[error("base {base} counts from MACHINE_DEF[{machine}] of $config.dat, which is no external axis of this controller")]
+    BaseMoves {
+        /// Its number in `BASE_DATA`.
+        base: u32,
+        /// That of the machine.
+        machine: u32,
+    },
     /// No base means what it did.
     #[error(transparent)]
     MovesBase(#[from] MovesBase),

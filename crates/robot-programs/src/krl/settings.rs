@@ -105,6 +105,8 @@ impl Settings {
             }
             ("FDAT_ACT", Some("BASE_NO")) => {
                 let base = self.numbered(BASES, text, value);
+                let number = number.filter(|n| *n > 0.0 && n.fract() == 0.0);
+                let base = number.map_or(base.clone(), |n| data.carried.in_force(n as u32, base));
                 if let Some([of_data, _]) = &mut self.frame_data {
                     of_data.clone_from(&base);
                 }
@@ -156,6 +158,7 @@ impl Settings {
         };
         let tool = self.lists.of(TOOLS, of(numbers[0], "tool"));
         let base = self.lists.of(BASES, of(numbers[1], "base"));
+        let base = numbers[1].map_or(base.clone(), |n| data.carried.in_force(n, base));
         self.frame_data = Some([base.clone(), tool.clone()]);
         (self.tool, self.base, self.carried) = (Some(tool), Some(base), None);
     }

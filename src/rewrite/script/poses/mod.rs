@@ -22,7 +22,7 @@ mod write;
 
 use super::cause::Cause;
 use crate::program::script::pose::{Frame, PoseGoal};
-use crate::robot::Robot;
+use crate::robot::{Flip, Robot};
 use crate::robot::arm::{self, Arm};
 use crate::robot::frames::{Frames, Missing};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -62,6 +62,8 @@ pub struct Place {
     by_order: bool,
     /// The joints before are those of a target by its own letter for the wrist.
     pub lettered: bool,
+    /// What a letter for the wrist means, where that is known.
+    pub flip: Option<Flip>,
 }
 
 /// Frames, tools and robots for the targets of a program.
@@ -79,6 +81,8 @@ pub struct Poses {
     pub by_order: bool,
     /// The controller's world in that of the robot file.
     pub world: Isometry3<f64>,
+    /// What a letter for the wrist means; `None`: not known, or a meaning that is tried.
+    pub flip: Option<Flip>,
 }
 
 impl Poses {
@@ -88,8 +92,8 @@ impl Poses {
             |given: &Vec<f64>| robot.axis_joints().zip(given).map(|(j, v)| v * j.kind.si_per_user_unit()).collect();
         let posture = frames.posture_deg.as_ref().map(si);
         let (robot, by_tool, missing) = (robot.clone(), BTreeMap::new(), Missing::default());
-        let world = Isometry3::identity();
-        Self { robot, frames, by_tool, missing, posture, unknown_arm: None, by_order: true, world }
+        let (world, flip) = (Isometry3::identity(), robot.wrist_flip);
+        Self { robot, frames, by_tool, missing, posture, unknown_arm: None, by_order: true, world, flip }
     }
 
     /// Frame and tool of a target.
@@ -119,7 +123,7 @@ impl Poses {
         }
         let (posture, by_order) = (self.posture.clone(), self.by_order);
         let frame = if self.world == Isometry3::identity() { frame } else { self.world * frame };
-        Ok(Place { tooled: self.tooled(tool), frame, posture, by_order, lettered: false })
+        Ok(Place { tooled: self.tooled(tool), frame, posture, by_order, lettered: false, flip: self.flip })
     }
 
     /// Whether a frame is the robot's base, and that is carried by an axis.

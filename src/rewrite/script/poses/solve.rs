@@ -10,7 +10,7 @@ use crate::program::script::pose::{Configuration, PoseGoal, Solution};
 use crate::robot::Robot;
 use crate::robot::arm::{self, Arm};
 use nalgebra::Isometry3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Slack of the borders of a configuration, rad: programs are rounded.
 const SLACK: f64 = 2e-3;
@@ -110,9 +110,55 @@ impl Place {
     /// Whether joints are those that a target's letter for the wrist means on most models.
     pub fn is_preferred(&self, goal: &PoseGoal, q: &[f64]) -> bool {
         match (self.tooled.arm_of(q), &goal.solution) {
-            (Some((arm, _, q)), Solution::Configured(c)) => goal.binding && prefers(c, arm, q),
+            (Some((arm, _, q)), Solution::Configured(c)) => goal.binding && prefers(c, arm, q, self.flip),
             _ => false,
         }
+    }
+
+    /// Whether the letter for the wrist alone chose these joints: the other wrist has the same configuration else.
+    pub fn is_by_letter(&self, goal: &PoseGoal, q: &[f64]) -> bool {
+        if let Some((alone, count)) = self.alone(q) {
+            return alone.is_by_letter(goal, q.get(count..).unwrap_or_default());
+        }
+        let (Some(arm), Solution::Configured(c)) = (&self.tooled.arm, &goal.solution) else { return false };
+        let robot = &self.tooled.robot;
+        let all = arm.solutions(robot, &robot.forward(q), q);
+        let own = prefers(c, arm, q, self.flip);
+        configuration::says_flipped(c).is_some()
+            && self.configured(arm, c, &all, q).iter().any(|other| prefers(c, arm, other, self.flip) != own)
+    }
+
+    /// Whether the letter of a target for the wrist says other than joints that certainly reach it.
+    pub fn contradicts(&self, goal: &PoseGoal, q: &[f64]) -> bool {
+        let Some((_, _, q)) = self.tooled.arm_of(q).filter(|_| goal.binding) else { return false };
+        let Solution::Configured(c) = &goal.solution else { return false };
+        let is = self.flip.and_then(|flip| flip.is_clearly_flipped(q));
+        is.zip(configuration::says_flipped(c)).is_some_and(|(is, says)| is != says)
+    }
+
+    /// Whether the joints next to those before have the configuration of a target but for its letter, and those with its letter are further away
+    /// by far.
+    pub fn turns_over_for_letter(&self, goal: &PoseGoal, from: &[f64]) -> bool {
+        if let Some((alone, count)) = self.alone_at(goal, Some(from)) {
+            return alone.turns_over_for_letter(goal, from.get(count..).unwrap_or_default());
+        }
+        let (Some(arm), Solution::Configured(c)) = (&self.tooled.arm, &goal.solution) else { return false };
+        let Some(end) = self.world(goal, Some(from)) else { return false };
+        let robot = &self.tooled.robot;
+        let all = self.configured(arm, c, &arm.solutions(robot, &arm::pose_of(&end), from), from);
+        let nearest = |says: bool| {
+            let of = all.iter().filter(|q| prefers(c, arm, q, self.flip) == says);
+            of.map(|q| distance(q, from)).min_by(f64::total_cmp)
+        };
+        nearest(false).zip(nearest(true)).is_some_and(|(other, own)| own > other + FRAC_PI_2)
+    }
+
+    /// Whether joint 4 stands where its turn ends that the target names.
+    pub fn stands_on_turn(&self, goal: &PoseGoal, q: &[f64]) -> bool {
+        let Some((_, _, q)) = self.tooled.arm_of(q) else { return false };
+        let Solution::Configured(c) = &goal.solution else { return false };
+        let on = |v: &f64| configuration::range(c, 3, *v, false).iter().any(|end| (v - end).abs() <= SLACK);
+        q.get(3).is_some_and(on)
     }
 
     /// Whether a joint motion from joints to others leads into another configuration of the arm, or turns a joint by more than half a turn.
@@ -153,7 +199,7 @@ impl Place {
         let mut all: Vec<Vec<f64>> = solutions.iter().filter_map(|q| turned(robot, q, near, &|_, _| true)).collect();
         all.sort_by(|a, b| distance(a, near).total_cmp(&distance(b, near)));
         let mut found = Vec::new();
-        for own in all.iter().filter_map(|q| configuration::of(like, arm, q)) {
+        for own in all.iter().filter_map(|q| configuration::of(like, arm, q, self.flip)) {
             if !found.contains(&own) {
                 found.push(own);
             }
@@ -219,9 +265,9 @@ impl Place {
         // letters whose meaning differs by model do not count here
         let ordered = ordered && candidates.len() == 1 && candidates.iter().flatten().all(|v| v.abs() < TAU);
         if let Some(c) = configuration
-            && candidates.iter().any(|q| prefers(c, arm, q))
+            && candidates.iter().any(|q| prefers(c, arm, q, self.flip))
         {
-            candidates.retain(|q| prefers(c, arm, q));
+            candidates.retain(|q| prefers(c, arm, q, self.flip));
         }
         if candidates.is_empty() && goal.binding {
             return Err(Cause::NotConfigured);
@@ -235,12 +281,12 @@ impl Place {
         let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
             // how the point was taught decides between solutions as near
-            best = taught(goal, arm, &candidates, beside, first).ok_or(Cause::AsNear)?;
+            best = self.taught(goal, arm, &candidates, beside, first).ok_or(Cause::AsNear)?;
         }
         // letters that mean the one or the other wrist at both ends
         let alike = self.lettered && path == PathKind::Joint && candidates.len() == 1;
         let q = candidates.swap_remove(best);
-        let alike = alike && configuration.is_some_and(|c| prefers(c, arm, &q) && turns_alike(c, beside, &q));
+        let alike = alike && configuration.is_some_and(|c| prefers(c, arm, &q, self.flip) && turns_alike(c, beside, &q));
         if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
             return Err(Cause::NotNear);
         }
@@ -248,6 +294,18 @@ impl Place {
             true if goal.unsure => Err(Cause::PerhapsOtherArm),
             true => Err(Cause::OtherArm),
             false => Ok(q),
+        }
+    }
+
+    /// Of the solutions as near as the nearest the one with which the point was taught; `None`: none, or several.
+    fn taught(&self, goal: &PoseGoal, arm: &Arm, all: &[Vec<f64>], beside: &[f64], first: f64) -> Option<usize> {
+        let Solution::Configured(c) = &goal.solution else { return None };
+        let tied = || (0..all.len()).filter(|&k| distance(&all[k], beside) < first + AS_NEAR);
+        let only = |found: Vec<usize>| if let [one] = found[..] { Some(one) } else { None };
+        let allowed: Vec<usize> = tied().filter(|&k| allows(c, arm, &all[k], SLACK)).collect();
+        match allowed.len() {
+            0 | 1 => only(allowed),
+            _ => only(allowed.into_iter().filter(|&k| prefers(c, arm, &all[k], self.flip)).collect()),
         }
     }
 
@@ -327,18 +385,6 @@ fn class_of(robot: &Robot, arm: &Arm, q: &[f64]) -> Option<[bool; 3]> {
         }
     };
     signs.iter().all(|s| s.abs() > ON_BORDER).then(|| signs.map(|s| s > 0.0))
-}
-
-/// Of the solutions as near as the nearest the one with which the point was taught; `None`: none, or several.
-fn taught(goal: &PoseGoal, arm: &Arm, all: &[Vec<f64>], beside: &[f64], first: f64) -> Option<usize> {
-    let Solution::Configured(c) = &goal.solution else { return None };
-    let tied = || (0..all.len()).filter(|&k| distance(&all[k], beside) < first + AS_NEAR);
-    let only = |found: Vec<usize>| if let [one] = found[..] { Some(one) } else { None };
-    let allowed: Vec<usize> = tied().filter(|&k| allows(c, arm, &all[k], SLACK)).collect();
-    match allowed.len() {
-        0 | 1 => only(allowed),
-        _ => only(allowed.into_iter().filter(|&k| prefers(c, arm, &all[k])).collect()),
-    }
 }
 
 /// The solution that fits a configuration best that none has and that the controller does not look at; `None`: two fit as well.

@@ -99,7 +99,7 @@ impl Written<'_> {
     fn has_letters(&self, own: &[f64], q: &[f64]) -> bool {
         match (self.place.tooled.arm_of(own), self.place.tooled.arm_of(q), &self.goal.solution) {
             (Some((arm, _, own)), Some((_, _, q)), Solution::Configured(c)) => {
-                prefers(c, arm, own) == prefers(c, arm, q)
+                prefers(c, arm, own, self.place.flip) == prefers(c, arm, q, self.place.flip)
             }
             _ => true,
         }
@@ -204,7 +204,7 @@ mod tests {
     fn no_point_before_the_wrist_has_turned_over_takes_the_letter_of_the_target() {
         let robot = Robot::parse("r", include_str!("../../../../configs/fanuc-m10ia.yaml")).unwrap();
         let tooled = Arc::new(Tooled::new(&robot, Isometry3::identity()));
-        let place = Place { tooled, frame: Isometry3::identity(), posture: None, by_order: true, lettered: false };
+        let place = Place { tooled, frame: Isometry3::identity(), posture: None, by_order: true, lettered: false, flip: None };
         let solution = Solution::Configured(Configuration::Fanuc { flip: true, up: true, front: true, turns: [0; 3] });
         let goal = PoseGoal { frame: Frame::Null, tool: Frame::Null, solution, binding: true, ..PoseGoal::default() };
         let target = Written { place: &place, goal: &goal, on_way: false, rounding: Rounding::default() };

@@ -199,6 +199,7 @@ impl Cutter<'_> {
             }
             Err(why) => why,
         };
+        self.see_other_arm(goal, &why, m.path, from.as_deref());
         // a target whose configuration names its joints is known wherever the robot comes from
         let way_alone = matches!(why, Cause::NotReached | Cause::UnknownArm(_));
         let alone = from.as_ref().filter(|_| way_alone).and_then(|_| self.pose(goal, m, None).ok());
@@ -267,6 +268,7 @@ impl Cutter<'_> {
     ) -> Option<Reached> {
         let excluded = (self.choice.excluded)(step);
         let (q, place) = self.solve_pose(goal, step, at, m, &mut from)?;
+        self.see_wrist(goal, from.is_some(), &place, &q);
         let q = Joints::from(q);
         self.run.entry &= self.known.is_empty();
         self.known.clear();

@@ -32,6 +32,7 @@ pub(super) struct Standing {
     hint: Option<Joints>,
     last_frame: Option<LastFrame>,
     lettered: bool,
+    by_letter: bool,
     by_joints: bool,
     untimed: Option<At>,
     certain: bool,
@@ -67,6 +68,7 @@ impl Cutter<'_> {
                 hint: self.hint.clone(),
                 last_frame: self.last_frame.clone(),
                 lettered: self.lettered,
+                by_letter: self.by_letter,
                 by_joints: self.by_joints,
                 untimed: self.run.untimed,
                 certain: self.run.certain,
@@ -78,9 +80,9 @@ impl Cutter<'_> {
     /// A run that goes on from a place.
     fn seed(&mut self, standing: &Standing) {
         self.end(false);
-        let Standing { before, directions, hint, last_frame, lettered, by_joints, untimed, certain, by_program } =
-            standing.clone();
-        self.last_frame = last_frame;
+        let Standing { before, directions, hint, last_frame, lettered, .. } = standing.clone();
+        let Standing { by_letter, by_joints, untimed, certain, by_program, .. } = *standing;
+        (self.last_frame, self.by_letter) = (last_frame, by_letter);
         self.run = Run { vertices: before, untimed, certain, by_program, ..empty_run(false) };
         (self.directions, self.hint, self.lettered, self.by_joints) = (directions, hint, lettered, by_joints);
         (self.stands, self.rest) = (false, None);
@@ -117,7 +119,7 @@ impl Cutter<'_> {
         for (n, way) in ways.iter().enumerate() {
             self.again = n > 0;
             let (run, stands) = self.seeded(script, way, &segment, ways.len() > 1);
-            end = stands.filter(|_| wanted.contains(&segment.end) && ways.len() == 1);
+            end = stands.filter(|_| wanted.contains(&segment.end));
             found.extend(run.filter(|run| found.first().is_none_or(|first| alike(first, run))));
         }
         self.again = false;
@@ -128,8 +130,21 @@ impl Cutter<'_> {
             self.over.truncate(over);
             return true;
         }
+        // of several ways none is certain
+        let end = end.map(|end| if ways.len() > 1 { self.without_way(end, &segment) } else { end });
         places.extend(end.map(|end| (segment.end, end)));
         true
+    }
+
+    /// Where the robot stands after a stretch to which several ways lead: from which sides it came to its first target is not known.
+    fn without_way(&self, standing: Standing, segment: &Range<usize>) -> Standing {
+        let mut directions = Directions::default();
+        let own = |v: &&Vertex| segment.contains(&v.step);
+        let before: Vec<Vertex> = standing.before.iter().filter(own).cloned().collect();
+        for v in &before {
+            directions.go(self.choice.robot, &v.q, self.choice.deadband);
+        }
+        Standing { before, directions, ..standing }
     }
 
     /// The run that goes on from a place through the moves of a stretch, as far as they are known, and where the robot stands at its end;

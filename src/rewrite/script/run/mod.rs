@@ -14,6 +14,7 @@
 //! - `goals`: the goal of a move in joints, and the tool with which it goes there
 //! - `stretch`: the points of a run, and what is known of it as a whole
 //! - `ways`: duration and turning points of a move between two known places
+//! - `wrists`: letters for the wrist whose meaning differs by model
 //! - `legs`: the ways between goals, without offsets
 
 mod arm;
@@ -26,6 +27,7 @@ mod legs;
 mod rounds;
 mod stretch;
 mod ways;
+mod wrists;
 
 use super::approach::{self, Directions, Sides};
 use super::cause::Cause;
@@ -42,6 +44,7 @@ use rounds::Pass;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 pub use stretch::{Role, Run, Vertex};
+pub use wrists::Tells;
 use stretch::{empty_run, first};
 
 /// What ended a run, or what could not be followed on the way.
@@ -61,6 +64,10 @@ pub struct Cut {
     /// Why moves stay as they are, by step, as far as that is known before the engine.
     pub left: BTreeMap<usize, Cause>,
     pub notes: Vec<Note>,
+    /// The same for other meanings of the letters for the wrist, which are as possible.
+    pub others: Vec<Cut>,
+    /// What speaks against the meaning of this one.
+    pub tells: Tells,
 }
 
 /// How a script is cut into runs.
@@ -98,6 +105,11 @@ pub struct Choice<'a> {
 
 /// The runs of a script, and where directions are lost.
 pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
+    wrists::cut(script, choice, poses)
+}
+
+/// The same for one meaning of the letters for the wrist.
+fn cut_by(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let given = poses.posture.is_some();
     if !given {
         poses.posture = arm::by_project(script, choice.robot).map(Arc::from);
@@ -165,6 +177,8 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         named: 0,
         over: Vec::new(),
         lettered: false,
+        by_letter: false,
+        tells: Tells::default(),
         by_joints: false,
         last_frame: None,
         stands: false,
@@ -191,7 +205,8 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     if !wanted.is_empty() {
         cutter.join(script, rounds, places);
     }
-    let Cutter { mut out, mut over, .. } = cutter;
+    let Cutter { mut out, mut over, tells, .. } = cutter;
+    out.tells = tells;
     over.sort_unstable();
     over.dedup();
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
@@ -251,6 +266,10 @@ struct Cutter<'a> {
     over: Vec<usize>,
     /// The joints before are those of a target by its own letter for the wrist.
     lettered: bool,
+    /// Which wrist the robot has is known by a letter alone.
+    by_letter: bool,
+    /// What speaks against the meaning of the letters.
+    tells: Tells,
     /// The move before led to joint values.
     by_joints: bool,
     /// The frame of the last Cartesian target, if the last target was one.
@@ -433,6 +452,9 @@ impl Cutter<'_> {
         self.by_joints = matches!(m.goal, Goal::Joints(_));
         self.lettered = false;
         let Some(mut reached) = reached else { return };
+        if self.by_joints {
+            self.see_joints(reached.from.as_deref(), &reached.q);
+        }
         if let (Goal::Pose(goal), Some(place)) = (&m.goal, self.run.places.get(&step)) {
             self.lettered = place.is_preferred(goal, &reached.q);
         }

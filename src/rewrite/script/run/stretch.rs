@@ -68,6 +68,9 @@ pub struct Run {
     pub elsewhere: BTreeMap<usize, AxisSet>,
     /// The program starts with it: nothing that moves stands before.
     pub entry: bool,
+    /// Directions in which its gears first move by the program's own points, per axis; 0: they do not. Empty: it does not begin with a point
+    /// that is to be added.
+    pub first_directions: Vec<i8>,
 }
 
 impl Run {
@@ -142,6 +145,12 @@ impl Run {
 /// The goal of a step with which a run begins.
 pub(super) fn first(step: usize, q: Joints, editable: bool) -> Vertex {
     Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0, certain: true, again: false }
+}
+
+/// The place where the robot waits at a point for a while, s.
+pub(super) fn held(at: &Vertex, seconds: f64) -> Vertex {
+    let t_s = at.t_s + seconds;
+    Vertex { role: Role::Hold, share: 1.0, editable: false, t_s, certain: true, ..at.clone() }
 }
 
 /// A run without points; `entry`: the program starts with it.

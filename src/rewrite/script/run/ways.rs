@@ -1,12 +1,17 @@
 //! A move between two known places: its duration, the points at which joints turn on it, and its goal.
 
-use super::{Cutter, Joints, Reached, Role, ToolAndMiddle, Vertex};
+use super::stretch::held;
+use super::{Cause, Cutter, Directions, Joints, Reached, Role, ToolAndMiddle, Vertex};
 use crate::program::script::{At, Goal, Move, PathKind, Speed, Way};
 use crate::rewrite::script::{clock, way};
 use crate::robot::Robot;
 
 /// Share of a move at which the point in place stands.
 const IN_PLACE: f64 = 1e-7;
+/// A move that turns no joint by more leads to where the robot stands: the rounding of a pose's last digits, rad or m.
+const NO_MOVE: f64 = 2e-6;
+/// How long the robot waits where nothing says it, s.
+const START_S: f64 = 1e-3;
 
 impl Cutter<'_> {
     /// A move between two known places: its turning points, its duration and its goal.
@@ -68,7 +73,11 @@ impl Cutter<'_> {
             self.directions.go(robot, &q, self.choice.deadband);
             self.run.vertices.push(vertex(Role::Way, q.into(), w.share, t0 + w.share * duration));
         }
-        let goal = vertex(Role::Goal, q, 1.0, t0 + duration);
+        let mut goal = vertex(Role::Goal, q, 1.0, t0 + duration);
+        if editable && matches!(m.goal, Goal::Pose(_)) && self.stays_at_unknown(&goal.q) {
+            goal.editable = false;
+            self.out.left.entry(step).or_insert(Cause::SideUnknown);
+        }
         if editable
             && !changing
             && !self.run.entered.contains(&step)
@@ -78,12 +87,33 @@ impl Cutter<'_> {
             && !self.choice.approach.goes_without(step)
             && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
         {
+            self.keep_first_directions(&goal.q);
             let last = self.run.vertices.last().map_or(t0, |v| v.t_s);
             self.directions.go(robot, &point, self.choice.deadband);
             self.run.vertices.push(self.choice.approach.vertex(&goal, 0.5 * (last + goal.t_s), point));
         }
         self.directions.go(robot, &goal.q, self.choice.deadband);
         self.run.vertices.push(goal);
+    }
+
+    /// Where the program starts, its own first movement says from which side joints come to the first point, and not the way to a point that is
+    /// to be added after it: the robot waits at the first point until it goes there.
+    fn keep_first_directions(&mut self, next: &[f64]) {
+        let [start] = &self.run.vertices[..] else { return };
+        if !self.run.entry || start.role != Role::Goal {
+            return;
+        }
+        let mut own = Directions::default();
+        own.go(self.choice.robot, &start.q, self.choice.deadband);
+        own.go(self.choice.robot, next, self.choice.deadband);
+        self.run.first_directions = (0..start.q.len()).map(|axis| own.of(axis)).collect();
+        self.run.vertices.push(held(start, START_S));
+    }
+
+    /// Whether a move leads to where its run begins, and from which side joints came there is not known: it does not move them.
+    fn stays_at_unknown(&self, q: &[f64]) -> bool {
+        let near = |v: &Vertex| v.q.iter().zip(q).all(|(a, b)| (a - b).abs() <= NO_MOVE);
+        !self.run.entry && !self.directions.any() && self.run.vertices.iter().all(near)
     }
 
     /// Where joints turn back from a place at which the robot stands: that place once more (a little on, so that the turn stays before

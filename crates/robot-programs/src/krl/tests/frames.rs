@@ -130,3 +130,50 @@ fn a_plain_motion_with_settings_of_its_own_gets_no_copy_without_them() {
     assert!(!closed(AT) && !closed(&format!("{of} ;WITH $BASE\n")));
     assert!(!closed(&format!("S{of} WITH $BASE=BASE_DATA[2]\n")));
 }
+
+/// `$config.dat`: base 1 on a table, base 3 on another robot.
+const CARRIED: &str = "DEFDAT $CONFIG PUBLIC\nMACHINE_DEF[2]={NAME[] \"DKP\",COOP_KRC_INDEX 1,ROOT {X 1.0},MECH_TYPE #EASYS}\n\
+    MACHINE_DEF[3]={NAME[] \"R2\",COOP_KRC_INDEX 2,MECH_TYPE #ROBOT}\nMACHINE_FRAME_DAT[1]={MACH_DEF_INDEX 2,PARENT[] \"DKP\"}\n\
+    MACHINE_FRAME_DAT[3]={MACH_DEF_INDEX 3}\nMACHINE_FRAME_DAT[5]={MACH_DEF_INDEX 0}\nENDDAT\n";
+
+/// The bases of the Cartesian goals, where the project has a [`CARRIED`] list, or (`given`) the user gives it.
+fn bases(src: &str, given: bool) -> Vec<String> {
+    let data = "DEFDAT a\nDECL FDAT FP1={TOOL_NO 2,BASE_NO 1,IPO_FRAME #BASE}\nDECL FDAT FP3={TOOL_NO 4,BASE_NO 3,IPO_FRAME #BASE}\nENDDAT\n";
+    let src = format!("DEF a()\n{src}END\n");
+    let mut texts: Vec<Text> = [("a.src", src.as_str()), ("a.dat", data)].map(|(n, t)| Text::new(n, t.into())).into();
+    let mut robot = kr120();
+    if given {
+        robot.carried_bases = crate::bases::CarriedBases::of_list(CARRIED);
+    } else {
+        texts.push(Text::of_context("R1/System/$config.dat", CARRIED.into()));
+    }
+    let d = Krl.parse(texts, &robot).unwrap();
+    let base = |m: &Move| match &m.goal {
+        Goal::Pose(p) => match &p.frame {
+            Frame::Named(name) => name.clone(),
+            Frame::Computed(name) => format!("computed {name}"),
+            other => other.unknown().map_or_else(|| format!("{other:?}"), |why| why.to_string()),
+        },
+        other => format!("{other:?}"),
+    };
+    moves(d.as_ref()).iter().map(|(_, m)| base(m)).collect()
+}
+
+#[test]
+fn frame_data_on_an_external_axis_are_another_base_than_that_in_the_world() {
+    for given in [false, true] {
+        for set in ["FDAT_ACT=FP1\nBAS(#PTP_PARAMS,100)\n", "FDAT_ACT={TOOL_NO 1,BASE_NO 1}\nBAS(#FRAMES)\n"] {
+            assert_eq!(bases(&format!("{set}{AT}"), given), ["1 on MACHINE_DEF[2]"], "{set}");
+        }
+        let number = format!("FDAT_ACT=FP3\nFDAT_ACT.BASE_NO=1\nBAS(#CP_PARAMS,1)\n{AT}");
+        assert_eq!(bases(&number, given), ["1 on MACHINE_DEF[2]"]);
+        let own = format!("BASE_DATA[1]={{X 1,Y 2,Z 3,A 0,B 0,C 0}}\nFDAT_ACT=FP1\nBAS(#FRAMES)\n{AT}");
+        assert_eq!(bases(&own, given), ["computed 1 as the program sets it on MACHINE_DEF[2]"]);
+        let other = bases(&format!("FDAT_ACT=FP3\nBAS(#CP_PARAMS,1)\n{AT}"), given);
+        assert!(other[0].contains("base 3 counts from MACHINE_DEF[3]"), "{other:?}");
+        // these put BASE_DATA[1] itself into force, or a base that the list leaves in the world
+        for (set, is) in [("BAS(#BASE,1)", "1"), ("$BASE=BASE_DATA[1]", "1"), ("FDAT_ACT={TOOL_NO 1,BASE_NO 5}", "5")] {
+            assert_eq!(bases(&format!("{set}\n{AT}"), given), [is], "{set}");
+        }
+    }
+}
