@@ -79,6 +79,7 @@ pub(super) fn read(value: &Value, robot: &Robot, doc: &Document) -> Result<Evide
             axis,
             run: v.get("run").and_then(read_run),
             replaced,
+            proved: v.get(PROVED).and_then(Value::as_bool).unwrap_or(false),
             half_gap_ci95: pair(format!("half_gap_{unit}_ci95"), si),
             gain_ci95: pair(format!("gain_{unit}_ci95"), si),
             decay_s_ci95: pair("decay_s_ci95".into(), 1.0),
@@ -96,6 +97,8 @@ pub(super) fn read(value: &Value, robot: &Robot, doc: &Document) -> Result<Evide
     })
 }
 
+/// Key of a joint that is compensated whatever the interval of its half gap.
+const PROVED: &str = "proved";
 /// Key of the offsets that the last correction replaced.
 const REPLACED: &str = "replaced";
 /// Square micrometres in a square metre.
@@ -149,6 +152,9 @@ pub(super) fn write(e: &Evidence, robot: &Robot) -> EvidenceFile {
             if let Some(v) = value {
                 map.insert(key.into(), v);
             }
+        }
+        if j.proved {
+            map.insert(PROVED.into(), true.into());
         }
         if let Some(run) = &j.run {
             map.insert("run".into(), write_run(run).into());

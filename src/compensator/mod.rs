@@ -143,6 +143,9 @@ pub struct JointEvidence {
     pub axis: usize,
     /// 95 % interval of the half gap, rad or m.
     pub half_gap_ci95: Option<[f64; 2]>,
+    /// The joint is compensated because that reduces its error at the TCP beyond doubt, on parts of the logs that were not fitted or in a
+    /// run: the interval of the half gap alone, which trades off against friction, decides nothing.
+    pub proved: bool,
     /// 95 % interval of the gain of the friction offset, rad or m.
     pub gain_ci95: Option<[f64; 2]>,
     /// Of a decay in time, s.
@@ -201,6 +204,18 @@ impl Compensator {
             joint.friction = joint.friction.filter(|f| !f.needs_clock());
         }
         gaps
+    }
+
+    /// Axes with offsets whose gap may be zero: the interval of the half gap contains zero, and nothing else proves that they help.
+    pub fn unproved(&self) -> Vec<usize> {
+        // files of earlier versions do not say what proves a joint, but gap and friction were estimated together
+        let together = |axis: usize| {
+            let friction = self.on(axis).and_then(|j| j.friction);
+            matches!(friction.map(|f| f.shape), Some(FrictionShape::Response(_)))
+        };
+        let zero = |e: &&JointEvidence| e.half_gap_ci95.is_some_and(|[lo, _]| lo <= 0.0);
+        let known = self.evidence.joints.iter().filter(|e| self.on(e.axis).is_some());
+        known.filter(zero).filter(|e| !e.proved && !together(e.axis)).map(|e| e.axis).collect()
     }
 
     /// Offsets of an axis.

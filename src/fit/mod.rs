@@ -132,6 +132,7 @@ fn together(
     }
     notes.push(Note::Predicted { joint: name, before_m, after_m });
     known.half_gap_ci95 = Some(m.gap.ci95);
+    known.proved = true;
     let mut response = estimate.response;
     let curve = m.gap.schedule.clone().unwrap_or(GapCurve::Constant(m.gap.half_gap));
     // what a joint leads by at rest is no offset that a gap may have

@@ -97,6 +97,8 @@ pub enum Why {
     HelpsInTheMean,
     /// It does not help beyond doubt.
     NotBeyondDoubt,
+    /// As much error is predicted with compensation as without it.
+    NoLess,
     /// No reversal of the joint can be judged.
     NoReversal,
     /// The lost motion of the joint hardly moves the TCP.
@@ -109,10 +111,11 @@ pub enum Why {
 
 impl Why {
     /// The reasons that have fixed words.
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Helps,
         Self::HelpsInTheMean,
         Self::NotBeyondDoubt,
+        Self::NoLess,
         Self::NoReversal,
         Self::TooSmall,
         Self::NothingGained,
@@ -124,6 +127,7 @@ impl Why {
             Self::Helps => "helps on parts of the logs that were not fitted",
             Self::HelpsInTheMean => "helps in the mean of its reversals, which scatter too much to tell by how much",
             Self::NotBeyondDoubt => "does not help beyond doubt on parts of the logs that were not fitted",
+            Self::NoLess => "would leave as much error after its reversals, which scatter too much",
             Self::NoReversal => "cannot be judged: none of its reversals is far enough from others and from dwells",
             Self::TooSmall => "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset",
             Self::NothingGained => {

@@ -100,6 +100,7 @@ pub fn check(log: &Log, robot: &Robot) -> Result<Plausibility> {
 /// The same for a machine whose kinematics may be another than the robot file's.
 pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Plausibility> {
     let mut found = Plausibility::default();
+    side_columns::swapped(log, robot)?;
     side_columns::sensors(log, robot, &mut found.notes)?;
     side_columns::times(log, robot, &mut found.notes)?;
     clock::sensors(log, robot)?;

@@ -1,6 +1,6 @@
 //! What sensors, speeds and limits say about a log, mostly as notes: they make a fault likely, the path's shape proves it.
 //!
-//! Method: encoders against commands by the slope of a straight line; speeds by the 99th percentile of the differences, so
+//! Method: encoders against commands by the slope of a straight line, and against those of other joints, which tells swapped columns; speeds by the 99th percentile of the differences, so
 //! that one jump is no suspicion; limits row by row.
 
 use super::Log;
@@ -54,6 +54,38 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<Note>) -> Result
             if travel > 0.0 && usual > 0.05 * travel {
                 notes.push(Note::OffCommand { column: name, kind: joint.kind, median: usual });
             }
+        }
+    }
+    Ok(())
+}
+
+/// Correlation from which a sensor follows a command, and below which it does not.
+const FOLLOWS: f64 = 0.99;
+const FOLLOWS_NOT: f64 = 0.9;
+
+/// Refuses sensors of joints that follow the command of another joint, and not that of their own.
+///
+/// # Errors
+/// Two columns that are swapped, or one of another joint.
+pub(super) fn swapped(log: &Log, robot: &Robot) -> Result<()> {
+    for (what, columns) in [("enc", &log.enc), ("meas", &log.meas)] {
+        let follows = |sensor: usize, axis: usize| -> Option<f64> {
+            let pairs =
+                log.cmd[axis].iter().zip(columns.get(sensor)?.as_ref()?).filter_map(|(c, v)| v.map(|v| (*c, v)));
+            let (slope, correlation) = line(&pairs.collect::<Vec<_>>())?;
+            (robot.axis(axis).kind == robot.axis(sensor).kind && (slope - 1.0).abs() < 0.05).then_some(correlation)
+        };
+        let own = |axis: usize| follows(axis, axis).is_some_and(|r| r > FOLLOWS_NOT);
+        for sensor in (0..robot.dof()).filter(|a| columns.get(*a).is_some_and(Option::is_some) && !own(*a)) {
+            // a sensor that sees another joint as well as its own is no other column as long as that one has its own
+            let other =
+                |axis: &usize| *axis != sensor && follows(sensor, *axis).is_some_and(|r| r > FOLLOWS) && !own(*axis);
+            let Some(axis) = (0..robot.dof()).find(other) else { continue };
+            let (name, of) = (&robot.axis(sensor).name, &robot.axis(axis).name);
+            let text = format!("column `{what}_{name}` follows the commands of {of}, not those of {name}");
+            let expected =
+                format!("the sensor of {name} (exchange the columns of {name} and {of}, or use a column map)");
+            return Err(Error::bad(Place::file(&log.name), text, expected));
         }
     }
     Ok(())

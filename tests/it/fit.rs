@@ -70,6 +70,48 @@ fn terms_that_are_not_known_are_left_out_and_the_notes_say_why() {
     }
 }
 
+/// Gap and friction estimated together: what decides is the error at the TCP, whether the fit happened to have friction or not, and
+/// `rewrite` decides as `fit` did.
+#[test]
+fn a_joint_that_is_proved_at_the_tcp_is_compensated_with_or_without_friction() {
+    let folder = WorkFolder::new();
+    let robot = kuka();
+    let joint = |name: &str, spikes: &str, compensate: bool| {
+        format!(
+            "  - {{joint: {name}, half_gap_deg: 0.003, ci95: [0, 0.006], significant: false, response: {{presliding_deg: 0.0003, \
+             windup_deg: 0, windups: [], spikes: [{spikes}]}}, trust: {{compensate: {compensate}, before_um: 80, after_um: 4, \
+             reversals: 20, reason: test}}}}\n"
+        )
+    };
+    let joints = joint("A1", "", true) + &joint("A2", "[0.0001, 1.2]", true) + &joint("A3", "", false);
+    let c = fit(
+        &robot,
+        &[document(&robot, &format!("logs: [{{name: a.csv, sha256: aa}}]\njoints:\n{joints}"))],
+        Form::Decay,
+    )
+    .unwrap();
+    assert_eq!(c.joints.iter().map(|j| j.axis).collect::<Vec<_>>(), [0, 1]);
+    let again = Compensator::parse("c.yaml", &c.to_yaml(&robot).unwrap(), &robot).unwrap();
+    assert!(again.unproved().is_empty() && again.evidence.joints.iter().filter(|j| j.proved).count() == 2);
+    let without = {
+        let mut c = again.clone();
+        c.evidence.joints.iter_mut().for_each(|j| j.proved = false);
+        c.unproved()
+    };
+    assert_eq!(without, [0], "an interval alone that contains zero proves nothing");
+    std::fs::write(folder.join("c.yaml"), c.to_yaml(&robot).unwrap()).unwrap();
+    std::fs::write(
+        folder.join("p.csv"),
+        "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n0,-90,90,0,0,0\n5,-85,90,0,0,0\n1,-88,90,0,0,0\n",
+    )
+    .unwrap();
+    let robot = file("configs/kuka-kr120-r2500-pro.yaml");
+    let told = folder
+        .run(&format!("rewrite --robot {} --compensator c.yaml p.csv --output done.csv", robot.display()))
+        .success();
+    assert!(!told.stderr.contains("may be zero"), "{}", told.stderr);
+}
+
 #[test]
 fn gaps_at_reversals_that_differ_get_the_offset_of_least_largest_error() {
     let robot = kuka();

@@ -399,3 +399,43 @@ fn commands_that_jitter_or_are_coarse_against_the_gap_are_not_trusted() {
         }
     }
 }
+
+/// The log of the busy motion on a machine that follows its commands `late_s` later, one time for each axis.
+fn late(late_s: [f64; 3], faults: &[Fault], seed: u64) -> Log {
+    let (robot, t, cmd, frame) = busy();
+    let mut followed = cmd.clone();
+    for (axis, late_s) in late_s.into_iter().enumerate() {
+        let rows = late_s * 25.0;
+        let (whole, share) = (rows.floor() as isize, rows - rows.floor());
+        let at = |i: isize| cmd[axis][i.clamp(0, t.len() as isize - 1) as usize];
+        for (i, v) in followed[axis].iter_mut().enumerate() {
+            let i = i as isize - whole;
+            *v = at(i) + share * (at(i - 1) - at(i));
+        }
+    }
+    Log { cmd, ..run(&robot, &t, &followed, faults, &frame, 11e-6, seed) }
+}
+
+/// At the speeds of this motion 10 ms are as much as the gaps.
+#[test]
+fn a_lag_or_a_late_clock_is_no_gap() {
+    for (late_s, seed) in [([0.01; 3], 21), ([0.002, 0.004, 0.001], 22), ([0.02, 0.005, 0.03], 23)] {
+        let found = identify(&kuka(), &[late(late_s, &[], seed)], &Options::default()).unwrap();
+        for j in &found.gaps.joints {
+            assert!(deg(j.half_gap) < 1e-4, "axis {}: {} deg of a lag of {late_s:?} s", j.axis, deg(j.half_gap));
+        }
+    }
+}
+
+#[test]
+fn gaps_are_found_beside_a_lag_or_a_clock_that_is_ahead() {
+    for (late_s, seed) in [([-0.01; 3], 24), ([0.01; 3], 25), ([0.002, 0.004, 0.001], 26), ([0.02, 0.005, 0.03], 27)] {
+        let found = identify(&kuka(), &[late(late_s, &table3(), seed)], &Options::default()).unwrap();
+        for f in table3() {
+            let (j, truth) = (joint(&found, f.axis), f.half_gap.constant().unwrap());
+            assert!((j.half_gap / truth - 1.0).abs() < 0.02, "{late_s:?} axis {}: {}", f.axis, deg(j.half_gap));
+            let wide = 1.7 * (j.ci95[1] - j.half_gap);
+            assert!((j.half_gap - truth).abs() < wide, "{late_s:?} axis {}: {:?}", f.axis, j.ci95.map(deg));
+        }
+    }
+}

@@ -51,6 +51,7 @@ mod global_options;
 mod golden;
 mod help;
 mod identify_deadzone;
+mod identify_followed;
 mod identify_path;
 mod identify_screw;
 mod identify_static;

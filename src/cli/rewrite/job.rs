@@ -1,7 +1,7 @@
 //! What the arguments of `rewrite` ask for, every value checked.
 
 use super::args::{Args, usage};
-use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
+use crate::compensator::{Compensator, from_model::not_compensated};
 use crate::effects::EffectInstance;
 use crate::error::shown;
 use crate::io::input;
@@ -387,18 +387,9 @@ fn leave_out(args: &Args, robot: &Robot, compensator: &mut Compensator, left: &m
     if args.insignificant {
         return Ok(());
     }
-    // gap and wind-up trade off, so the interval of the gap alone says little where both were estimated together:
-    // such a joint is in the compensator because its whole lost motion was proved on parts of the logs that were not fitted
-    let together: Vec<usize> = (compensator.joints.iter())
-        .filter(|j| matches!(j.friction.map(|f| f.shape), Some(FrictionShape::Response(_))))
-        .map(|j| j.axis)
-        .collect();
-    let doubtful = |e: &&JointEvidence| !together.contains(&e.axis) && e.half_gap_ci95.is_some_and(|[lo, _]| lo <= 0.0);
-    for e in compensator.evidence.joints.iter().filter(doubtful) {
-        if compensator.joints.iter().any(|j| j.axis == e.axis) {
-            compensator.joints.retain(|j| j.axis != e.axis);
-            left.push(format!("{}, whose gap may be zero (--insignificant does)", robot.axis(e.axis).name));
-        }
+    for axis in compensator.unproved() {
+        compensator.joints.retain(|j| j.axis != axis);
+        left.push(format!("{}, whose gap may be zero (--insignificant does)", robot.axis(axis).name));
     }
     Ok(())
 }

@@ -84,6 +84,15 @@ pub enum Note {
         /// Name of the joint.
         joint: String,
     },
+    /// A lag may be what seems to be a gap.
+    #[error(
+        "{joint}: this log does not tell a half gap from a lag of the servo or a late clock, because the joint moves at one speed; record a second \
+         log at another speed, or a motion whose speed varies, and give both"
+    )]
+    LagNotTold {
+        /// Name of the joint.
+        joint: String,
+    },
     /// The gaps at the reversals of a joint differ.
     #[error("{joint}: the gaps at its reversals differ by more than their uncertainty (p = {p_value:.1e})")]
     GapsDiffer {

@@ -150,6 +150,20 @@ pub enum Remark {
         /// How many times as much.
         factor: f64,
     },
+    /// A steady drift.
+    #[error(
+        "the readings drift steadily by {:.5} {unit} a minute, which shifts the second approach of each cycle against the first and adds about \
+         {:.5} {unit} to the half gap; the interval contains the value without it. Let tracker and robot warm up, or use shorter cycles",
+        edge(*per_min, *kind), edge(*bias, *kind), unit = kind.unit()
+    )]
+    Drifts {
+        /// Kind of the joint.
+        kind: JointKind,
+        /// Drift of the joint, rad or m a minute.
+        per_min: f64,
+        /// What it adds to the half gap, rad or m.
+        bias: f64,
+    },
     /// A gap that is clearly negative.
     #[error(
         "the gap is negative, as if the joint {} past its command: check the direction of the joint and of `trigger`",

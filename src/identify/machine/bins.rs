@@ -4,9 +4,11 @@
 //! play do (they take longer) and makes the fit fast. Rows without a measurement are left out of their bin; a bin without any
 //! is missing.
 
+use super::corners;
 use super::law::JointRows;
 use super::readings::Readings;
 use super::spline::Spline;
+use crate::identify::following::rates;
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::robot::{Chain, Robot};
@@ -16,12 +18,6 @@ use nalgebra::Vector3;
 const BINS_PER_S: f64 = 10.0;
 const FEWEST_PER_S: f64 = 4.0;
 const MOST_BINS: f64 = 60_000.0;
-/// A corner of the command: a change of speed that a lag of [`SERVO_S`] turns into more than [`CORNER_M`] at the TCP, and that is so
-/// many times that of the rows around it.
-const SERVO_S: f64 = 0.01;
-const CORNER_M: f64 = 3e-6;
-const CORNER_TIMES: f64 = 5.0;
-const CORNER_NEAR: usize = 5;
 /// Travel (rad, m) above which a joint moves.
 const MOVES: [f64; 2] = [1e-5, 1e-6];
 
@@ -41,6 +37,8 @@ pub struct BinnedLog {
     /// Mean velocity and acceleration of the command per bin and axis, rad/s or m/s.
     pub speed: Vec<Vec<f64>>,
     pub acceleration: Vec<Vec<f64>>,
+    /// Axes whose commands have corners, with what servos add to a lag there ([`corners`]): per time constant and bin, rad/s or m/s.
+    pub servos: Vec<(usize, Vec<Vec<f64>>)>,
     /// Mean nominal TCP, and its derivative by each axis.
     pub tcp_m: Vec<Vector3<f64>>,
     pub jacobian: Vec<Vec<Vector3<f64>>>,
@@ -115,6 +113,7 @@ pub fn bin(readings: &Readings, robot: &Robot, splines: &[Spline], bins_per_s: f
         q: Vec::new(),
         speed: Vec::new(),
         acceleration: Vec::new(),
+        servos: Vec::new(),
         tcp_m: Vec::new(),
         jacobian: Vec::new(),
         instrument: readings.instrument,
@@ -142,31 +141,8 @@ pub fn bin(readings: &Readings, robot: &Robot, splines: &[Spline], bins_per_s: f
     out.speed = per_axis(&|a| rates[a].0.clone(), &out);
     out.acceleration = per_axis(&|a| rates[a].1.clone(), &out);
     measured(log, robot.chain(), readings, &mut out);
-    leave_out_corners(log, &mut out);
+    corners::take_out(log, &mut out);
     out
-}
-
-/// Marks bins at which a command changes its speed at once: what the servo makes of it lies between two rows and no lag that is
-/// linear in speed and acceleration describes it.
-fn leave_out_corners(log: &Log, out: &mut BinnedLog) {
-    let moving: Vec<usize> = out.moving.iter().map(|m| m.0).collect();
-    for axis in moving {
-        let lever = out.jacobian.iter().map(|j| j[axis].norm()).fold(0.0, f64::max);
-        let (t, x) = (&log.t_s, &log.cmd[axis]);
-        let speed: Vec<f64> = (1..x.len()).map(|i| (x[i] - x[i - 1]) / (t[i] - t[i - 1])).collect();
-        let change: Vec<f64> = speed.windows(2).map(|v| (v[1] - v[0]).abs()).collect();
-        let mut corner = vec![false; x.len()];
-        for (k, &c) in change.iter().enumerate().filter(|(_, c)| **c * lever * SERVO_S > CORNER_M) {
-            let near = k.saturating_sub(CORNER_NEAR)..(k + CORNER_NEAR + 1).min(change.len());
-            let mut others: Vec<f64> = near.filter(|i| i.abs_diff(k) > 1).map(|i| change[i]).collect();
-            if c > CORNER_TIMES * crate::numerics::robust::median_of(&mut others).unwrap_or(0.0) {
-                corner[k..=(k + 2).min(x.len() - 1)].fill(true);
-            }
-        }
-        for (missing, &(from, to)) in out.missing.iter_mut().zip(&out.bins) {
-            *missing |= corner[from..to].iter().any(|c| *c);
-        }
-    }
 }
 
 /// Bins by time: whole rows, none longer than the rate allows unless the rows are farther apart.
@@ -176,20 +152,6 @@ fn edges(log: &Log, bins_per_s: f64) -> Vec<(usize, usize)> {
     let rate = if span > 0.0 { (n - 1) as f64 / span } else { 1.0 };
     let each = ((rate / bins_per_s).round() as usize).max(1);
     (0..n / each).map(|b| (b * each, ((b + 1) * each).min(n))).collect()
-}
-
-/// Speed and acceleration of a command by central differences.
-fn rates(t: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let n = x.len();
-    let mut speed = vec![0.0; n];
-    let mut acceleration = vec![0.0; n];
-    for i in 1..n.saturating_sub(1) {
-        let (h0, h1) = (t[i] - t[i - 1], t[i + 1] - t[i]);
-        let (d0, d1) = ((x[i] - x[i - 1]) / h0, (x[i + 1] - x[i]) / h1);
-        speed[i] = (d0 * h1 + d1 * h0) / (h0 + h1);
-        acceleration[i] = 2.0 * (d1 - d0) / (h0 + h1);
-    }
-    (speed, acceleration)
 }
 
 /// Readings less those of the nominal TCP, bin by bin: each row against its own command.

@@ -220,6 +220,9 @@ const LEAST_M: f64 = 0.5e-6;
 /// Share of the error from which what is left counts as no less.
 const LITTLE: f64 = 0.9;
 
+/// Share of the mean square error beyond which nothing is gained: 1 % of the root.
+const NOTHING: f64 = 0.98;
+
 /// What compensating the joint does at its reversals.
 ///
 /// An error `e` becomes `e - m` by an offset `m`, and its mean square changes by `m^2 (1 - 2 r)` with `r` the error along the model as
@@ -235,8 +238,8 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
     let [left, spread] = weighted(own, before, |r| r.left_m2);
     trust.before_m = before.sqrt();
-    let after =
-        predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
+    let again = predict::after_reversals(own, before, ratio);
+    let after = again.unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
     if trust.before_m < LEAST_M {
         trust.after_m = trust.before_m;
         trust.reason = Why::TooSmall;
@@ -246,6 +249,13 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     // where the error along the model says that an offset helps, what seems to be more than before is noise
     // an offset is no more certain than the mean of the reversals that it was estimated from
     let floor = ratio.sigma.powi(2) * before;
+    // what is left again and again holds no noise: where that is as much as before, an offset on average has no effect that anybody sees
+    if trust.compensate && again.is_some_and(|left| left.max(floor) > NOTHING * before) {
+        trust.compensate = false;
+        trust.after_m = trust.before_m;
+        trust.reason = Why::NoLess;
+        return trust;
+    }
     trust.after_m = if trust.compensate { after.max(floor).min(before) } else { after }.sqrt();
     trust.reason = match trust.compensate {
         true if trust.after_m > LITTLE * trust.before_m => Why::HelpsInTheMean,
@@ -427,6 +437,22 @@ mod tests {
             assert_eq!(found.compensate, compensate, "{found:?}");
             assert!((found.before_m - before_m).abs() < 1e-12 && found.after_m <= found.before_m, "{found:?}");
         }
+    }
+
+    #[test]
+    fn a_joint_whose_predicted_error_is_no_less_is_not_compensated() {
+        // along the model the mean exceeds one half beyond doubt, but single reversals scatter by more than the lost motion
+        let of = |scatter: f64| {
+            let mut all = even(1.0, scatter, 0.01);
+            for (k, r) in all.iter_mut().enumerate() {
+                (r.t_s, r.direction) = (10.0 * k as f64, 1.0);
+            }
+            let own: Vec<&Reversal> = all.iter().collect();
+            trust(&own, &random_effect(&own))
+        };
+        let (good, wild) = (of(0.1), of(1.2));
+        assert!(good.compensate && good.after_m < 0.2 * good.before_m, "{good:?}");
+        assert!(!wild.compensate && wild.reason == Why::NoLess && wild.after_m == wild.before_m, "{wild:?}");
     }
 
     #[test]

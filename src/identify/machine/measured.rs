@@ -60,6 +60,8 @@ pub fn kept_in_mind(
         next.evidence.joints.len() - 1
     });
     let known = &mut next.evidence.joints[at];
+    // a correction is made only where it helps strokes that it was not fitted to
+    known.proved |= corrected.is_some();
     (known.run, known.replaced) = match corrected {
         // the corrected offsets have no run yet
         Some(offsets) => (None, Some(Replaced { offsets: offsets.cloned(), run })),

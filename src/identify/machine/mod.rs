@@ -2,7 +2,7 @@
 //!
 //! Read in this order:
 //! - `spline`, [`law`]: what a joint does to its command, with derivatives.
-//! - [`frame`]: where the tracker stands, for all logs or one; [`readings`]: what a log's instrument reads; [`bins`]: a log in rows and bins.
+//! - [`frame`]: where the tracker stands, for all logs or one; [`readings`]: what a log's instrument reads; [`bins`]: a log in rows and bins; [`corners`]: changes of speed at once.
 //! - [`clock`]: clocks of commands and measurement that are far apart, put together first.
 //! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
@@ -25,6 +25,7 @@ pub(crate) mod bins;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 mod carried;
 pub(crate) mod clock;
+pub(crate) mod corners;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod crossed;
 pub(crate) mod estimate;

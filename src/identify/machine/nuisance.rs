@@ -1,7 +1,7 @@
 //! What is not lost motion, as linear columns with weak priors: what the instrument sees of it per bin and column.
 //!
 //! Shared by all logs: small rotations and translations of every body of the arm (they hold every error of geometry, zero
-//! position and tool to first order), the lag of each joint, its answer to acceleration, its compliance under gravity, and
+//! position and tool to first order), the lag of each joint, what its servo adds to that at corners, its answer to acceleration, its compliance under gravity, and
 //! ripples of its gear. Of each log alone: the tracker's frame (of a ballbar its centre and length, of a dial its zero and tilt, of a joint
 //! sensor its zero, its scale and a wave once a turn), a slow
 //! drift of the TCP, the offset and rate of its clock, and where a joint stood before its first movement.
@@ -10,6 +10,7 @@
 //! logs know, and keep apart what the logs cannot tell apart.
 
 use super::bins::BinnedLog;
+use crate::identify::following::{ACCELERATION_S2, CLOCK_S, LAG_S};
 use crate::machine::gravity::Gravity;
 use crate::machine::measurement::Instrument;
 use crate::numerics::parallel::ParMap;
@@ -27,10 +28,7 @@ pub(crate) const TILT_RAD: f64 = 5e-2;
 const SENSOR: f64 = 1e-3;
 const BODY_M: f64 = 1e-3;
 const BODY_RAD: f64 = 1e-3;
-const LAG_S: f64 = 2e-2;
-const ACCELERATION_S2: f64 = 1e-3;
 const DRIFT_M: f64 = 5e-5;
-const CLOCK_S: f64 = 2e-2;
 const CLOCK_RATE: f64 = 5e-5;
 /// Deflection under the largest load of the log, at the TCP.
 const LOAD_M: f64 = 5e-4;
@@ -52,6 +50,7 @@ pub enum Name {
     Body { joint: usize, part: usize },
     Lag { axis: usize },
     Acceleration { axis: usize },
+    Servo { axis: usize, part: usize },
     Load { axis: usize },
     Ripple { number: usize, part: usize },
     AtRest { axis: usize, part: usize },
@@ -202,6 +201,12 @@ fn joints(log: &BinnedLog, robot: &Robot) -> Vec<Column> {
         out.push(Column { name: Name::Lag { axis }, sigma: LAG_S, values: along(axis, &|b| -log.speed[b][axis]) });
         let values = along(axis, &|b| log.acceleration[b][axis]);
         out.push(Column { name: Name::Acceleration { axis }, sigma: ACCELERATION_S2, values });
+    }
+    for (axis, servos) in &log.servos {
+        for (part, delayed) in servos.iter().enumerate() {
+            let values = along(*axis, &|b| -delayed[b]);
+            out.push(Column { name: Name::Servo { axis: *axis, part }, sigma: LAG_S, values });
+        }
     }
     let gravity = Gravity::new(robot);
     // what bends before a joint sensor is not what bends before the TCP

@@ -15,6 +15,8 @@ use crate::robot::Robot;
 const MISTRUST_MARGIN: f64 = 3.0;
 /// Standard error over spike from which the log does not separate spike and decay.
 const SEPARABLE: f64 = 0.5;
+/// A gap that is not significant is not told from a lag where the lag makes its standard error this many times as large.
+const NOT_TOLD: f64 = 3.0;
 /// p of the test that the gaps at a joint's reversals are alike, below which a note says that they differ.
 const ALIKE_P: f64 = 1e-3;
 
@@ -50,9 +52,12 @@ pub(super) fn estimates(problem: &Problem, selected: &Selected, variance: f64, o
 
 impl Estimate {
     /// Adds what a reader should know of this joint; `alike` are the tests that the gaps at its reversals are the same.
-    pub(super) fn notes(&self, robot: &Robot, alike: &[Alike], notes: &mut Vec<Note>) {
+    pub(super) fn notes(&self, robot: &Robot, alike: &[Alike], widened: &[f64], notes: &mut Vec<Note>) {
         let axis = robot.axis(self.gap.axis);
         let joint = || axis.name.clone();
+        if !self.gap.significant && widened.get(self.place).is_some_and(|w| *w > NOT_TOLD) {
+            notes.push(Note::LagNotTold { joint: joint() });
+        }
         if let Some(s) = &self.detail.stiction {
             notes.push(Note::LagKnownBest {
                 joint: joint(),

@@ -31,11 +31,13 @@ pub(crate) mod trace;
 use crate::compensator::Compensator;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
+use crate::gaps::note::machine;
 use crate::gaps::note::path::Note;
 use crate::gaps::{self, Distrust, GapPoint, Gaps, JointGap};
 use crate::identify::LEAST_LEVER;
 use crate::identify::commands::cleaned;
 use crate::identify::gears::geared;
+use crate::identify::machine::clock;
 use crate::log::Log;
 use crate::model::Model;
 use crate::numerics::student;
@@ -44,6 +46,7 @@ use interval::StictionInterval;
 use problem::Problem;
 pub use reversal::Reversal;
 use select::Selected;
+use std::borrow::Cow;
 pub use trace::Trace;
 
 /// Inflation from which the residuals say that the model does not hold (a gap that varies, a moved tracker).
@@ -145,7 +148,14 @@ pub struct JointDetail {
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> {
     let by_gears = geared(robot, logs);
     let cleaned = cleaned(&by_gears.robot, &by_gears.logs);
-    let mut found = of_axes(&by_gears.robot, &cleaned.logs, options)?;
+    // where this is not possible the log is refused below, for what it lacks
+    let (aligned, shifts) = clock::aligned(&by_gears.robot, &cleaned.logs).unwrap_or_default();
+    let aligned: Vec<Log> =
+        if shifts.is_empty() { Vec::new() } else { aligned.into_iter().map(Cow::into_owned).collect() };
+    let used = if shifts.is_empty() { &cleaned.logs[..] } else { &aligned[..] };
+    let mut found = of_axes(&by_gears.robot, used, options)?;
+    let shifted = |(log, by_s): &(usize, f64)| machine::Note::ClocksApart { log: logs[*log].name.clone(), by_s: *by_s };
+    found.gaps.notes.splice(0..0, shifts.iter().map(|s| shifted(s).into()));
     found.gaps.notes.extend(cleaned.notes(&by_gears.robot));
     cleaned.doubt(&by_gears.robot, &mut found.gaps);
     found.gaps.robot_sha256 = robot.fingerprint();
@@ -177,7 +187,7 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> 
         reversals.into_iter().filter(|r| options.reports(problem.joints[r.joint].axis)).collect();
     let estimates = joints::estimates(&problem, &selected, variance, options);
     for estimate in &estimates {
-        estimate.notes(robot, &alike, &mut notes);
+        estimate.notes(robot, &alike, &selected.widened, &mut notes);
     }
     let (joints, details): (Vec<JointGap>, Vec<JointDetail>) = estimates.into_iter().map(|e| (e.gap, e.detail)).unzip();
     if selected.inflation > ALARM && selected.inflation <= MISTRUST {
@@ -186,7 +196,7 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> 
     if details.iter().any(|d| d.shared_decay) {
         notes.push(Note::SharedDecay);
     }
-    notes.push(if problem.links { Note::LinkErrors } else { Note::NoLinkErrors });
+    notes.push(if problem.with.links { Note::LinkErrors } else { Note::NoLinkErrors });
     if problem.logs().len() > 1 {
         notes.push(Note::SeveralFrames { logs: problem.logs().len() });
     }
@@ -202,7 +212,7 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> 
         ..Gaps::new(robot, logs)
     };
     let traces = trace::traces(&problem, &selected.values).into_iter().filter(|t| options.reports(t.axis)).collect();
-    let (inflation, links) = (selected.inflation, problem.links);
+    let (inflation, links) = (selected.inflation, problem.with.links);
     Ok(PathFound { gaps, details, traces, reversals, sigma_m: rms_m, inflation, links })
 }
 

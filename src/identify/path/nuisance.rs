@@ -3,7 +3,9 @@
 //! Columns, weighted by the square root of the rows of a bin: 3 translations and 3 rotations of the frame; per free joint the
 //! 3 translations of the body after it, and for all but the last its 3 rotations. To first order these hold every rigid error of
 //! geometry, zero positions and tool, and nothing that depends on direction. A joint that never reverses gets its own level
-//! before and after its first movement; a joint that waits before it moves, one before.
+//! before and after its first movement; a joint that waits before it moves, one before. Per joint of each log speed and acceleration,
+//! with priors ([`crate::identify::following`]): a lag of the servo, and between all joints a clock that is late. At one speed a lag looks like
+//! a gap; what tells them apart is that a lag grows with the speed and a gap does not.
 //!
 //! Bins between a joint's first movement and the moment its gap is closed for the first time are left out: where it stood in
 //! its gap at the start is unknown.
@@ -12,12 +14,14 @@
 //! [`DEPENDENT`] are combinations of others and are dropped.
 
 use super::prepare::Binned;
+use crate::identify::following::{ACCELERATION_S2, LAG_S};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 /// Norm of the remainder of a unit column that counts as none.
 const DEPENDENT: f64 = 1e-6;
 
-/// An orthonormal basis, one vector of three values per bin, and the weights of the bins.
+/// What removes the nuisances, one vector of three values per bin, and the weights of the bins: `v - sum q (q v)` is what they leave of `v`.
+/// Orthonormal but for columns with a prior, whose vectors are shorter the less the log says against it.
 #[derive(Debug, Clone)]
 pub struct Basis {
     pub vectors: Vec<Vec<Vector3<f64>>>,
@@ -35,8 +39,15 @@ impl Basis {
     }
 }
 
-/// Builds the basis. `pushed[j]` says per bin whether joint `j` has closed its gap; `links` asks for the errors of the links.
-pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, links: bool) -> Basis {
+/// What is projected out beside the frame: rigid errors of the links; lags of the joints, which hold the clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct With {
+    pub links: bool,
+    pub lags: bool,
+}
+
+/// Builds the basis. `pushed[j]` says per bin whether joint `j` has closed its gap.
+pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, with: With) -> Basis {
     let n = log.t_s.len();
     let mut root: Vec<f64> = log.rows.iter().map(|r| r.sqrt() * scale).collect();
     for (j, flags) in log.joints.iter().zip(pushed).filter(|(j, _)| j.reverses()) {
@@ -52,7 +63,7 @@ pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, links: bool) -> Bas
         columns.push(vec![e; n]);
         columns.push(log.want.iter().map(|x| e.cross(&(x - centre))).collect());
     }
-    if links {
+    if with.links {
         for (k, j) in log.joints.iter().enumerate() {
             let Some(body) = &j.body else { continue };
             for e in axes {
@@ -76,12 +87,27 @@ pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, links: bool) -> Bas
             columns.push(part(0, first));
         }
     }
+    let free = columns.len();
+    let mut priors = Vec::new();
+    for j in log.joints.iter().filter(|_| with.lags) {
+        for (sigma, rate) in [(LAG_S, &j.speed), (ACCELERATION_S2, &j.acceleration)] {
+            columns.push(j.jac.iter().zip(rate).map(|(c, v)| c * *v).collect());
+            priors.push(1.0 / sigma);
+        }
+    }
     for c in &mut columns {
         for (v, r) in c.iter_mut().zip(&root) {
             *v *= *r;
         }
+        c.resize(n + priors.len(), Vector3::zeros());
     }
-    Basis { vectors: orthonormal(columns), root }
+    // a prior is one more value that was measured: zero for its column, with its standard deviation
+    for (k, prior) in priors.iter().enumerate() {
+        columns[free + k][n + k].x = *prior;
+    }
+    let mut vectors = orthonormal(columns);
+    vectors.iter_mut().for_each(|v| v.truncate(n));
+    Basis { vectors, root }
 }
 
 fn square(c: &[Vector3<f64>]) -> f64 {

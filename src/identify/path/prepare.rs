@@ -12,6 +12,7 @@ use super::chain::{Run, runs};
 use super::medians::{burst, median_of_7};
 use crate::effects::Track;
 use crate::error::{Error, Place, Result, counted};
+use crate::identify::following::rates;
 use crate::log::Log;
 use crate::numerics::parallel::{self, ParMap};
 use crate::numerics::rigid;
@@ -37,6 +38,9 @@ pub struct FreeJoint {
     pub axis: usize,
     pub runs: Vec<Run>,
     pub p: Vec<f64>,
+    /// Speed and acceleration of the command at the bins, rad or m over s.
+    pub speed: Vec<f64>,
+    pub acceleration: Vec<f64>,
     /// Derivative of the TCP by the joint, m/rad or m/m.
     pub jac: Vec<Vector3<f64>>,
     /// Rotation of the body after the joint and the TCP in that body, per bin; `None` where a coupling forbids it.
@@ -79,10 +83,16 @@ pub struct Binned {
 }
 
 impl Binned {
-    /// Adds the mean of `rows` as a bin, unless there is none; its mean command of each axis.
-    fn add_bin(&mut self, log: &Log, want: &[Vector3<f64>], rows: &mut dyn Iterator<Item = usize>) -> Option<Vec<f64>> {
+    /// Adds the mean of `rows` as a bin, unless there is none; its means of the columns `of`.
+    fn add_bin(
+        &mut self,
+        log: &Log,
+        want: &[Vector3<f64>],
+        of: &[&[f64]],
+        rows: &mut dyn Iterator<Item = usize>,
+    ) -> Option<Vec<f64>> {
         let (mut n, mut t, mut xyz, mut cmd) = (0.0, 0.0, Vector3::zeros(), Vector3::zeros());
-        let mut q = vec![0.0; log.cmd.len()];
+        let mut q = vec![0.0; of.len()];
         let (mut rest, mut rest2) = (Vector3::zeros(), 0.0);
         let rotation = self.frame.rotation.to_rotation_matrix();
         for i in rows {
@@ -94,7 +104,7 @@ impl Binned {
             let r = rotation * x + self.frame.translation.vector - want[i];
             rest += r;
             rest2 += r.norm_squared();
-            for (s, c) in q.iter_mut().zip(&log.cmd) {
+            for (s, c) in q.iter_mut().zip(of) {
                 *s += c[i];
             }
         }
@@ -165,25 +175,34 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
         sigma_m,
         speed_m_s: speed(log, &want),
     };
+    let moves: Vec<(Vec<f64>, Vec<f64>)> = tracks.iter().map(|(a, _)| rates(&log.t_s, &log.cmd[*a])).collect();
+    // commands of all axes, then speed and acceleration of each that moves
+    let columns: Vec<&[f64]> =
+        log.cmd.iter().chain(moves.iter().flat_map(|(v, a)| [v, a])).map(Vec::as_slice).collect();
     let mut kept = Vec::new();
     let mut q_mean: Vec<Vec<f64>> = Vec::new();
     for (k, &from) in starts.iter().enumerate() {
         let to = starts.get(k + 1).copied().unwrap_or(log.len());
-        if let Some(q) = out.add_bin(log, &want, &mut (from..to).filter(|&i| good[i])) {
+        if let Some(q) = out.add_bin(log, &want, &columns, &mut (from..to).filter(|&i| good[i])) {
             kept.push(from);
             q_mean.push(q);
         }
     }
-    out.joints = tracks.into_iter().map(|(axis, runs)| joint(axis, runs, &kept, &q_mean, &out.want, robot)).collect();
+    out.joints = tracks
+        .into_iter()
+        .enumerate()
+        .map(|(k, (axis, runs))| joint(axis, runs, &kept, (&q_mean, log.cmd.len() + 2 * k), &out.want, robot))
+        .collect();
     Ok(out)
 }
 
-/// Runs with their bins, command, Jacobian column and body of one joint.
+/// Runs with their bins, command, speeds, Jacobian column and body of one joint; `means` has the commands of all axes per bin, and from
+/// column `rates` speed and acceleration of this one.
 fn joint(
     axis: usize,
     mut runs: Vec<Run>,
     first_rows: &[usize],
-    q: &[Vec<f64>],
+    (means, rates): (&[Vec<f64>], usize),
     want: &[Vector3<f64>],
     robot: &Robot,
 ) -> FreeJoint {
@@ -192,22 +211,24 @@ fn joint(
         run.bins = begin[k]..begin.get(k + 1).copied().unwrap_or(first_rows.len());
     }
     let mut columns = vec![Vector3::zeros(); robot.dof()];
-    let jac = q
+    let dof = robot.dof();
+    let jac = means
         .iter()
         .map(|q| {
-            robot.chain().position_and_jacobian(q, &mut columns);
+            robot.chain().position_and_jacobian(&q[..dof], &mut columns);
             columns[axis]
         })
         .collect();
     let body = body_chain(axis, robot).map(|(part, axes)| {
-        let frames = q.iter().zip(want).map(|(q, tcp)| {
+        let frames = means.iter().zip(want).map(|(q, tcp)| {
             let pose = part.forward(&q[..axes]);
             let r = *pose.rotation.matrix();
             (r, r.transpose() * (tcp - pose.position))
         });
         frames.collect()
     });
-    FreeJoint { axis, runs, p: q.iter().map(|q| q[axis]).collect(), jac, body }
+    let column = |k: usize| means.iter().map(|q| q[k]).collect();
+    FreeJoint { axis, runs, p: column(axis), speed: column(rates), acceleration: column(rates + 1), jac, body }
 }
 
 /// The robot cut off after the joint of `axis`, and how many axes are left; `None` where a joint before it follows one after it.

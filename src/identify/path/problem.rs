@@ -9,7 +9,7 @@
 //! their own and share the joints' parameters; each is scaled by its own noise.
 
 use super::chain::{GapLaw, Law, Out, evaluate};
-use super::nuisance::{Basis, basis, rigid};
+use super::nuisance::{Basis, With, basis, rigid};
 use super::prepare::Binned;
 use super::reduced::{Block, Part};
 use crate::effects::GapCurve;
@@ -53,7 +53,7 @@ pub enum Name {
 pub struct Problem {
     pub joints: Vec<Joint>,
     parts: Vec<Part>,
-    pub links: bool,
+    pub with: With,
 }
 
 /// Cost, gradient and normal matrix at some values.
@@ -91,7 +91,7 @@ impl Problem {
                 Part { log, pairs, basis, y, yy: 0.0, yj, qj, jj, scale }
             })
             .collect();
-        Self { joints, parts, links: true }
+        Self { joints, parts, with: With { links: true, lags: true } }
     }
 
     pub fn logs(&self) -> impl ExactSizeIterator<Item = &Binned> {
@@ -172,9 +172,9 @@ impl Problem {
                     flags
                 })
                 .collect();
-            let links = self.links;
+            let with = self.with;
             let part = &mut self.parts[l];
-            part.basis = basis(&part.log, &pushed, part.scale, links);
+            part.basis = basis(&part.log, &pushed, part.scale, with);
             part.reduce();
         }
     }

@@ -14,6 +14,7 @@ pub struct Part {
     pub basis: Basis,
     /// Weighted measurement with the nuisances projected out.
     pub y: Vec<Vector3<f64>>,
+    /// Cost without lost motion.
     pub yy: f64,
     /// Per pair and bin: `y J`, and the rows `Q^T J` (rank values each).
     pub yj: Vec<Vec<f64>>,
@@ -44,14 +45,15 @@ impl Part {
         let root = &self.basis.root;
         let rank = self.basis.rank();
         let n = root.len();
-        let mut y: Vec<Vector3<f64>> = self.log.deviation().iter().zip(root).map(|(d, r)| d * *r).collect();
+        let measured: Vec<Vector3<f64>> = self.log.deviation().iter().zip(root).map(|(d, r)| d * *r).collect();
+        let mut y = measured.clone();
         for q in &self.basis.vectors {
-            let share = dot(q, &y);
+            let share = dot(q, &measured);
             for (v, q) in y.iter_mut().zip(q) {
                 *v -= q * share;
             }
         }
-        self.yy = y.iter().map(|v| v.norm_squared()).sum();
+        self.yy = dot(&measured, &y);
         let jac = |pair: usize| &self.log.joints[self.pairs[pair].1].jac;
         let pairs = self.pairs.len();
         self.yj = (0..pairs).map(|k| (0..n).map(|i| y[i].dot(&jac(k)[i]) * root[i]).collect()).collect();

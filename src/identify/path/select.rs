@@ -7,12 +7,14 @@
 //!    of more than a tenth of the gap.
 //! 4. The errors of the links are dropped where the data show no sign of them (`p > LINKS_P`): they cost a third of the
 //!    precision. Steps 1 to 3 again without them.
+//!    The same of lags, unless without them the log would claim to know a gap better than it tells it from a lag.
 //! 5. One decay for all joints with stiction unless the data refuse it (`p < SHARE_P`).
 //!
 //! Every F is divided by the inflation for correlated residuals ([`super::interval::inflation`]).
 
-use super::interval::inflation;
-use super::problem::{Form, Problem, Values};
+use super::interval::{Covariance, inflation};
+use super::nuisance::With;
+use super::problem::{Form, Name, Problem, Values};
 use super::solve::{TauBounds, grid, mean_gap, minimise, start};
 use crate::numerics::fisher::tail as f_tail;
 use crate::numerics::least_squares::TerminationReason;
@@ -23,6 +25,11 @@ const ENTER: f64 = 12.0;
 const SHARE_P: f64 = 1e-3;
 /// p above which the errors of the links are not needed.
 const LINKS_P: f64 = 0.05;
+/// The same of lags.
+const LAGS_P: f64 = 0.05;
+/// Lags are kept whatever the test says where they make the standard error of a gap this many times as large: a lag that the log hardly tells
+/// from a gap passes the test unseen.
+const LAGS_COST: f64 = 1.25;
 /// Spike over gap below which a stiction is not distinguished from the gap's shape.
 const LEAST_SPIKE: f64 = 0.1;
 const STEPS: usize = 40;
@@ -44,6 +51,8 @@ pub struct Selected {
     pub stiction_p: Vec<Option<f64>>,
     /// Per joint: p of a constant gap against the best varying one.
     pub varies_p: Vec<Option<f64>>,
+    /// Per joint: how many times as large a lag that is not known makes the standard error of its gap.
+    pub widened: Vec<f64>,
 }
 
 struct State {
@@ -69,14 +78,17 @@ pub fn select(problem: &mut Problem) -> Selected {
     let mut stiction_f = vec![None; joints];
     let mut varies_p = vec![None; joints];
     let guess = vec![Values { c: vec![0.0], spike: 0.0, tau_s: bounds.lo_s }; joints];
-    problem.links = true;
+    problem.with = With { links: true, lags: true };
     problem.set_up(&guess);
     let mut now = everything(problem, start(problem, bounds), bounds);
     vary(problem, &mut now, bounds, &mut varies_p);
     eliminate(problem, &mut now, bounds, &mut stiction_f);
-    let links_p = links_test(problem, &now, bounds);
-    if links_p.is_some_and(|p| p > LINKS_P) {
-        problem.links = false;
+    let links = without(problem, &now, bounds, With { links: false, ..problem.with }).is_none_or(|p| p <= LINKS_P);
+    let lags = without(problem, &now, bounds, With { lags: false, ..problem.with }).is_none_or(|p| p <= LAGS_P)
+        || widened(problem, &now, links).iter().any(|w| *w > LAGS_COST);
+    let needed = With { links, lags };
+    if needed != problem.with {
+        problem.with = needed;
         problem.set_up(&now.values);
         let gaps: Vec<Values> = now.values.iter().map(|v| Values { c: vec![v.c[0]], ..v.clone() }).collect();
         now = everything(problem, gaps, bounds);
@@ -90,6 +102,7 @@ pub fn select(problem: &mut Problem) -> Selected {
     problem.set_up(&now.values);
     let found = minimise(problem, &now.values, &now.form, bounds, LAST_STEPS);
     let now = State { values: found.values, form: now.form, cost: found.cost, reason: found.reason };
+    let widened = if problem.with.lags { widened(problem, &now, problem.with.links) } else { vec![1.0; joints] };
     let d = dof(problem, &now);
     let stiction_p = stiction_f.iter().map(|f: &Option<f64>| f.map(|f| f_tail(f, 2.0, d))).collect();
     Selected {
@@ -100,6 +113,7 @@ pub fn select(problem: &mut Problem) -> Selected {
         stiction_f,
         stiction_p,
         varies_p,
+        widened,
         values: now.values,
         form: now.form,
     }
@@ -190,21 +204,37 @@ fn eliminate(problem: &mut Problem, now: &mut State, bounds: TauBounds, f: &mut 
     }
 }
 
-/// p of the data if the links had no errors.
-fn links_test(problem: &mut Problem, now: &State, bounds: TauBounds) -> Option<f64> {
-    let (rank, d) = (problem.rank(), dof(problem, now));
+/// p of the data with these nuisances alone: without errors of the links, or without lags.
+fn without(problem: &mut Problem, now: &State, bounds: TauBounds, with: With) -> Option<f64> {
+    let (rank, d, all) = (problem.rank(), dof(problem, now), problem.with);
     let spread = inflation(problem, &now.values);
-    problem.links = false;
+    problem.with = with;
     problem.set_up(&now.values);
     let extra = rank.saturating_sub(problem.rank()) as f64;
     let without = refit(problem, &now.values, &now.form, bounds);
-    problem.links = true;
+    problem.with = all;
     problem.set_up(&now.values);
     if extra == 0.0 {
         return None;
     }
     let f = ((without.cost - now.cost) / extra / (now.cost / d) / spread).max(0.0);
     Some(f_tail(f, extra, d))
+}
+
+/// How many times as large lags that are not known make the standard error of each gap, with errors of the links or without.
+fn widened(problem: &mut Problem, now: &State, links: bool) -> Vec<f64> {
+    let all = problem.with;
+    let mut sigmas = |lags: bool| -> Vec<f64> {
+        problem.with = With { links, lags };
+        problem.set_up(&now.values);
+        let cov = Covariance::new(problem, &now.values, &now.form, 1.0);
+        let gap = |joint: usize| cov.place(Name::Gap { joint, power: 0 }).map_or(0.0, |k| cov.sigma(&[(k, 1.0)]));
+        (0..problem.joints.len()).map(gap).collect()
+    };
+    let (with, alone) = (sigmas(true), sigmas(false));
+    problem.with = all;
+    problem.set_up(&now.values);
+    with.iter().zip(alone).map(|(with, alone)| if alone > 0.0 { with / alone } else { 1.0 }).collect()
 }
 
 /// One decay for all unless refused.

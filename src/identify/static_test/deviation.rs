@@ -6,6 +6,7 @@
 //! depend on the side of approach cancels in the difference.
 
 use super::creep::series::{DwellSeries, PairSeries};
+use super::drift::{self, Seen};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
@@ -216,6 +217,17 @@ fn over_time(view: &View, log: &Log, dwell: &Dwell, axis: usize) -> Option<Dwell
     })
 }
 
+/// The two approaches of a pair over time.
+fn seen(pair: &Pair, dwells: [&Dwell; 2], series: &(DwellSeries, DwellSeries)) -> Option<Seen> {
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64, s: &DwellSeries| {
+        s.samples.iter().map(of).sum::<f64>() / s.samples.len() as f64
+    };
+    let at = |s: &DwellSeries, d: &Dwell| Some(d.approach?.stopped_s + mean(&|s| s.0, s));
+    let (up_s, down_s) = (at(&series.0, dwells[0])?, at(&series.1, dwells[1])?);
+    let middle = 0.5 * (mean(&|s| s.1, &series.0) + mean(&|s| s.1, &series.1));
+    Some(Seen { group: (pair.log << 32) | pair.place, middle, at_s: 0.5 * (up_s + down_s), later_s: down_s - up_s })
+}
+
 /// Half gaps of every pair, as one table per joint; pairs that cannot be read are noted.
 pub fn half_gaps(
     robot: &Robot,
@@ -311,6 +323,7 @@ struct TestedJoint {
     tilts: Vec<f64>,
     of_rows_m2: Vec<f64>,
     least_stroke: f64,
+    seen: Vec<Seen>,
 }
 
 impl TestedJoint {
@@ -326,6 +339,7 @@ impl TestedJoint {
             tilts: Vec::new(),
             of_rows_m2: Vec::new(),
             least_stroke: f64::INFINITY,
+            seen: Vec::new(),
         }
     }
 
@@ -361,7 +375,9 @@ impl TestedJoint {
         place.at.extend([up.command[self.axis], down.command[self.axis]]);
         place.values.push(value);
         let series = |d: &Dwell| over_time(view, log, d, self.axis);
-        place.series.push(series(up).zip(series(down)));
+        let both = series(up).zip(series(down));
+        self.seen.extend(both.as_ref().and_then(|both| seen(pair, [up, down], both)));
+        place.series.push(both);
     }
 
     fn notes(&self, kind: JointKind) -> Vec<Remark> {
@@ -437,6 +453,7 @@ impl TestedJoint {
             least_stroke: self.least_stroke,
             unpaired,
             measured,
+            drift: drift::estimate(&self.seen),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! - [`deviation`]: each joint's deviation from its command by the inverse of that one joint. Half the difference between the
 //!   two approaches is the half gap: everything that does not depend on the side (geometry, gravity, frame) cancels.
 //! - [`creep`]: what the servo still works off within a dwell, so that the gap is that at rest.
+//! - [`drift`]: what moves steadily, which looks like a gap.
 //! - [`summary`]: gross errors, pure error between cycles, intervals, and the test whether the gap varies with position.
 //! - [`polynomial`], [`knots`]: two families of curves for a gap that varies.
 //! - [`schedule`]: their average, weighted by how well each explains the data for its size.
@@ -19,6 +20,7 @@ pub(crate) mod deviation;
 #[cfg(feature = "cli")]
 pub(crate) mod display;
 pub mod document;
+pub(crate) mod drift;
 pub(crate) mod frame;
 pub(crate) mod knots;
 pub(crate) mod polynomial;

@@ -23,6 +23,7 @@ mod notes;
 
 use super::creep::series::PairSeries;
 use super::creep::{self, Creep};
+use super::drift::Drift;
 use crate::numerics::normal::Z95;
 use crate::numerics::robust::{median, median_of};
 use crate::numerics::{fisher, student};
@@ -64,6 +65,8 @@ pub struct Table {
     pub least_stroke: f64,
     pub unpaired: usize,
     pub measured: bool,
+    /// What moved steadily during the test.
+    pub drift: Option<Drift>,
     /// The pairs over the time since the commands stopped, in the order of `places`; empty where a log shows settled poses.
     pub series: Vec<PairSeries>,
 }
@@ -212,6 +215,7 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         }
         None => around(half_gap, half),
     };
+    let ci95 = table.drift.map_or(ci95, |d| with_drift(ci95, &d));
     Some(Summary { angles, noise, half_gap, ci95, gate, sigma_in_dwell, creep })
 }
 
@@ -247,6 +251,12 @@ fn gross_limit(table: &Table, places: &[Vec<f64>]) -> f64 {
         distances.extend_from_slice(&of_place[of_place.len() % 2..]);
     }
     GROSS * median_of(&mut distances).unwrap_or(0.0).max(table.rounding)
+}
+
+/// The interval with and without what a drift adds: whether it is as fast between the approaches as from cycle to cycle is not known.
+fn with_drift([lo, hi]: [f64; 2], drift: &Drift) -> [f64; 2] {
+    let half = drift.half;
+    [lo.min(lo - drift.bias - half), hi.max(hi - drift.bias + half)]
 }
 
 fn around(middle: f64, half: f64) -> [f64; 2] {
@@ -318,6 +328,7 @@ mod tests {
             least_stroke: 1.0,
             unpaired: 0,
             measured: false,
+            drift: None,
             series: Vec::new(),
         }
     }

@@ -5,6 +5,9 @@ use crate::gaps::note::static_test::Remark;
 use crate::identify::static_test::creep::Creep;
 use crate::robot::JointKind;
 
+/// Share of a half gap below which a drift adds nothing worth a note.
+const LITTLE: f64 = 0.01;
+
 /// Where the noise of a joint's figures comes from, and what that leaves open.
 fn about_noise(table: &Table, summary: &Summary, kind: JointKind) -> Vec<Remark> {
     let mut notes = Vec::new();
@@ -43,6 +46,9 @@ pub fn notes(table: &Table, summary: &Summary, kind: JointKind) -> Vec<Remark> {
         }
     }
     notes.extend(about_noise(table, summary, kind));
+    if let Some(drift) = table.drift.filter(|d| d.bias.abs() > LITTLE * summary.half_gap.abs()) {
+        notes.push(Remark::Drifts { kind, per_min: 60.0 * drift.rate, bias: drift.bias });
+    }
     if summary.ci95[1] < 0.0 {
         notes.push(Remark::Negative { kind });
     }
