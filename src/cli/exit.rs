@@ -62,7 +62,9 @@ pub fn code_of(error: &Error) -> u8 {
 }
 
 /// Of a mistake of the program itself: `EX_SOFTWARE` of sysexits.h.
-const INTERNAL: u8 = 70;
+pub(super) const INTERNAL: u8 = 70;
+/// What is printed after a panic.
+pub(super) const PANICKED: &str = "an internal error: please report it with the lines above; no file is half written";
 
 /// What is printed of an error: what the command was about, the error in its own words, and the option that helps.
 pub fn words(error: &anyhow::Error) -> String {

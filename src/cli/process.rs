@@ -1,10 +1,12 @@
 //! The command as a process: arguments in, exit code out. The binary and the Python module run the same.
 
-use super::{Cli, exit, global, help, run, streams, usage};
+use super::exit::{self, Finished};
+use super::{Cli, global, help, run, streams, usage};
 use crate::cli::console::say;
 use clap::{ColorChoice, FromArgMatches};
 use std::ffi::OsString;
 use std::io::IsTerminal;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Parses, runs, prints what went wrong, and returns the exit code. The first argument is the program's name.
 pub fn main(arguments: Vec<OsString>) -> u8 {
@@ -17,7 +19,17 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     };
     crate::io::notice::handle_with(super::console::print);
     super::signals::listen();
-    match run(cli) {
+    ended(|| run(cli))
+}
+
+/// Runs a command, prints what went wrong, and returns the exit code: that of an internal error where it panics.
+fn ended(command: impl FnOnce() -> anyhow::Result<Finished>) -> u8 {
+    let Ok(finished) = catch_unwind(AssertUnwindSafe(command)) else {
+        // the panic has printed its place
+        say(format_args!("lostmotion: {}", exit::PANICKED), true);
+        return exit::INTERNAL;
+    };
+    match finished {
         Ok(finished) => finished.code(),
         Err(e) => {
             let code = exit::code(&e);
@@ -48,4 +60,15 @@ fn print_usage(error: &clap::Error, color: ColorChoice) -> u8 {
     // not through `say`, which takes the escapes of colours for what comes from outside
     let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
     2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_ends_with_the_exit_code_of_an_internal_error() {
+        assert_eq!(ended(|| panic!("a mistake of the program itself")), 70);
+        assert_eq!(ended(|| Ok(Finished::Done)), 0);
+    }
 }

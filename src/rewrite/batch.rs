@@ -214,7 +214,7 @@ pub type Texts = Vec<(String, Vec<u8>)>;
 pub struct Judged {
     pub path_error: PathErrors,
     /// Why it must not be put in place.
-    pub astray: Option<String>,
+    pub refused: Option<String>,
 }
 
 /// Works out the verdict on a program: its original, the number of its points, and what is written.
@@ -300,8 +300,8 @@ fn one(job: &Job, from: &Path, relative: &Path, results: Results, judge: Option<
     let mut ready = job.prepare(from, Target::File(&to), &|_| {})?;
     let judge = judge.filter(|_| !ready.outcome.unchanged && ready.outcome.refusal.is_none());
     let judged = judge.and_then(|j| j(from, ready.outcome.points, &mut || ready.texts()));
-    let (path_error, astray) = judged.map_or((None, None), |j| (Some(j.path_error), j.astray));
-    if let Some(why) = astray {
+    let (path_error, refused) = judged.map_or((None, None), |j| (Some(j.path_error), j.refused));
+    if let Some(why) = refused {
         ready.refuse(why);
     }
     Ok(Line { path_error, ..Line::of(&ready.commit()?) })

@@ -113,7 +113,7 @@ impl<'a> Engine<'a> {
         let idle = options.gain == 0.0 || (compensator.is_zero() && options.statics.is_none());
         let mut offsets: Vec<Option<Offset>> = vec![None; axes];
         if !idle {
-            for joint in compensator.joints.iter().filter(|j| j.axis < axes) {
+            for joint in compensator.joints.iter().filter(|j| j.axis < axes && !options.without.has(j.axis)) {
                 let offset = Offset::new(joint);
                 if offset.largest_step() > 0.0 || offset.largest_gap() > 0.0 {
                     offsets[joint.axis] = Some(offset);
@@ -350,6 +350,10 @@ impl<'a> Engine<'a> {
     fn emit(&mut self, k: usize, out: &mut OutputPoints) {
         let duration_s = self.arrives.take().filter(|a| a.0 == k).map(|a| a.1);
         self.emit_point(self.path.origin(k), self.path.t_s(k), None, duration_s, k, out);
+        let turns = self.path.turns(k);
+        for axis in (0..self.robot.dof()).filter(|a| turns.of(*a).is_some()) {
+            self.limits.turn(axis, self.path.origin(k).point());
+        }
         let last = k + 1 >= self.path.end();
         let known_s = self.options.legs_s.as_ref().and_then(|l| l.get(k + 1)).filter(|s| **s > 0.0).copied();
         let known_s = known_s.filter(|_| !last && self.limits.any_rate() && self.path.is_busy(k + 1));

@@ -15,6 +15,8 @@ use crate::robot::{Joint, Robot};
 
 /// Violations that are listed in full.
 const LISTED: usize = 100;
+/// Reversals that are kept as strained: a program with more of them is refused.
+const MOST_STRAINED: usize = 1 << 16;
 /// Shortest duration of a segment, s: one interpolation cycle of a controller.
 pub const CYCLE_S: f64 = 0.004;
 /// A limit counts as exceeded beyond this share of itself: number noise of a value that stands on it.
@@ -48,6 +50,8 @@ pub struct Limits<'a> {
     tcp_speed_m_s: Option<f64>,
     last: Option<Last>,
     first_t_s: Option<f64>,
+    /// The program point at which each axis turned last, or after which it did.
+    turned: Vec<Option<u64>>,
 }
 
 impl<'a> Limits<'a> {
@@ -57,7 +61,15 @@ impl<'a> Limits<'a> {
         let range =
             robot.axis_joints().enumerate().map(|at| of(at).unwrap_or([f64::NEG_INFINITY, f64::INFINITY])).collect();
         let any_rate = robot.axis_joints().any(|j| j.max_speed.is_some() || j.max_accel.is_some());
-        Self { robot, range, any_rate, tcp_speed_m_s, last: None, first_t_s: None }
+        let turned = vec![None; robot.dof()];
+        Self { robot, range, any_rate, tcp_speed_m_s, last: None, first_t_s: None, turned }
+    }
+
+    /// An axis turns at program point `point`, or after it: what is checked from here on belongs to this reversal.
+    pub fn turn(&mut self, axis: usize, point: u64) {
+        if let Some(turned) = self.turned.get_mut(axis) {
+            *turned = Some(point);
+        }
     }
 
     /// Duration before and after, where the program has times: it keeps them.
@@ -183,6 +195,9 @@ impl<'a> Limits<'a> {
                     let beyond = |v: f64| v.abs() > limit * (1.0 + SLACK);
                     if beyond(value) && (!beyond(own) || beyond(value - own)) {
                         add(stats, Violation { origin, axis, what, value, limit });
+                        if let Some(point) = self.turned[axis].filter(|_| stats.strained.len() < MOST_STRAINED) {
+                            stats.strained.insert((axis, point));
+                        }
                     }
                 };
                 if let Some(limit) = joint.max_speed {

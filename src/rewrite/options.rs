@@ -3,6 +3,7 @@
 use super::equation2::Law;
 use super::statics::Statics;
 use crate::program::script::AxisSet;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// How turning points between program points are found and the path near them is refined.
@@ -35,6 +36,10 @@ pub struct Options {
     pub deadband: Vec<f64>,
     /// Spread the step over this travel after the turning point, per axis (rad or m); 0: at once.
     pub ramp: Vec<f64>,
+    /// The same after single reversals: axis and the program point at which it turns, or after which it does; rad or m.
+    pub ramps_after: Arc<BTreeMap<(usize, u64), f64>>,
+    /// Axes that get no offsets.
+    pub without: AxisSet,
     /// Direction in which each axis was moved before the first point: -1, +1; 0: that of its first movement.
     pub initial_direction: Vec<i8>,
     /// Share of every offset that is applied, 0 to 1.
@@ -64,6 +69,8 @@ impl Options {
             step_exact: false,
             deadband: vec![1e-8; axes],
             ramp: vec![0.0; axes],
+            ramps_after: Arc::default(),
+            without: AxisSet::default(),
             initial_direction: vec![0; axes],
             gain: 1.0,
             tcp_speed_m_s: None,

@@ -42,6 +42,15 @@ pub enum Origin {
     },
 }
 
+impl Origin {
+    /// The program point that it is, or after which it stands.
+    pub fn point(self) -> u64 {
+        match self {
+            Self::Point(n) | Self::Inserted { after: n, .. } => n,
+        }
+    }
+}
+
 /// Points that come out. A value that was not touched is the very number that went in.
 #[derive(Debug, Clone, Default)]
 pub struct OutputPoints {

@@ -1,6 +1,7 @@
 //! What a rewrite did, and the limits that it would exceed.
 
 use super::Origin;
+use std::collections::BTreeSet;
 
 /// Why limits of speed and acceleration could not be checked everywhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +49,9 @@ pub struct RewriteStats {
     pub violations_total: u64,
     /// Of them those of a joint's range.
     pub out_of_range: u64,
+    /// Reversals after which a speed or an acceleration would exceed a limit: axis, and the program point at which it turns or after
+    /// which it does; as many as [`super::limits`] keeps.
+    pub strained: BTreeSet<(usize, u64)>,
     /// Why speeds and accelerations were not checked everywhere, where they were not.
     pub unchecked_rates: Option<UncheckedRates>,
     /// Duration of the program before and after, s, where it can be determined.

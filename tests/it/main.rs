@@ -24,6 +24,7 @@ mod diagnose_cli;
 mod diagnose_doubtful;
 mod diagnose_forms;
 mod diagnose_known;
+mod diagnose_lagging;
 mod diagnose_limit;
 mod diagnose_machine;
 mod diagnose_orientation;

@@ -123,10 +123,10 @@ pub(super) fn asks_verdict(args: &Args) -> bool {
     args.verdict || args.report.is_some()
 }
 
-/// The verdict of a program, as a line has it. A program that leaves its path is refused as a single one is.
+/// The verdict of a program, as a line has it. A program that leaves its path, or whose error grows, is refused as a single one is.
 pub(super) fn judged(args: &Args, proof: Proof, original: &Path) -> Option<Judged> {
     let minds = !args.force && matches!(args.law, LawArg::SymmetricHalfGap);
-    Some(Judged { path_error: proof.of_line(), astray: proof.astray(&shown(original)).filter(|_| minds) })
+    Some(Judged { path_error: proof.of_line(), refused: proof.refused(&shown(original)).filter(|_| minds) })
 }
 
 /// What `--json` prints of a folder.

@@ -39,6 +39,19 @@ pub(super) enum Proof {
     None(String),
 }
 
+/// Where the error grows in a program that is called worse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Concern {
+    /// On the way between targets that get no worse.
+    Between,
+    /// After one reversal, in a path that is better otherwise.
+    AfterReversal,
+    /// At one place, in a path whose rms falls.
+    AtPlace,
+    /// All along: nobody should run it.
+    Grows,
+}
+
 /// A verdict and what it rests on.
 pub(super) struct Proven {
     verdict: Verdict,
@@ -159,6 +172,21 @@ impl Proven {
         }
     }
 
+    /// What of a verdict `worse` concerns the user.
+    fn concern(&self) -> Option<Concern> {
+        let f = &self.figures;
+        let falls = f.rms_m[1] < f.rms_m[0];
+        if self.verdict != Verdict::Worse {
+            return None;
+        }
+        Some(match f.at_targets {
+            Some(targets) if targets.verdict() != Verdict::Worse => Concern::Between,
+            _ if falls && f.largest_m[1] <= f.largest_m[0] => Concern::AfterReversal,
+            _ if falls => Concern::AtPlace,
+            _ => Concern::Grows,
+        })
+    }
+
     /// Parts of the program that are not in the verdict, and what was assumed.
     fn limits(&self) -> String {
         // the first move of a program always starts where nobody knows
@@ -205,7 +233,7 @@ impl Proof {
         match self {
             Self::None(why) => format!("  verdict: not computed ({why})\n"),
             Self::Proven(proven) => {
-                let (verdict, f) = (proven.verdict, &proven.figures);
+                let f = &proven.figures;
                 let um = |v: f64| v * 1e6;
                 let line = format!("  verdict on {machine}: {}\n", f.sentence());
                 let cycle = || {
@@ -219,29 +247,45 @@ impl Proof {
                 let denser = if vendor { "" } else { "more points near the reversals (--refine cubic or cartesian), " };
                 let mended =
                     format!("{denser}a step nearer to the reversal (--step-fraction), or a smaller --gain, may help");
-                let at_targets = f.at_targets.is_some_and(|t| t.verdict() != Verdict::Worse);
-                match verdict {
-                    Verdict::Worse if at_targets => format!(
+                match proven.concern() {
+                    Some(Concern::Between) => format!(
                         "{line}  the error does not grow at the targets, but it grows on the path between them{at}: if only the targets matter (spot work, picking), run the program; if the path matters, check this place before you run it (`assess program` shows where): {mended}\n"
                     ),
-                    Verdict::Worse if f.largest_m[1] <= f.largest_m[0] && f.rms_m[1] < f.rms_m[0] => {
+                    Some(Concern::AfterReversal) => {
                         let grows = um(f.worst_reversal_growth_m);
                         format!(
                             "{line}  the error is smaller overall, but {grows:.1} um larger after one reversal{at}: check this place before you run the program (`assess program` shows where); {mended}\n"
                         )
                     }
-                    Verdict::Worse if f.rms_m[1] < f.rms_m[0] => format!(
+                    Some(Concern::AtPlace) => format!(
                         "{line}  the error is smaller overall, but larger at one place{at}: check this place before you run the program (`assess program` shows where); {mended}\n"
                     ),
-                    Verdict::Worse => format!("{line}  do not run this program: {mended}\n"),
-                    _ => line,
+                    Some(Concern::Grows) => format!("{line}  do not run this program: {mended}\n"),
+                    None => line,
                 }
             }
         }
     }
 
-    /// Why the program must not be written: the rewritten program leaves the path of the given one.
-    pub(super) fn astray(&self, program: &str) -> Option<String> {
+    /// Why the program must not be written: it leaves the path of the given one, or its error grows.
+    pub(super) fn refused(&self, program: &str) -> Option<String> {
+        self.astray(program).or_else(|| self.harmful(program))
+    }
+
+    /// Why the program must not be written: on the machine of the verdict its path error grows at every measure.
+    fn harmful(&self, program: &str) -> Option<String> {
+        let Self::Proven(proven) = self else { return None };
+        let [before, after] = proven.figures.rms_m.map(|v| v * 1e6);
+        (proven.concern() == Some(Concern::Grows)).then(|| {
+            format!(
+                "{program}: the path error would grow from {before:.1} to {after:.1} um rms; nothing was written (--force writes the program \
+                 to another file)"
+            )
+        })
+    }
+
+    /// The rewritten program leaves the path of the given one.
+    fn astray(&self, program: &str) -> Option<String> {
         let Self::Proven(proven) = self else { return None };
         let [before, after] = proven.figures.largest_m;
         (after > ASTRAY_TIMES * before.max(ASTRAY_FROM_M)).then(|| {
@@ -340,6 +384,19 @@ mod tests {
         let why = proof([120e-6, 49.5e-3]).astray("weld.src").unwrap();
         assert!(why.contains("weld.src") && why.contains("49.5 mm") && why.contains("nothing was written"), "{why}");
         assert!(proof([2e-6, 1.1e-3]).astray("weld.src").is_some());
+    }
+
+    #[test]
+    fn a_program_whose_error_grows_all_along_is_refused_and_one_that_is_worse_at_one_place_is_not() {
+        let of = |rms_m: [f64; 2], largest_m: [f64; 2]| {
+            let Proof::Proven(mut p) = proof(largest_m) else { return None };
+            p.figures.rms_m = rms_m;
+            Proof::Proven(p).refused("weave.json")
+        };
+        let why = of([154e-6, 241e-6], [315e-6, 543e-6]).unwrap();
+        assert!(why.contains("weave.json") && why.contains("154.0 to 241.0 um") && why.contains("--force"), "{why}");
+        assert_eq!(of([154e-6, 41e-6], [315e-6, 543e-6]), None);
+        assert_eq!(of([154e-6, 41e-6], [315e-6, 300e-6]), None);
     }
 
     #[test]

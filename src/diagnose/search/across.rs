@@ -13,7 +13,7 @@ use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
-use crate::effects::{Effect, EffectInstance, ServoLag, Target};
+use crate::effects::{Effect, EffectInstance, ServoLag};
 use crate::machine::parts;
 use crate::numerics::fisher;
 use crate::numerics::normal_equations::pseudo_inverse;
@@ -26,6 +26,9 @@ const MUCH: f64 = 0.3;
 /// Blocks of the data at least, and the size of their sum in its uncertainties that decides between two alternatives.
 const BLOCKS: usize = 12;
 const DECIDED: f64 = 2.5;
+
+/// Target of lags of all joints by one time.
+pub const ALL: &str = "all";
 
 /// Parts of the data that must agree: the logs, or the halves of one log of joint sensors.
 fn parts_of(problem: &Problem) -> Vec<Vec<std::ops::Range<usize>>> {
@@ -124,7 +127,7 @@ fn decided(problem: &Problem, residual: &[f64], one: &[f64], other: &[f64]) -> b
 }
 
 /// Lags of all joints by one time, instead of a clock offset that was found after `base`, which gains `gain`.
-/// `None` where the offset points into the future, as no lag does.
+/// `None` where the offset points into the future, as no lag does. Without a fit of its own: [`Refined::placed`] is empty.
 pub fn common_lag(
     problem: &Problem,
     base: &Fit,
@@ -138,16 +141,12 @@ pub fn common_lag(
     }
     let lag = Effect::new(ServoLag { lag_s: -offset_s });
     let mut column = vec![0.0; problem.n];
-    let mut placed = Vec::new();
     for axis in 0..problem.robot.dof() {
         for (l, log) in problem.logs.iter().enumerate() {
             let lagged = log.drive.servo(axis, &[&lag], 0);
             let change = |r: usize| lagged[r] - log.drive.command(axis)[r];
             let motor: Option<&dyn Fn(usize) -> f64> = if log.is_driven(axis) { None } else { Some(&change) };
             problem.add_joint_change(&base.state, l, axis, &change, motor, &mut column);
-        }
-        if problem.logs.iter().any(|l| !l.drive.rests(axis)) {
-            placed.push(EffectInstance { target: Target::Joint(axis), effect: lag.clone() });
         }
     }
     let tangent = tangent(problem, &base.hypothesis, &base.state, &base.free, whitening);
@@ -164,5 +163,6 @@ pub fn common_lag(
             .clamp(-0.5 * crate::diagnose::search::finding::WITHIN, 0.5 * crate::diagnose::search::finding::WITHIN);
     }
     let gain = gain + difference;
-    Some(Refined { effect: lag.name(), target: "all".into(), placed, gain, parameters: 1, fit: base.clone() })
+    let (effect, target, placed) = (lag.name(), ALL.to_string(), Vec::new());
+    Some(Refined { effect, target, placed, gain, parameters: 1, fit: base.clone() })
 }

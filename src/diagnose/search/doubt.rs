@@ -7,7 +7,6 @@ use crate::diagnose::candidates;
 use crate::diagnose::candidates::sensitivities::{APART, Sensitivities};
 use crate::diagnose::candidates::structure::Ratio;
 use crate::diagnose::noise::whitening::Whitening;
-use crate::diagnose::search::across;
 use crate::diagnose::search::direction;
 use crate::diagnose::search::finding::{Refined, Step, flat};
 use crate::diagnose::search::fit::{self, Fit};
@@ -178,7 +177,7 @@ impl Search<'_> {
         let mut alternatives = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
         if old.effect.nature() == Nature::Clock
             && let Some(own) = alternatives.iter().find(|r| r.effect == old.effect.name())
-            && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
+            && let Some(lag) = self.lags_for_clock(&base, own, whitening)
         {
             alternatives.push(lag);
         }
@@ -234,12 +233,15 @@ impl Search<'_> {
                     exchanged += 1;
                     mark(steps, &name, &format!("{} {}", best.effect, best.target));
                     *fit = best.fit;
-                    // it stands after the others now
+                    // it stands after the others now; lags of all joints are several
                     all.remove(k);
-                    all.push(Vec::new());
-                    let newest = all.len() - 1;
-                    let mut touched = self.touched(fit, newest, whitening);
-                    if !touched.contains(&newest) {
+                    let several = fit.free.len() != all.len() + 1;
+                    all.resize(fit.free.len(), Vec::new());
+                    let Some(newest) = all.len().checked_sub(1) else { return (all, true) };
+                    let mut touched = if several { Vec::new() } else { self.touched(fit, newest, whitening) };
+                    if several {
+                        touched.extend(0..all.len());
+                    } else if !touched.contains(&newest) {
                         touched.push(newest);
                     }
                     for j in touched {

@@ -22,6 +22,7 @@
 //!   together
 //! - `freed`: the residual freed of the whole catalogue-free basis: its noise, and the test whether structure is left
 //! - `geometry`: settled poses of a real arm: the geometry as one group, gravity, and gaps beside the misfit that stays
+//! - `lagging`: a clock offset and lags of all joints by one time: what the one leaves of the other is no effect
 //! - `outcome`: what the search ends with
 //! - `precise`: joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it
 //! - `prepared`: what the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all
@@ -50,6 +51,7 @@ pub(crate) mod finding;
 pub mod fit;
 pub(crate) mod freed;
 pub(crate) mod geometry;
+pub(crate) mod lagging;
 pub(crate) mod outcome;
 pub(crate) mod precise;
 pub(crate) mod prepared;
@@ -426,7 +428,11 @@ impl Search<'_> {
     pub(in crate::diagnose) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
         let refined = self.refine(fit, whitening, &Asked::default());
         let supported = |r: &&Refined| supported::supported(self.problem, fit, r, whitening);
-        let best = refined.iter().filter(|r| self.believed(fit, r)).find(supported)?.clone();
+        let mut believed = refined.iter().filter(|r| self.believed(fit, r)).filter(supported).peekable();
+        // where a clock offset may be lags of all joints, what is needed beside it must be needed beside them
+        let lagging = believed.peek().and_then(|_| self.lagging(fit, whitening));
+        let beside = |r: &&Refined| lagging.as_ref().is_none_or(|lags| self.is_beside_lags(lags, r, whitening));
+        let best = believed.find(beside)?.clone();
         let step = Step::new(best.effect, best.target.clone());
         Some((step, best.fit))
     }

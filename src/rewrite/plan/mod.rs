@@ -23,6 +23,8 @@ use crate::compensator::FrictionOffset;
 use crate::compensator::response::State;
 use crate::robot::Robot;
 use respond::Along;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use turn::Turn;
 
 /// What tells the time along the path.
@@ -61,6 +63,7 @@ pub struct Plan<'a> {
     step_fraction: f64,
     step_exact: bool,
     ramp: Vec<f64>,
+    ramps_after: Arc<BTreeMap<(usize, u64), f64>>,
     shape_m: f64,
     dir: Vec<i8>,
     /// First vertex whose command is not yet known, per axis.
@@ -111,6 +114,7 @@ impl<'a> Plan<'a> {
             step_fraction: options.step_fraction.clamp(1e-4, 1.0),
             step_exact: options.step_exact,
             ramp: options.ramp.clone(),
+            ramps_after: options.ramps_after.clone(),
             shape_m: options.shape_m,
             dir: options.initial_direction.clone(),
             done: vec![0; axes],
@@ -234,6 +238,7 @@ impl<'a> Plan<'a> {
         let offset = self.offsets[axis].as_ref()?;
         let friction = offset.friction();
         let step_s = self.step_time(axis, offset);
+        let ramp = self.ramp_after(axis, k, path);
         let d = f64::from(dir);
         let p0 = path.q(k)[axis];
         let (u0, t0) = (path.u(k), path.t_s(k));
@@ -257,8 +262,7 @@ impl<'a> Plan<'a> {
             }
             let u = path.u(i) - u0;
             let travel = d * (path.q(i)[axis] - p0);
-            let stepped =
-                u >= self.step_fraction && (clock == Clock::None || since >= step_s) && travel >= self.ramp[axis];
+            let stepped = u >= self.step_fraction && (clock == Clock::None || since >= step_s) && travel >= ramp;
             let faded = friction.is_none_or(|f| friction_gone(&f, since, travel, u));
             if stepped && faded {
                 return Some(i);
@@ -266,6 +270,11 @@ impl<'a> Plan<'a> {
             self.looked[axis] = (k, i, since);
         }
         (end && path.end() > k).then(|| path.end() - 1)
+    }
+
+    /// Travel over which the step of an axis is spread that turns at vertex `k`, rad or m.
+    fn ramp_after(&self, axis: usize, k: usize, path: &Path) -> f64 {
+        self.ramps_after.get(&(axis, path.origin(k).point())).copied().unwrap_or(self.ramp[axis])
     }
 
     /// Shortest time in which the joint can do its step ([`step_s`]).

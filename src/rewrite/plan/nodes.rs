@@ -116,7 +116,7 @@ impl Plan<'_> {
             shares.insert(0, s);
         }
         // the end of a ramp bends the command
-        let ramp = self.ramp[stroke.axis];
+        let ramp = stroke.ramp;
         let ramp_end = stroke.p_turn + d * ramp;
         if ramp > 0.0 && d * (ramp_end - pa) > 0.0 && d * (pb - ramp_end) > 0.0 {
             let s = (ramp_end - pa) / (pb - pa);

@@ -47,6 +47,8 @@ pub(super) struct Stroke {
     /// TCP movement per joint movement, m.
     pub(super) lever: Vector3<f64>,
     pub(super) step_s: f64,
+    /// Travel over which the step is spread, rad or m; 0: at once.
+    pub(super) ramp: f64,
 }
 
 impl Plan<'_> {
@@ -107,6 +109,7 @@ impl Plan<'_> {
             friction: if first_ever { None } else { offset.friction() },
             lever: columns[axis],
             step_s: self.step_time(axis, offset),
+            ramp: self.ramp_after(axis, k, path),
         }
     }
 
@@ -200,7 +203,7 @@ impl Plan<'_> {
     fn ramped(&self, stroke: &Stroke, first: usize, clock: Clock, work: &mut Work) {
         let (d, p_turn) = (stroke.d, stroke.p_turn);
         let start = d * (stroke.c_turn - stroke.y0);
-        let ramp = self.ramp[stroke.axis];
+        let ramp = stroke.ramp;
         if ramp > 0.0 {
             for (i, n) in work.nodes.iter().enumerate().skip(first) {
                 let share = (d * (n.p - p_turn) / ramp).clamp(0.0, 1.0);

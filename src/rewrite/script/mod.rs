@@ -10,7 +10,7 @@
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
 //!   again, [`way`] follows straight TCP paths; `circles`: arcs through joint targets; [`clock`] tells durations; [`fading`]: friction where none can be determined.
 //! - [`approach`]: targets that are reached from one side.
-//! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
+//! - [`rates`]: speed and acceleration limits; `spread`: whether spread steps are worth it; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
@@ -51,6 +51,7 @@ mod reasons;
 mod recognised;
 mod retraced;
 pub(crate) mod run;
+mod spread;
 pub(crate) mod stops;
 pub(crate) mod task;
 pub(crate) mod verify;
