@@ -67,7 +67,8 @@ fn a_subprogram_that_reads_the_place_keeps_the_moves_before_its_calls() {
 #[test]
 fn the_start_of_a_program_that_nothing_calls_counts_from_no_move_of_it() {
     let text = |name: &str, first: &str| {
-        format!("O1\n{START}M98 P2\nG0 X30.0 Y0.0 Z0.0\nM30\n{name}\n{first}\nG1 X20.0 Y0.0 Z0.0 F100\nM99\n")
+        let main = format!("O1\n{START}M98 P2\nG0 X30.0 Y0.0 Z0.0\nM30\n");
+        format!("{main}O5\nM99\n{name}\n{first}\nG1 X20.0 Y0.0 Z0.0 F100\nM99\nO2\nM99\n")
     };
     for first in ["G92 X0.0", "#1=#5041"] {
         assert!(fixed(&text("O2", first))[2] && !fixed(&text("O3", first))[2], "{first}");
