@@ -11,6 +11,7 @@ use crate::script::blocks::is_entered;
 use crate::script::called::Called;
 use crate::script::cursor::integer;
 use crate::script::held::{self, Effects, Event};
+use crate::script::last;
 use crate::script::lex::text_of;
 use crate::script::{Break, StepKind, Text};
 use std::collections::{BTreeSet, HashMap};
@@ -196,6 +197,20 @@ pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)], called: &
     let (events, first) = events(text, all);
     let states = held::before_each(&events, held::from_before(&events), called);
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
+}
+
+/// Statements whose motions may come last before one of those that are `asked` for, by their numbers, ascending.
+pub(super) fn last_before(text: &Text, all: &[(Statement, Vec<Range<usize>>)], asked: &[usize]) -> BTreeSet<usize> {
+    if asked.is_empty() {
+        return BTreeSet::new();
+    }
+    let moves = |(_, (statement, words)): &(usize, &(Statement, Vec<Range<usize>>))| {
+        let comment = statement.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
+        !comment && motion::read(text, statement, words).is_some()
+    };
+    let moves = all.iter().enumerate().filter(moves).map(|(k, _)| k).collect();
+    let (events, first) = events(text, all);
+    last::before(&events, &first, &moves, asked)
 }
 
 /// Labels to which nothing jumps but from statements between which and the label nothing moves, and which are reached from above, too: a

@@ -60,8 +60,9 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             format!("the number of lines is given as {}, the last line is {}", found.1, last.number),
         );
     }
-    let reads = all.iter().filter(|(_, words)| instruction::reads_place(text, words));
-    let reads = reads.map(|(statement, _)| statement.line as u64 + 1).collect();
+    let reads: Vec<usize> = (0..all.len()).filter(|k| instruction::reads_place(text, &all[*k].1)).collect();
+    let read = flow::last_before(text, &all, &reads).into_iter().filter_map(|k| all.get(k));
+    let read = read.map(|(statement, _)| statement.line as u64 + 1).collect();
     reader.notes.extend(reader.registers_note());
     let Reader { steps, taught, uses, notes, counted_calls, named_calls, .. } = reader;
     let Taught { positions, targets, of_target, .. } = taught;
@@ -75,7 +76,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     named_calls.report_to(&mut script);
     let motions = steps.finish(&mut script);
     script.keep_before_relative(&Reason::BeforeIncrement.into(), &counted_calls, true);
-    script.keep_before_reading(&Reason::EndIsRead.into(), &reads);
+    script.keep_read(&Reason::EndIsRead.into(), &read);
     script.texts = texts;
     let robot = robot.clone();
     Ok(Program { script, kinds, robot, motions, numbered, count, positions, of_target, shared, last, end, bare })

@@ -8,6 +8,7 @@ use super::words::{OVERLAID, begin_of, is_known, is_plain_move, sets_frame, stan
 use crate::no_motion::NoMotion;
 use crate::script::called::{Called, Does, stem_of};
 use crate::script::held::{self, Effects, Event};
+use crate::script::last;
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -201,6 +202,19 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, run: &[&Text]) -> Vec<u
     first.append(&mut lines);
     let states = held::before_each(&events, held::from_before(&events), &Effects::of(&jobs));
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
+}
+
+/// Lines, from 1, among those that move after which one of the lines that are `asked` for, ascending, may come next; instructions begin at line
+/// `begin`.
+pub(super) fn last_before(text: &Text, begin: usize, moves: &BTreeSet<u64>, asked: &BTreeSet<u64>) -> BTreeSet<u64> {
+    if asked.is_empty() {
+        return BTreeSet::new();
+    }
+    let place = |line: &u64| (*line as usize).checked_sub(begin + 1);
+    let (events, first) = events(text, begin);
+    let asked: Vec<usize> = asked.iter().filter_map(place).collect();
+    let found = last::before(&events, &first, &moves.iter().filter_map(place).collect(), &asked);
+    found.into_iter().map(|place| (place + begin + 1) as u64).collect()
 }
 
 /// Labels to which nothing jumps but from instructions between which and the label nothing moves, and which are reached from above, too: a

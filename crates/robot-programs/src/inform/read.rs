@@ -37,7 +37,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     circles::join(&mut script, &circles);
     // what a move before a relative one leads to stays, whoever else leads there
     let mut kept = script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, true);
-    kept.extend(script.keep_before_reading(&Reason::EndIsRead.into(), &reads_place(text, begin)));
+    let read = flow::last_before(text, begin, &script.lines_of_moves(), &reads_place(text, begin));
+    kept.extend(script.keep_read(&Reason::EndIsRead.into(), &read));
     for step in kept {
         let positions = statements.get(step).map(|s| parts.references(s)).unwrap_or_default();
         positions.iter().for_each(|r| pinned[r.position()] = true);

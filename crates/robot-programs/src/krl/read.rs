@@ -1,13 +1,14 @@
 //! A program's text into its script, line by line.
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
-//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`alike`]: motions that differ in their axis values alone, read once.
+//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end where the place is read; [`alike`]: motions that differ in their axis values alone, read once.
 
 mod ahead;
 mod alike;
 mod flow;
 mod goals;
 mod in_force;
+mod last;
 mod moves;
 mod scan;
 mod versions;
@@ -40,7 +41,7 @@ use crate::script::held::Effects;
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{self, At, Break, Goal, Note, Script, Solution, Step, StepKind, Targets, Text, pragma};
-use ahead::{Ahead, changed_frame_data, reads_place, steers_arcs};
+use ahead::{Ahead, changed_frame_data, steers_arcs};
 use alike::Alike;
 use flow::Block;
 use in_force::Force;
@@ -73,7 +74,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut notes = std::mem::take(&mut script.notes);
     let sites = steps.finish(&mut script);
     script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, jumps);
-    script.keep_before_reading(&script::Reason::EndIsRead, &reads_place(text));
+    script.keep_read(&script::Reason::EndIsRead, &last::lines(&texts, &data, &robot.no_motion, &script));
     let mut steps = std::mem::take(&mut script.steps);
     external_axes(&mut steps, &sites, &others);
     let motions = sites.filter_map(|site| site.motion);

@@ -28,6 +28,8 @@ pub struct Owner {
     pub name: String,
     /// Its value is read elsewhere, or other modules may use it: it must stay.
     pub keep: bool,
+    /// Other modules of the task see it, and so do they what is declared beside it.
+    pub shared: bool,
 }
 
 /// Where a move stands.

@@ -332,7 +332,9 @@ impl<'a> Facts<'a> {
     /// What routines call, for those who ask what they need to move nothing.
     fn find_needs(&mut self) {
         let p = self.p;
-        let moves = |name: &str| words::motion(name).is_some() || words::is_frame(name) || words::arms(name);
+        let moves = |name: &str| {
+            words::motion(name).is_some() || words::is_frame(name) || words::arms(name) || words::moves(name)
+        };
         for r in &p.routines {
             self.needs.add(&r.name, false, []);
         }

@@ -148,7 +148,8 @@ impl Builder<'_> {
             self.note(decl.at, format!("`{shown}` is taken from this file, and written into the moves to it"));
         }
         let keep = self.f.states[d].read || self.f.reaches_out(d) || elsewhere;
-        let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
+        let shared = decl.routine.is_none() && !decl.local;
+        let owner = Owner { bytes: first..last, head: head.join(" "), name, keep, shared };
         let foreign = elsewhere.then(|| text.slice(node.bytes()).into());
         self.literals.push(Literal { bytes: node.bytes().into(), owner: Some(Box::new(owner)), foreign });
         let t = self.targets.len() - 1;

@@ -57,7 +57,7 @@ impl InForce {
         if !watches && readings.is_empty() {
             return Self::default();
         }
-        let (found, reach) = Scan::of(text, p, may_move, readings.iter().copied().collect());
+        let (found, reach) = Scan::of(text, p, may_move, &readings);
         let mut read = BTreeSet::new();
         for k in readings {
             // what its own condition or expression calls has moved before it
@@ -123,7 +123,7 @@ struct Scan<'a> {
     names: HashSet<&'a str>,
     /// Routines with a handler, by their numbers.
     handled: HashSet<usize>,
-    readings: HashSet<usize>,
+    readings: &'a [usize],
     routines: Vec<Routine>,
     first: Vec<usize>,
     /// The routine at hand, and whether its handler is.
@@ -134,12 +134,7 @@ struct Scan<'a> {
 }
 
 impl<'a> Scan<'a> {
-    fn of(
-        text: &'a Text,
-        p: &'a Parsed,
-        may_move: &'a dyn Fn(&str) -> bool,
-        readings: HashSet<usize>,
-    ) -> (Found, Reach) {
+    fn of(text: &'a Text, p: &'a Parsed, may_move: &'a dyn Fn(&str) -> bool, readings: &'a [usize]) -> (Found, Reach) {
         let names = p.routines.iter().map(|r| r.name.as_str()).collect();
         let mut scan = Self {
             text,
@@ -162,13 +157,6 @@ impl<'a> Scan<'a> {
 
     fn push(&mut self, k: usize, event: Event) {
         if let Some(routine) = self.routines.last_mut() {
-            // of moves that follow each other the last one counts
-            if let (Some((_, Event::Set(LAST, last))), Event::Set(LAST, to)) = (routine.events.last_mut(), &event)
-                && *last > BEFORE
-                && !(*last - FIRST..*to).any(|k| self.readings.contains(&(k as usize)))
-            {
-                routine.events.pop();
-            }
             routine.events.push((k, event));
         }
     }
@@ -273,8 +261,11 @@ impl<'a> Scan<'a> {
     fn call(&mut self, k: usize, name: &str) {
         if self.names.contains(name) {
             self.push(k + 1, Event::Call(name.to_string()));
-        } else if words::motion(name).is_none() && !words::is_frame(name) && !words::arms(name) && (self.may_move)(name)
-        {
+            return;
+        }
+        let of_rapid =
+            words::motion(name).is_some() || words::is_frame(name) || words::arms(name) || words::moves(name);
+        if !of_rapid && (self.may_move)(name) {
             self.push(k + 1, Event::Call(ELSEWHERE.into()));
         }
     }
@@ -294,7 +285,9 @@ impl<'a> Scan<'a> {
                 if beside {
                     self.push(k + 1, Event::Open(Block::Branch));
                 }
-                self.push(k + 1, Event::Set(LAST, FIRST + k as u32));
+                if let Some(routine) = self.routines.last_mut() {
+                    routine.comes_last(k + 1, LAST, k, self.readings);
+                }
                 if beside {
                     self.push(k + 1, Event::Close);
                 }

@@ -256,7 +256,7 @@ impl Builder<'_> {
     fn name_calls(&mut self, item: &Item) {
         let at = self.at(item.span.start);
         for name in facts::called(self.f.p, item) {
-            if words::motion(name).is_some() || words::is_frame(name) {
+            if words::motion(name).is_some() || words::is_frame(name) || words::moves(name) {
                 continue;
             }
             match self.f.may_move(name) {

@@ -15,6 +15,7 @@ use crate::script::harness::{self, Outcome, opaque, round_trip};
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{Break, Edit, Goal, Move, NewPoint, OtherWay, Solution, Speed, StepKind, Value, text};
 
+use crate::axes::Axis;
 use crate::fixtures::irb1600 as robot;
 
 /// A module with these declarations and this body of `main`.

@@ -179,16 +179,30 @@ fn arc(name: &str) -> Option<Motion> {
 
 /// Instructions that neither move the robot nor change what targets mean. In lower case, sorted.
 const QUIET: &str = "\
-    accset add bitclear bitset bookerrno cirpathmode clear clkreset clkstart clkstop close confj confl copyfile copyrawbytes \
-    cornerpathwarning cyclebreakpoint decr dispset erasemodule errlog errwrite getdataval getsysdata gripload \
-    idelete idisable incr invertdo iodisable ioenable isleep makedir mechunitload motionsup open opendir \
-    packrawbytes pathaccl pathacclim pathresol pulsedo readany readblock readcfgdata readrawbytes removefile \
-    reset rewind scwrite set setao setdataval setdo setgo singarea socketaccept socketbind socketclose \
-    socketconnect socketcreate socketlisten socketreceive socketsend spycancel spystart tperase tpreaddnum \
-    tpreadfk tpreadnum tpshow tpwrite triggcheckio triggequip triggio triggrampao triggspeed tunereset tuneservo \
-    uimsgbox uishow unpackrawbytes velset waitai waitao waitdi waitdo waitgi waitgo waitrob waitsynctask \
-    waittestandset waittime waituntil worldacclim write writeanybin writebin writeblock writecfgdata \
-    writerawbytes writestrbin";
+    accset acteventbuffer add aliascamera aliasio aliasioreset bitclear bitset bookerrno camflush \
+    camgetparameter camgetresult camloadjob camreqimage camsetexposure camsetparameter camsetprogrammode \
+    camsetrunmode camstartloadjob camwaitloadjob cancelload checkprogref cirpathmode clear cleariobuff \
+    clearrawbytes clkreset clkstart clkstop close closedir confj confl copyfile copyrawbytes cornerpathwarning \
+    corrclear corrcon corrdiscon corrwrite cyclebreakpoint deacteventbuffer decr dispset egmactjoint egmactmove \
+    egmactpose egmgetid egmreset egmsetupai egmsetupao egmsetupgi egmsetupltapp egmsetupuc erasemodule errlog \
+    errraise errwrite getdataval getgroupsignalinfo getjointdata getsysdata gettorquemargin gettrapdata gripload \
+    idelete idisable incr invertdo iobusstart iobusstate iodisable ioenable isleep load makedir mechunitload \
+    motionprocessmodeset motionsup open opendir packdnheader packrawbytes pathaccl pathacclim pathlengthreset \
+    pathlengthstart pathlengthstop pathrecstart pathrecstop pathresol pulsedo raisetouser readany readanybin \
+    readblock readcfgdata readerrdata readrawbytes readvararr removeallcyclicbool removecyclicbool removedir \
+    removefile removesuperv renamefile reset resetaxisdistance resetaxismovetime resetppmoved resetretrycount \
+    resettorquemargin rewind rmqemptyqueue rmqfindslot rmqgetmessage rmqgetmsgdata rmqgetmsgheader rmqreadwait \
+    rmqsendmessage rmqsendwait safetycontrollersyncrequest save savecfgdata scwrite sendevice set setalldataval \
+    setao setdatasearch setdataval setdo setgo setsysdata setupcyclicbool setupsuperv siclose siconnect \
+    sigetcyclic singarea sisetcyclic skipwarn socketaccept socketbind socketclose socketconnect socketcreate \
+    socketlisten socketreceive socketreceivefrom socketsend socketsendto speedlimaxis speedlimcheckpoint \
+    speedrefresh spycancel spystart spystop startload stopmove stopmovereset storepath sttune sttunereset \
+    systemstopaction testsigndefine testsignreset texttabinstall tperase tpreaddnum tpreadfk tpreadnum tpshow \
+    tpwrite triggcheckio triggdatacopy triggdatareset triggequip triggio triggrampao triggspeed triggstopproc \
+    tryint tunereset tuneservo uimsgbox uimsgwrite uimsgwriteabort uishow unload unpackrawbytes velset waitai \
+    waitao waitdi waitdo waitgi waitgo waitrob waitsynctask waittestandset waittime waituntil worldacclim write \
+    writeanybin writebin writeblock writecfgdata writerawbytes writestrbin writevar writevararr wzboxdef \
+    wzcyldef wzdisable wzdoset wzenable wzfree wzhomejointdef wzlimjointdef wzlimsup wzsphdef";
 
 /// The names of a list with blanks between them.
 type Names = LazyLock<HashSet<&'static str>>;
@@ -210,8 +224,22 @@ pub fn is_wait(name: &str) -> bool {
 
 /// A name that only begins so may be a procedure of another module, and move: `WaitHome`.
 const WAITS: &str = "\
-    waitai waitao waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittestandset waittime waituntil \
+    break stop waitai waitao waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittestandset waittime waituntil \
     tpreadfk tpreadnum tpreaddnum uimsgbox syncmoveon syncmoveoff";
+
+/// Instructions after which it is not known where the arm comes from: they move it, or let others do so, or go on with a way that was interrupted.
+/// In lower case, sorted.
+const MOVES: &str = "\
+    clearpath contactl egmmovec egmmovel egmrunjoint egmrunpose egmstop hollowwristreset indamove indcmove inddmove indreset \
+    indrmove loadid manloadidproc mtoolrotcalib mtooltcpcalib pathrecmovebwd pathrecmovefwd procerrrecovery restopath setleadthrough \
+    startmove startmoveretry stcalib stclose stepbwdpath stindgun stindgunreset stoolrotcalib stooltcpcalib stopen syncmoveresume \
+    syncmovesuspend syncmoveundo";
+
+/// Whether an instruction ends what is known of the arm's way, although it is no motion to a target.
+pub fn moves(name: &str) -> bool {
+    static ALL: Names = Names::new(|| names(MOVES));
+    ALL.contains(name)
+}
 
 /// What leads the arm away from its targets from one instruction on until another.
 const LEADS: [(&str, &str); 4] =
@@ -251,19 +279,28 @@ pub fn arms(name: &str) -> bool {
 
 /// RAPID's functions, which never move the robot. In lower case.
 const FUNCTIONS: &str = "\
-    abs acos aoutput argname asin atan atan2 bitand bitcheck bitlsh bitneg bitor bitrsh bitxor bytetostr \
-    calcjointt calcrobt calcrotaxframez calcrotaxisframe cdate cjointt clkread corrread cos cpos crobt \
-    cspeedoverride ctime ctool cwobj decodenum defaccframe defdframe defframe dim dnumtonum dnumtostr doutput \
-    eulerzyx eventtype exechandler execlevel exp filesize filetime fssize getmecunitname getmodalpaymode \
-    getnextmechunit getnextsym getserviceinfo getsysinfo gettaskname gettime ginput ginputdnum goutput \
-    goutputdnum hextodec indinpos indspeed iounitstate isfile ismechunitactive ispers isstopmoveact \
-    isstopstateevent issyncmoveon issysid isvar maxrobspeed mirpos modexist modtime motionplannerno \
-    nonmotionmode numtodnum numtostr offs opmode orientzyx orobt pathlevel poseinv posemult posevect pow present \
-    proginfo quatmult rand readbin readmotor readnum readstr readstrbin readvar reltool remainingretries robname \
-    robos robotstate round runmode seed sin socketgetstatus socketpeek sqrt stdevstatus strfind strlen strmap \
-    strmatch strmemb strorder strpart strtobyte strtoval tan taskruntime tasksinsync testandset testdi \
-    testsignread tpreadfk triggdatavalid trunc type uialphaentry uiclientexist uidnumentry uidnumtune uilistview \
-    uimessagebox uinumentry uinumtune validio valtostr vectmagn";
+    abs absdnum acos acosdnum ainput aoutput argname asin asindnum atan atan2 atan2dnum atandnum bitand \
+    bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum bitor bitordnum bitrsh bitrshdnum \
+    bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez calcrotaxisframe camgetexposure \
+    camgetloadedjob camgetmode camgetname camnumberofresults cdate cjointt clkread corrread cos cosdnum cpos \
+    crobt crossprod cspeedoverride ctime ctool cwobj decodenum dectohex defaccframe defdframe defframe dim \
+    dinput distance dnumtonum dnumtostr dotprod doutput egmgetstate eulerzyx eventtype exechandler execlevel exp \
+    filesize filesizednum filetime fssize fssizednum getaxisdistance getaxismovetime getmaxnumberofcyclicbool \
+    getmecunitname getmodalpayloadmode getmodalpaymode getmotortorque getnextcyclicbool getnextmechunit \
+    getnextsym getnumberofcyclicbool getserviceinfo getsignalorigin getsysinfo gettaskname gettime gettspstatus \
+    getuasusername ginput ginputdnum goutput goutputdnum hextodec indinpos indspeed iounitstate \
+    isbrakecheckactive iscyclicbool isfile isleadthrough ismechunitactive ispers isstopmoveact isstopstateevent \
+    issyncmoveon issysid isvar max maxextlinearspeed maxextreorientspeed maxrobreorientspeed maxrobspeed min \
+    mirpos modexist modtime modtimednum motionplannerno nonmotionmode norient numtodnum numtostr offs opmode \
+    orientzyx orobt paridposvalid paridrobvalid pathlengthget pathlevel pathrecvalidbwd pathrecvalidfwd \
+    pfrestart poseinv posemult posevect pow powdnum ppmovedinmanmode present proginfo progmemfree quatmult rand \
+    rawbyteslen readbin readdir readmotor readnum readstr readstrbin readvar reltool remainingretries \
+    rmqgetslotname robname robos robotstate round rounddnum runmode seed sin sindnum socketgetstatus socketpeek \
+    sqrt sqrtdnum stcalcforce stcalctorque stdevstatus stiscalib stisclosed stisindgun stisopen strdigcalc \
+    strdigcmp strfind strformat strlen strmap strmatch strmemb strorder strpart strtobyte strtodnum strtoval tan \
+    tandnum taskisactive taskisexecuting taskrunmec taskrunrob taskruntime tasksinsync testandset testdi \
+    testsignread textget texttabfreetouse texttabget tpreadfk triggdatavalid trunc truncdnum type uialphaentry \
+    uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio valtostr vectmagn";
 
 pub fn is_function(name: &str) -> bool {
     static ALL: Names = Names::new(|| names(FUNCTIONS));
@@ -272,7 +309,18 @@ pub fn is_function(name: &str) -> bool {
 
 /// Functions among them that write into one of their arguments.
 pub fn sets_argument(name: &str) -> bool {
-    matches!(name, "getnextmechunit" | "getnextsym" | "strtoval" | "testandset" | "uilistview")
+    matches!(
+        name,
+        "getnextcyclicbool"
+            | "getnextmechunit"
+            | "getnextsym"
+            | "paridposvalid"
+            | "readdir"
+            | "strtodnum"
+            | "strtoval"
+            | "testandset"
+            | "uilistview"
+    )
 }
 
 /// Instructions that print or send the values of their arguments, and set none.
@@ -329,6 +377,23 @@ mod tests {
     fn only_rapids_own_waits_are_waits() {
         assert!(is_wait("waitdi") && is_wait("waituntil"));
         assert!(!is_wait("waithome") && !is_wait("waitpart") && !is_wait("waitwobj") && is_frame("waitwobj"));
+    }
+
+    #[test]
+    fn an_instruction_is_of_one_kind_and_lists_are_sorted() {
+        for list in [QUIET, MOVES, FUNCTIONS] {
+            let all: Vec<&str> = list.split_ascii_whitespace().collect();
+            assert!(all.is_sorted(), "{all:?}");
+        }
+        for name in MOVES.split_ascii_whitespace() {
+            assert!(
+                !is_quiet(name) && !is_wait(name) && motion(name).is_none() && !is_frame(name) && !arms(name),
+                "{name}"
+            );
+        }
+        assert!(
+            is_wait("stop") && is_quiet("stopmove") && is_quiet("wzboxdef") && moves("restopath") && moves("startmove")
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
 
-use super::built::{Built, Placed, Site, Written};
+use super::built::{Built, Owner, Placed, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
@@ -67,14 +67,19 @@ impl OneText for Writer<'_> {
     }
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
+        // external axes come after those of the robot in the text, wherever they stand in the robot file
+        let mut numbers: Vec<&Number> = numbers.iter().collect();
+        numbers.sort_by_key(|(span, _)| span.start);
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
         if let Some(foreign) = &literal.foreign {
             let own = Text::new("", foreign.to_vec());
             let start = literal.bytes.start();
-            let moved = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n));
+            let moved = numbers.into_iter().map(|(s, n)| (s.start - start..s.end - start, n));
             return in_utf8(flat(&own.substituted(0..foreign.len(), moved)));
         }
-        in_utf8(flat(&self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n)))))
+        in_utf8(flat(
+            &self.text()?.substituted(literal.bytes.range(), numbers.into_iter().map(|(s, n)| (s.clone(), n))),
+        ))
     }
 
     /// `[[..],[..]]` for a move whose own target is Cartesian.
@@ -137,7 +142,7 @@ impl Writer<'_> {
                     }
                     continue;
                 }
-                let name = self.fresh(&owner.name, &mut fresh);
+                let name = self.fresh(owner, &mut fresh);
                 let declaration = format!("{} {name}:={};", owner.head, self.literal(wanted.target, &numbers)?);
                 out.push(beside(text, &owner.bytes, &declaration));
                 for k in steps {
@@ -151,12 +156,9 @@ impl Writer<'_> {
         Ok(out)
     }
 
-    /// A name that nothing in the file has.
-    fn fresh(&self, old: &str, taken: &mut HashSet<String>) -> String {
-        let mut base: String = old.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        base.truncate(LONGEST_NAME - 9);
-        let base = base.trim_end_matches('_');
-        let base = if base.starts_with(|c: char| c.is_ascii_alphabetic()) { base } else { "j" };
+    /// A name that nothing in the file has, nor any other module of the task gets.
+    fn fresh(&self, owner: &Owner, taken: &mut HashSet<String>) -> String {
+        let base = base_of(&owner.name, owner.shared);
         (1u32..)
             .map(|n| format!("{base}{CLONE}{n}"))
             .find(|name| {
@@ -273,6 +275,24 @@ impl Writer<'_> {
             format!("z0\\Z:={mm:.2}").into_bytes()
         }
     }
+}
+
+/// What the names of clones of a target begin with. Modules are written one by one, and names that they share are unique in the task: where the
+/// whole name of a target is not in the new one, a number made of the whole tells it from others that begin alike.
+fn base_of(old: &str, shared: bool) -> String {
+    const LONGEST: usize = LONGEST_NAME - 9;
+    let mut base: String = old.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    base.truncate(LONGEST);
+    let base = base.trim_end_matches('_');
+    let base = if base.starts_with(|c: char| c.is_ascii_alphabetic()) { base } else { "j" };
+    if !shared || base == old {
+        return base.to_string();
+    }
+    // FNV-1a of 32 bits
+    let mix = |sum: u32, byte: u8| (sum ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+    let sum = old.to_lowercase().bytes().fold(0x811c_9dc5, mix);
+    let begin: String = base.chars().take(LONGEST - 9).collect();
+    format!("{}_{sum:08x}", begin.trim_end_matches('_'))
 }
 
 /// Whether a statement has blanks after its commas.

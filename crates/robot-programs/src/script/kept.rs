@@ -50,22 +50,17 @@ impl Script {
         self.fix(kept, why)
     }
 
-    /// Keeps the goal of the move before each of the lines (of the first text) at which the program reads where the robot stands, and those
-    /// of moves on that line, in whatever order they stand there. Where a label, a branch or the start of a routine comes between, the
-    /// move before is not known, and none is kept; a call may move nothing, so the move before it is. Gives the steps that it kept.
-    pub fn keep_before_reading(&mut self, why: &Reason, lines: &BTreeSet<u64>) -> Vec<usize> {
-        let mut kept = Vec::new();
-        for line in lines {
-            let before = self.steps.partition_point(|s| s.at.file == 0 && s.at.line < *line);
-            let after = self.steps.partition_point(|s| s.at.file == 0 && s.at.line <= *line);
-            let ends = |k: &usize| match &self.steps[*k].kind {
-                StepKind::Move(_) => true,
-                StepKind::Break(kind) => !kind.is_frame() && *kind != Break::Call,
-                _ => false,
-            };
-            kept.extend((0..before).rev().find(ends).into_iter().chain(before..after));
-        }
-        self.fix(kept, why)
+    /// Keeps the goals of the moves on these lines of the first text, after which the program may read where the robot stands. Gives the steps that
+    /// it kept.
+    pub fn keep_read(&mut self, why: &Reason, lines: &BTreeSet<u64>) -> Vec<usize> {
+        let read = |s: &Step| s.at.file == 0 && lines.contains(&s.at.line);
+        let all: Vec<usize> = (0..self.steps.len()).filter(|k| read(&self.steps[*k])).collect();
+        self.fix(all, why)
+    }
+
+    /// Lines of the first text on which moves stand.
+    pub fn lines_of_moves(&self) -> BTreeSet<u64> {
+        self.moves().filter_map(|(k, _)| self.steps.get(k)).filter(|s| s.at.file == 0).map(|s| s.at.line).collect()
     }
 
     /// Fixes the goals of moves that are not fixed yet; gives their steps.
@@ -82,31 +77,16 @@ impl Script {
 mod tests {
     use crate::script::{At, Break, Few, Goal, How, Move, Reason, Script, Step, StepKind};
 
-    fn step(line: u64, kind: StepKind) -> Step {
-        Step { at: At { file: 0, line }, kind }
-    }
-
     #[test]
-    fn the_move_before_a_reading_of_the_place_keeps_its_goal() {
+    fn moves_on_lines_after_which_the_place_is_read_keep_their_goals() {
+        let step = |line: u64, kind: StepKind| Step { at: At { file: 0, line }, kind };
         let to = || StepKind::Move(Move::new(How::default(), Goal::Joints(0), Few::new()));
-        let all = [
-            (1, StepKind::Break(Break::Start)),
-            (3, to()),
-            (4, to()),
-            (5, StepKind::Dwell(None)),
-            (7, to()),
-            (8, StepKind::Break(Break::Call)),
-            (10, to()),
-            (11, StepKind::Break(Break::Jump)),
-            (13, to()),
-            (13, to()),
-        ];
+        let all = [(1, StepKind::Break(Break::Start)), (3, to()), (4, to()), (4, to()), (5, to())];
         let steps = all.into_iter().map(|(line, kind)| step(line, kind)).collect();
         let mut script = Script { steps, ..Script::default() };
-        // before any move; after the move of line 4 and a dwell; after a call, which may move nothing; after a label; beside moves
-        let kept = script.keep_before_reading(&Reason::EndIsRead, &[2, 6, 9, 12, 13].into_iter().collect());
-        assert_eq!(kept, [2, 4, 8, 9]);
+        assert_eq!(script.lines_of_moves().into_iter().collect::<Vec<_>>(), [3, 4, 5]);
+        assert_eq!(script.keep_read(&Reason::EndIsRead, &[1, 4].into_iter().collect()), [2, 3]);
         let fixed = |k: usize| matches!(&script.steps[k].kind, StepKind::Move(m) if m.fixed == Some(Reason::EndIsRead));
-        assert_eq!((0..10).filter(|k| fixed(*k)).collect::<Vec<_>>(), [2, 4, 8, 9]);
+        assert_eq!((0..5).filter(|k| fixed(*k)).collect::<Vec<_>>(), [2, 3]);
     }
 }

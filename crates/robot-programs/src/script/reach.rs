@@ -67,6 +67,22 @@ pub struct Routine {
     pub events: Vec<(usize, Event)>,
 }
 
+impl Routine {
+    /// What stands at `at` comes last of its kind, from a place on. The one before it in a row is of no use where none of the places that are
+    /// `asked` for, ascending, stands between them.
+    pub fn comes_last(&mut self, place: usize, kind: usize, at: usize, asked: &[usize]) {
+        let before = match self.events.last() {
+            Some((_, Event::Set(of, to))) if *of == kind => to.checked_sub(FIRST).map(|k| k as usize),
+            _ => None,
+        };
+        let is_asked = |from: usize| asked.get(asked.partition_point(|a| *a < from)).is_some_and(|a| *a <= at);
+        if before.is_some_and(|from| !is_asked(from)) {
+            self.events.pop();
+        }
+        self.events.push((place, Event::Set(kind, FIRST + at as u32)));
+    }
+}
+
 /// What may be in force, by kind.
 pub type State = Vec<Atoms>;
 

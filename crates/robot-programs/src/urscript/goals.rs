@@ -1,7 +1,7 @@
 //! Targets of URScript moves: joint values, poses with their TCP, or why neither can be determined.
 
 use super::arguments::arguments;
-use super::in_force::{InForce, called_twice, may_differ};
+use super::in_force::{InForce, called_twice, may_differ, reads_place};
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Span};
 use super::reason::Reason;
@@ -40,8 +40,8 @@ fn alike(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
 }
 
 impl Builder<'_> {
-    /// The TCPs that the file sets, into `tcps`, and where they and what leads the robot may be in force. One that is computed is asked for
-    /// by what computes it, and by a number where the same words may give another one.
+    /// The TCPs that the file sets, into `tcps`, and where they and what leads the robot may be in force; into `read` the items whose moves may
+    /// come last before the place of the robot is read. A TCP that is computed is asked for by what computes it, and by a number where the same words may give another one.
     ///
     /// `tool = "set_tcp" "(" (pose | name | expression) ["," ...] ")"`
     pub fn find_in_force(&mut self) -> Option<InForce> {
@@ -67,7 +67,14 @@ impl Builder<'_> {
             atoms.insert(k, FIRST + known as u32);
         }
         let leads = p.items.iter().flat_map(|item| p.called(item)).any(|name| words::leads(name).is_some());
-        (leads || !atoms.is_empty()).then(|| InForce::of(self.text, p, self.entry_def, &|k| atoms.get(&k).copied()))
+        let readings: Vec<usize> = (0..p.items.len()).filter(|k| reads_place(p, &p.items[*k])).collect();
+        let any = leads || !atoms.is_empty();
+        if !any && readings.is_empty() {
+            return None;
+        }
+        let found = InForce::of(self.text, p, self.entry_def, &|k| atoms.get(&k).copied(), &readings);
+        self.read = found.last_before(p, &readings);
+        any.then_some(found)
     }
 
     /// A TCP that is computed.

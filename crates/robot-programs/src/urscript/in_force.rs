@@ -1,6 +1,8 @@
-//! Which TCP may be in force at each move, and what may lead the robot away from its targets there: followed through branches, loops and
-//! the functions of the file in the order in which they run ([`reach`](crate::script::reach)), not in that of the text.
+//! Which TCP may be in force at each move, what may lead the robot away from its targets there, and which moves may come last before the
+//! program reads where the robot stands: followed through branches, loops and the functions of the file in the order in which they run
+//! ([`reach`](crate::script::reach)), not in that of the text. A thread reads at any time, and so after no move that is known.
 
+use super::arguments::call;
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed};
 use super::words;
@@ -12,6 +14,9 @@ use std::collections::{BTreeSet, HashSet};
 /// Kinds of settings.
 const TCP: usize = 0;
 const LED: usize = 1;
+/// The move that came last.
+const LAST: usize = 2;
+const KINDS: usize = 3;
 
 /// What may be in force before each item.
 pub struct InForce {
@@ -31,31 +36,39 @@ struct Scan<'a> {
     routines: Vec<Routine>,
     threads: BTreeSet<String>,
     leaders: Vec<&'static str>,
+    readings: &'a [usize],
 }
 
 impl InForce {
     /// Of a file that starts with the function `entry`; `None`: with what stands outside of functions. `tcps`: atom of each item that sets a
-    /// TCP.
-    pub fn of(text: &Text, p: &Parsed, entry: Option<usize>, tcps: &dyn Fn(usize) -> Option<u32>) -> Self {
+    /// TCP; `readings`: items that read where the robot stands.
+    pub fn of(
+        text: &Text,
+        p: &Parsed,
+        entry: Option<usize>,
+        tcps: &dyn Fn(usize) -> Option<u32>,
+        readings: &[usize],
+    ) -> Self {
         let named = |(name, _): &(String, Option<usize>)| Routine { name: name.clone(), events: Vec::new() };
         let routines = std::iter::once(Routine::default()).chain(p.defs.iter().map(named)).collect();
-        let mut scan = Scan { text, p, routines, threads: BTreeSet::new(), leaders: Vec::new() };
+        let mut scan = Scan { text, p, routines, threads: BTreeSet::new(), leaders: Vec::new(), readings };
         for (k, item) in p.items.iter().enumerate() {
             scan.item(k, item, tcps(k));
         }
         let Scan { routines, threads, leaders, .. } = scan;
         let before = || Atoms::from([BEFORE]);
-        let mut all = vec![before(), before()];
+        let mut all = vec![before(); KINDS];
         routines.iter().flat_map(|r| &r.events).for_each(|(_, event)| add(event, &mut all));
+        all[LAST] = before();
         // a function that nothing calls is led by nothing that others begin
-        let unknown = vec![all[TCP].clone(), before()];
+        let unknown = vec![all[TCP].clone(), before(), before()];
         let start = |(k, routine): (usize, &Routine)| match () {
             () if threads.contains(&routine.name) => Some(all.clone()),
-            () if k == 0 || entry == Some(k - 1) => Some(vec![before(), before()]),
+            () if k == 0 || entry == Some(k - 1) => Some(vec![before(); KINDS]),
             () => None,
         };
         let starts: Vec<Option<State>> = routines.iter().enumerate().map(start).collect();
-        let always = set_by(&routines, &threads, 2);
+        let always = set_by(&routines, &threads, KINDS);
         Self { reach: Reach::of(&routines, &starts, &unknown), always, unknown, leaders }
     }
 
@@ -68,6 +81,15 @@ impl InForce {
     /// Atoms of the TCPs that may be in force before an item of a function.
     pub fn tcps(&self, def: Option<usize>, item: usize) -> impl Iterator<Item = u32> {
         self.atoms(TCP, def, item)
+    }
+
+    /// Items whose moves may come last before one of these items of the text.
+    pub fn last_before(&self, p: &Parsed, readings: &[usize]) -> BTreeSet<usize> {
+        let item_of = |atom: u32| atom.checked_sub(FIRST).map(|k| k as usize);
+        // what its own condition or expression calls has moved before it
+        let places = readings.iter().flat_map(|k| [(*k, *k), (*k, *k + 1)]);
+        let def = |k: usize| p.items.get(k).and_then(|item| item.def);
+        places.flat_map(|(k, place)| self.atoms(LAST, def(k), place)).filter_map(item_of).collect()
     }
 
     /// The function by which something may lead the robot before an item.
@@ -110,6 +132,12 @@ impl Scan<'_> {
             ItemKind::EndBranch | ItemKind::EndLoop => self.push(k, item, Event::Close),
             ItemKind::Assign { .. } | ItemKind::Other => {
                 self.called(k, item);
+                if !self.readings.is_empty()
+                    && call(p, item).is_some()
+                    && let Some(routine) = self.routines.get_mut(item.def.map_or(0, |d| d + 1))
+                {
+                    routine.comes_last(k + 1, LAST, k, self.readings);
+                }
                 match word {
                     "return" => self.push(k, item, Event::End),
                     "break" => self.push(k, item, Event::Leave),
@@ -170,4 +198,25 @@ pub fn may_differ(p: &Parsed, def: Option<usize>, span: std::ops::Range<usize>) 
             && !words::is_reserved(name)
             && (calls || assigned().unwrap_or_else(|| p.is_parameter(def, name)))
     })
+}
+
+/// Whether an item takes on where the robot stands, or where its last move leads: into the program, not into a message or to another device.
+pub fn reads_place(p: &Parsed, item: &Item) -> bool {
+    const PLACES: [&str; 7] = [
+        "get_actual_tcp_pose",
+        "get_target_tcp_pose",
+        "get_actual_joint_positions",
+        "get_target_joint_positions",
+        "get_actual_tool_flange_pose",
+        "get_joint_positions",
+        "get_target_waypoint",
+    ];
+    let word = p.words.at(item.span.start);
+    let writes = matches!(word, "textmsg" | "popup") || word.starts_with("socket_") || word.starts_with("rpc_");
+    if item.kind == ItemKind::Start || item.kind == ItemKind::Other && writes {
+        return false;
+    }
+    // without joints it is the pose of those at which the robot stands
+    let here = |i: usize| p.tokens.get(i + 2).is_some_and(|t| t.kind == Kind::Mark(b')'));
+    item.span.clone().any(|i| PLACES.contains(&p.words.at(i)) || p.words.at(i) == "get_forward_kin" && here(i))
 }

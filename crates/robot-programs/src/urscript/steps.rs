@@ -12,11 +12,10 @@ use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps, is_entered};
 use crate::script::called::{NamedCalls, Needs, strikes};
-use crate::script::lex::Kind;
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
 use crate::script::{self, At, Break, Note, Script, Span as Bytes, StepKind, Targets, Text};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -79,6 +78,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         robot,
         tcps: Vec::new(),
         in_force: None,
+        read: BTreeSet::new(),
         place: 0,
         steps: Steps::of_text(&text),
         targets: Targets::of_text(&text),
@@ -104,48 +104,22 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         {
             return Ok(None);
         }
+        if b.read.contains(&place) {
+            b.steps.fix_last_move(script::Reason::EndIsRead);
+        }
     }
     if passed.next().is_some() {
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let reads = p.items.iter().filter(|item| takes_on(&p, item) && reads_place(&p, &item.span));
-    let lines = reads.map(|item| b.line(item.span.start)).collect();
     let Builder { steps, targets, literals, notes, named_calls, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
-    out.script.keep_before_reading(&script::Reason::EndIsRead, &lines);
     out.script.targets = targets;
     out.script.notes = notes;
     named_calls.report_to(&mut out.script);
     out.script.texts = vec![text];
     Ok(Some((out, p.words)))
-}
-
-/// Whether what a statement reads goes on into the program: not into a message or to another device.
-fn takes_on(p: &Parsed, item: &Item) -> bool {
-    let word = p.words.at(item.span.start);
-    match item.kind {
-        ItemKind::Assign { .. } => true,
-        ItemKind::Other => {
-            !matches!(word, "textmsg" | "popup") && !word.starts_with("socket_") && !word.starts_with("rpc_")
-        }
-        _ => false,
-    }
-}
-
-/// Whether something in these tokens reads where the robot stands.
-fn reads_place(p: &Parsed, span: &Span) -> bool {
-    const PLACES: [&str; 5] = [
-        "get_actual_tcp_pose",
-        "get_target_tcp_pose",
-        "get_actual_joint_positions",
-        "get_target_joint_positions",
-        "get_actual_tool_flange_pose",
-    ];
-    // without joints it is the pose of those at which the robot stands
-    let here = |i: usize| p.tokens.get(i + 2).is_some_and(|t| t.kind == Kind::Mark(b')'));
-    span.clone().any(|i| PLACES.contains(&p.words.at(i)) || p.words.at(i) == "get_forward_kin" && here(i))
 }
 
 pub struct Builder<'a> {
@@ -159,6 +133,8 @@ pub struct Builder<'a> {
     pub tcps: Vec<Frame>,
     /// Which of them may be in force, and what leads the robot; `None`: it sets none, and nothing does.
     pub in_force: Option<InForce>,
+    /// Items whose moves may come last before the program reads where the robot stands.
+    pub read: BTreeSet<usize>,
     /// The item at hand.
     pub place: usize,
     pub steps: Steps<Site>,

@@ -54,14 +54,20 @@ const QUIET: &str = "\
     request_boolean_from_primary_client request_float_from_primary_client request_integer_from_primary_client \
     request_string_from_primary_client rotvec2rpy round rpy2rotvec sin size sqrt tan textmsg time to_num to_str \
     transpose wrench_trans xyz inv cross dot p not and or xor mod return if elif while run kill join switch case \
-    halt popup sleep sync wait stopj stopl steptime";
+    halt popup sleep sync wait stopj stopl steptime conveyor_pulse_decode enable_external_ft_sensor \
+    encoder_enable_pulse_decode encoder_enable_set_tick_count encoder_get_tick_count encoder_set_tick_count \
+    encoder_unwind_delta_tick_count force force_mode_set_damping force_mode_set_gain_scaling ft_rtde_input_enable \
+    pause_on_error_code position_deviation_warning powerdown set_base_acceleration set_conveyor_tick_count tool_contact";
+
+/// Functions of the language after which it is not known where the joints come from, although they are no motion to a target.
+const MOVES: [&str; 3] = ["direct_torque", "reset_revolution_counter", "set_pos"];
 
 const QUIET_STARTS: &str = "\
     get_actual_ get_target_ get_joint_ get_tcp_ get_tool_ get_standard_ get_configurable_ get_digital_ get_analog_ \
     get_euromap_ get_inverse_kin get_forward_kin get_conveyor_ get_controller_ get_list_length get_steptime get_flag \
     get_freedrive_status get_jacobian get_mass_matrix get_gravity is_steady is_within_safety_limits \
     read_input_ read_output_ read_port_ write_output_ write_port_ socket_ set_digital set_analog set_standard set_configurable set_tool_digital \
-    set_tool_voltage set_tool_output set_tool_communication set_payload set_target_payload set_gravity set_flag \
+    set_tool_voltage set_tool_analog set_tool_output set_tool_communication set_payload set_target_payload set_gravity set_flag \
     set_input_actions set_runstate set_safety set_target rtde_ modbus_ rpc_ str_ str_at popup zero_ftsensor";
 
 /// Whether a name stands in a list of names with blanks between them.
@@ -96,9 +102,9 @@ pub fn leads(name: &str) -> Option<Option<&'static str>> {
     }
 }
 
-/// Whether a function of the language moves the robot, or begins or ends to lead it.
+/// Whether a function of the language moves the robot, begins or ends to lead it, or makes other joint values of where it stands.
 pub fn moves(name: &str) -> bool {
-    motion(name).is_some() || leads(name).is_some()
+    motion(name).is_some() || leads(name).is_some() || MOVES.contains(&name)
 }
 
 /// Functions at which the robot stands and waits.
@@ -130,6 +136,10 @@ mod tests {
     fn a_name_that_only_begins_like_a_query_is_none() {
         let moving = ["get_part", "is_part_there", "read_place", "write_home"];
         let quiet = ["get_actual_tcp_pose", "get_inverse_kin", "is_steady", "read_input_integer_register"];
+        let of_language =
+            ["set_base_acceleration", "encoder_enable_pulse_decode", "set_conveyor_tick_count", "tool_contact"];
+        assert!(of_language.iter().all(|n| is_quiet(n) && !moves(n)) && is_quiet("set_tool_analog_input_domain"));
+        assert!(moves("reset_revolution_counter") && !is_quiet("reset_revolution_counter"));
         assert!(moving.iter().all(|n| !is_quiet(n)) && quiet.iter().all(|n| is_quiet(n)));
     }
 }

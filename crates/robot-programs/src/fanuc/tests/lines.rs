@@ -346,6 +346,31 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
 }
 
 #[test]
+fn the_motion_before_a_reading_of_the_place_is_found_along_control() {
+    let of = |lines: &[&str]| -> Vec<bool> {
+        let numbered = lines.iter().enumerate().map(|(k, line)| match line.starts_with('J') {
+            true => format!("{:4}:{line} 100% FINE    ;", k + 1),
+            false => format!("{:4}:  {line} ;", k + 1),
+        });
+        let d = doc(of_lines(&numbered.collect::<Vec<String>>().join("\n")).as_bytes());
+        d.script().moves().map(|(_, m)| m.fixed.is_some()).collect()
+    };
+    let cases: [(&[&str], &[bool]); 4] = [
+        (&["J P[1]", "LBL[1]", "PR[5]=LPOS", "J P[2]", "JMP LBL[1]"], &[true, true]),
+        (
+            &["J P[1]", "FOR R[1]=1 TO 3", "PR[5]=LPOS", "J P[2]", "J P[1]", "ENDFOR", "J P[2]"],
+            &[true, false, true, false],
+        ),
+        (&["J P[1]", "IF R[1]=1,JMP LBL[1]", "J P[2]", "LBL[1]", "PR[5]=JPOS", "J P[1]"], &[true, true, false]),
+        // when the program is run again
+        (&["PR[5]=LPOS", "J P[1]", "J P[2]"], &[false, true]),
+    ];
+    for (lines, kept) in cases {
+        assert_eq!(of(lines), kept, "{lines:?}");
+    }
+}
+
+#[test]
 fn a_remark_that_stands_after_the_end_of_a_statement_is_passed_over() {
     let text = of_lines(
         "   1:J P[1] 100% FINE    ; ! to the place\n   2:  WAIT DI[1]=ON ; ! \u{10c}ek\u{e1}\n   3:   ; !\n   4:  !HOME ? ; ! start\n   5:J P[2] 100% FINE    ;",

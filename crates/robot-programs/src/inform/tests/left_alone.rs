@@ -136,6 +136,22 @@ fn a_move_after_which_the_job_reads_its_place_keeps_its_goal() {
 }
 
 #[test]
+fn the_move_before_a_reading_of_the_place_is_found_along_control() {
+    let to = |k: usize| format!("MOVJ C0000{k} VJ=25.00\n");
+    let [a, b, c] = [0, 1, 2].map(to);
+    let read = "GETS PX010 $PX000\n";
+    let cases = [
+        (format!("{a}*L\n{read}{b}{c}JUMP *L"), [true, false, true]),
+        (format!("{a}WHILE I000<3\n{read}{b}ENDWHILE\n{c}"), [true, true, false]),
+        (format!("{a}JUMP *L IF I000=1\n{b}*L\n{read}{c}"), [true, true, false]),
+        (format!("{read}{a}{b}{c}"), [false, false, true]),
+    ];
+    for (lines, kept) in cases {
+        assert_eq!(fixed(&script_of(&Inform, &three(lines.trim_end()), &robot())), kept, "{lines}");
+    }
+}
+
+#[test]
 fn a_corner_whose_size_is_computed_stays_and_takes_no_points() {
     let text = three("MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00 PL=I001\nMOVL C00002 V=50.0 CR=LD001");
     for (_, m) in moves(&script_of(&Inform, &text, &robot())).iter().skip(1) {

@@ -116,32 +116,37 @@ pub(super) fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
     })
 }
 
-/// Lines that assign where the robot stands to a variable: `HERE=$POS_ACT`.
+/// Lines that take on where the robot stands, from 0: `HERE=$POS_ACT`, `IF $AXIS_ACT.A1>5 THEN`. Messages take nothing on, nor does what declares an
+/// interrupt or a trigger.
 ///
-/// `reading = name "=" {any} ("$POS_ACT" | "$AXIS_ACT" | "$POS_INT" | "$AXIS_INT" | "$POS_FOR" | "$AXIS_FOR" | "$POS_RET" | "$AXIS_RET")`
-pub(super) fn reads_place(text: &Text) -> BTreeSet<u64> {
+/// `reading = name "=" {any} place | ("IF" | "WHILE" | "UNTIL" | "SWITCH" | "WAIT" | "RETURN" | name "(") {any} place`,
+/// `place = "$POS_ACT" | "$AXIS_ACT" | "$POS_INT" | "$AXIS_INT" | "$POS_FOR" | "$AXIS_FOR" | "$POS_RET" | "$AXIS_RET"`
+pub(super) fn reads_place(text: &Text) -> BTreeSet<usize> {
     const PLACES: [&[u8]; 8] =
         [b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET"];
+    const NONE: [&str; 7] = ["INTERRUPT", "GLOBAL", "TRIGGER", "DECL", "CWRITE", "SWRITE", "SIGNAL"];
     let is = |at: usize| {
         let rest = text.bytes.get(at..).unwrap_or_default();
         PLACES.iter().any(|place| strip_word(rest, place).is_some())
     };
     let mut line = Vec::new();
-    // the line that was read last, and what it assigns
+    // the line that was read last, and what of it takes on
     let (mut last, mut value) = (0, 0..0);
-    let assigns = |at: usize| {
+    let takes_on = |at: usize| {
         let k = text.line_of(at);
         if k != last {
             tokens(text, k as usize - 1, &mut line);
             line.retain(|t| t.kind != Kind::Comment);
             let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
-            let sign = assignment(&line).filter(|_| motion::word(&first).is_none());
-            let sign = sign.and_then(|sign| line.get(sign)).map(|t| t.start + 1);
-            (last, value) = (k, sign.unwrap_or(usize::MAX)..line.last().map_or(0, |t| t.end));
+            let quiet = motion::word(&first).is_some() || NONE.contains(&first.as_str()) || first.contains("MSG");
+            // what stands before the sign is set
+            let from = assignment(&line).and_then(|sign| line.get(sign)).map_or(0, |t| t.start + 1);
+            let end = line.last().map_or(0, |t| t.end);
+            (last, value) = (k, if quiet { end..end } else { from..end });
         }
-        value.contains(&at).then_some(k)
+        value.contains(&at).then_some(k as usize - 1)
     };
-    memchr::memchr_iter(b'$', &text.bytes).filter(|at| is(*at)).filter_map(assigns).collect()
+    memchr::memchr_iter(b'$', &text.bytes).filter(|at| is(*at)).filter_map(takes_on).collect()
 }
 
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.

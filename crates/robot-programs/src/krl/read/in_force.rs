@@ -72,7 +72,7 @@ impl Force {
         }
         let names = Names::of(text, data);
         let (own, out) = (own_routines(text), Found::default());
-        let mut scan = Scan { text, data, going, outside, still, lists, names: &names, own, passed, out };
+        let mut scan = Scan { text, data, going, outside, still, lists, names: &names, own, passed, moves: None, out };
         scan.lines();
         let Found { mut routines, first, settings, interrupts, resumes, .. } = scan.out;
         // what was there before stays where nothing else is set

@@ -59,7 +59,17 @@ pub(super) struct Scan<'a> {
     /// Routines of the text.
     pub(super) own: BTreeSet<String>,
     pub(super) passed: [BTreeSet<u64>; 2],
+    /// Where it is asked for which moves come last.
+    pub(super) moves: Option<Moves<'a>>,
     pub(super) out: Found,
+}
+
+/// Lines that move, and those before which it is asked which of them came last, ascending; the number of this kind.
+#[derive(Clone, Copy)]
+pub(super) struct Moves<'a> {
+    pub(super) lines: &'a BTreeSet<usize>,
+    pub(super) asked: &'a [usize],
+    pub(super) kind: usize,
 }
 
 impl Scan<'_> {
@@ -71,17 +81,21 @@ impl Scan<'_> {
             let word = first_word(self.text, k);
             // of most motions nothing is called
             let called = || memchr::memchr(b'(', self.text.line(k)).is_some();
-            if word.is_empty()
-                || motion::word(&String::from_utf8_lossy(word).to_ascii_uppercase()).is_some() && !called()
-            {
-                continue;
+            let nothing = word.is_empty()
+                || motion::word(&String::from_utf8_lossy(word).to_ascii_uppercase()).is_some() && !called();
+            if !nothing {
+                tokens(self.text, k, &mut line);
+                line.retain(|t| t.kind != Kind::Comment);
+                if let Some(first) = line.first().filter(|t| !t.is(b'&')) {
+                    let word = upper(self.text, first);
+                    let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
+                    self.statement(k, &line, (&word, &second), &mut set, &mut blocks);
+                }
             }
-            tokens(self.text, k, &mut line);
-            line.retain(|t| t.kind != Kind::Comment);
-            if let Some(first) = line.first().filter(|t| !t.is(b'&')) {
-                let word = upper(self.text, first);
-                let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
-                self.statement(k, &line, (&word, &second), &mut set, &mut blocks);
+            if let (Some(moves), Some(routine)) = (self.moves, self.out.routines.last_mut())
+                && moves.lines.contains(&k)
+            {
+                routine.comes_last(k, moves.kind, k, moves.asked);
             }
         }
     }

@@ -105,8 +105,9 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
         ("HERE=$POS_ACT\n", true),
         ("HERE.Z=$pos_act.z+100\n", true),
         ("Q[1]=$AXIS_ACT\nWAIT SEC 1\n", true),
-        // a look at it takes nothing on
-        ("IF $POS_ACT.X>5 THEN\nN=1\nENDIF\n", false),
+        ("IF $POS_ACT.X>5 THEN\nN=1\nENDIF\n", true),
+        ("WAIT FOR $AXIS_ACT.A1>5\n", true),
+        ("CWRITE(h,s,m,\"%r\",$POS_ACT)\n", false),
         ("N=1 ;$POS_ACT\n", false),
     ] {
         let src = format!("DEF a()\n{a}{b}{read}{a}{b}END\n");
@@ -114,6 +115,18 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
     }
     // a call may move nothing
     assert_eq!(fixed(&format!("DEF a()\n{a}X()\nHERE=$POS_ACT\n{b}END\n"), ""), [true, false]);
-    // it is not known which motion came before
-    assert_eq!(fixed(&format!("DEF a()\n{a}GOTO L\n{a}L:\nHERE=$POS_ACT\n{b}END\n"), ""), [false; 3]);
+    // along control: after a jump, in the next pass, after a routine, in a routine, when the program runs again
+    let read = "HERE=$POS_ACT\n";
+    let cases: [(String, &[bool]); 7] = [
+        (format!("DEF a()\n{a}GOTO L\n{a}L:\n{read}{b}END\n"), &[true, false, false]),
+        (format!("DEF a()\n{a}LOOP\n{read}{a}{b}ENDLOOP\nEND\n"), &[true, false, true]),
+        (format!("DEF a()\n{a}REPEAT\n{b}UNTIL $POS_ACT.X>5\n{a}END\n"), &[false, true, false]),
+        (format!("DEF a()\n{a}s()\n{read}{a}END\nDEF s()\n{b}{b}END\n"), &[false, false, false, true]),
+        (format!("DEF a()\n{a}{b}s()\n{a}END\nDEF s()\n{read}END\n"), &[false, true, false]),
+        (format!("DEF a()\n{read}{a}{b}END\n"), &[false, true]),
+        (format!("DEF a()\nINTERRUPT DECL 3 WHEN $IN[1] DO s()\n{a}{b}END\nDEF s()\n{read}END\n"), &[false, false]),
+    ];
+    for (src, kept) in cases {
+        assert_eq!(fixed(&src, ""), kept, "{src}");
+    }
 }

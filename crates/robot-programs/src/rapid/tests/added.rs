@@ -213,3 +213,29 @@ fn a_movec_is_split_into_arcs() {
         assert!(document(&source).script().moves().nth(1).unwrap().1.closed.is_some(), "{other}");
     }
 }
+
+/// A track under the robot comes before its joints in the robot file, and after them in a target.
+#[test]
+fn a_new_point_of_a_robot_on_a_track_has_two_lists() {
+    let track = Axis::new("eax_a", JointKind::Prismatic);
+    let joints = (1..=6).map(|k| Axis::new(format!("J{k}"), JointKind::Revolute));
+    let robot = Axes::new("arm on a track", std::iter::once(track).chain(joints).collect());
+    let list = "[[10,20,30,40,50,60],[1000,9E9,9E9,9E9,9E9,9E9]]";
+    let declared = program(&format!("CONST jointtarget j1:={list};"), "MoveAbsJ j1,v100,fine,tool0;");
+    for source in [program("", &format!("MoveAbsJ {list},v100,fine,tool0;")), declared] {
+        let doc = harness::parse(&Rapid, source.as_bytes(), &robot).unwrap();
+        let (step, m) = doc.script().moves().next().unwrap();
+        let target = doc.script().targets.get(m.goal.target().unwrap()).unwrap();
+        let mut q: Vec<f64> = target.values.iter().map(|v| v.unwrap().si).collect();
+        assert_eq!(q.len(), 7);
+        (q[0], q[1]) = (0.9, 9.5_f64.to_radians());
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        let mut edits = Edits { digit: vec![1e-4_f64.to_radians(); 7], ..Edits::default() };
+        edits.steps.insert(step, Edit { before: vec![point], ..Edit::default() });
+        assert_eq!(round_trip(&Rapid, source.as_bytes(), &robot, &edits), Ok(Outcome::Kept));
+        let out = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap();
+        let out = String::from_utf8(out.into_iter().next().unwrap()).unwrap();
+        let new = "MoveAbsJ [[9.5000,20,30,40,50,60],[900.000,9E9,9E9,9E9,9E9,9E9]],v100,";
+        assert!(out.contains(new), "{out}");
+    }
+}

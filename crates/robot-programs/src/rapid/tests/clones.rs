@@ -55,6 +55,28 @@ fn a_clones_name_avoids_every_word_of_the_file() {
     assert!(rewritten(&source, &shifted(&source, &[(0, 0.002)])).contains("MoveAbsJ j1_lm2,"));
 }
 
+/// Modules of a task are written one by one, and must not get the same global name.
+#[test]
+fn names_of_which_a_clone_holds_a_part_alone_give_other_names_in_each_module() {
+    let clone = |head: &str, name: &str, at: &str| {
+        let one = "[[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+        let value = if name.contains('{') { format!("[{one},{one},{one}]") } else { one.to_string() };
+        let declared = format!("{head} jointtarget {name}:={value};");
+        let source = program(&declared, &format!("MoveAbsJ {at},v100,fine,tool0;\nMoveAbsJ {at},v100,fine,tool0;"));
+        let out = rewritten(&source, &shifted(&source, &[(0, 0.002)]));
+        let name = out.split(&format!("{head} jointtarget ")).nth(2).unwrap().split(":=").next().unwrap().to_string();
+        assert!(name.len() <= 32 && out.contains(&format!("MoveAbsJ {name},v100")), "{out}");
+        name
+    };
+    let long = |k: u32| format!("pStationAlphaConveyorPick000000{k}");
+    let [a, b] = [1, 2].map(|k| clone("CONST", &long(k), &long(k)));
+    assert!(a != b && a.starts_with("pStationAlphaC_") && a.ends_with("_lm1"), "{a} {b}");
+    let [c, d, e] = [("ja{3}", "ja{3}"), ("ja_3", "ja_3"), ("ja_", "ja_")].map(|(name, at)| clone("PERS", name, at));
+    assert!(c != d && e != "ja_lm1" && d == "ja_3_lm1", "{c} {d} {e}");
+    // one that no other module sees keeps its short name
+    assert_eq!(clone("LOCAL CONST", &long(1), &long(1)), "pStationAlphaConveyorPi_lm1");
+}
+
 #[test]
 fn one_name_in_two_routines_means_two_targets() {
     let source = "MODULE M\nPROC a()\nCONST jointtarget j:=[[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]];\nMoveAbsJ j,v10,fine,tool0;\nENDPROC\nPROC b()\nVAR jointtarget J:=[[7,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]];\nMoveAbsJ j,v10,fine,tool0;\nENDPROC\nENDMODULE\n";
@@ -92,7 +114,10 @@ fn an_array_element_with_a_literal_index_is_a_target_and_a_computed_index_is_not
     assert!(opaque(&moves(&computed)[1]).contains("index"));
     // the loop needs the old value, so the first move gets its own
     let out = rewritten(&computed, &shifted(&computed, &[(0, 0.002)]));
-    assert!(out.contains("CONST jointtarget a_2_lm1:=[[2.00200,2") && out.contains("MoveAbsJ a_2_lm1,v100"), "{out}");
+    let clone = out.split("CONST jointtarget ").nth(2).unwrap().split(":=").next().unwrap();
+    assert!(clone.starts_with("a_2_") && clone.ends_with("_lm1"), "{out}");
+    assert!(out.contains(&format!("CONST jointtarget {clone}:=[[2.00200,2")), "{out}");
+    assert!(out.contains(&format!("MoveAbsJ {clone},v100")), "{out}");
 }
 
 #[test]

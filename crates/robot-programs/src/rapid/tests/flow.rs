@@ -263,3 +263,22 @@ fn a_move_after_which_the_program_reads_its_place_keeps_its_goal() {
         assert_eq!((fixed[0], fixed[1], fixed.last()), (false, kept, Some(&false)), "{line}");
     }
 }
+
+#[test]
+fn instructions_of_the_language_are_asked_of_no_user() {
+    let of = |line: &str| {
+        let source = program(J, &format!("MoveAbsJ j1,v100,fine,tool0;\n{line}\nMoveAbsJ j1,v100,fine,tool0;"));
+        let d = document(&source);
+        assert!(d.script().unknown_calls.is_empty(), "{line}: {:?}", d.script().unknown_calls);
+        kinds(&source)
+    };
+    for line in
+        ["StopMove;", "StorePath;", "PathRecStart id1;", "WZBoxDef\\Inside,wz1,p1,p2;", "WZLimSup\\Stat,wz2,wz1;"]
+    {
+        assert_eq!(of(line), ["Start", "move", "move"], "{line}");
+    }
+    assert_eq!(of("Stop;"), ["Start", "move", "dwell None", "move"]);
+    for line in ["RestoPath;", "StartMove;", "PathRecMoveBwd;"] {
+        assert_eq!(of(line), ["Start", "move", "Call", "move"], "{line}");
+    }
+}

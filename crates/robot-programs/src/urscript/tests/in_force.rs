@@ -89,3 +89,39 @@ fn a_function_that_is_called_while_something_leads_the_robot_stays() {
     let round = format!("def p():\n{}while True:\n{}{}{on}{}end\nend\n", j(0.1), j(0.2), j(0.3), j(0.4));
     assert_eq!(left(&round), [false, true, true, true]);
 }
+
+/// Numbers of the moves to `[n,2,3,4,5,6]` that keep their goals, as the program reads where the robot stands.
+fn kept(source: &str) -> Vec<usize> {
+    let doc = document(source);
+    let script = doc.script();
+    let of = |m: &Move| {
+        let target = script.targets.get(m.goal.target()?)?;
+        let first = target.values.iter().next()??;
+        m.fixed.is_some().then(|| first.si.round() as usize)
+    };
+    let mut all: Vec<usize> = script.moves().filter_map(|(_, m)| of(m)).collect();
+    all.sort_unstable();
+    all
+}
+
+#[test]
+fn the_move_before_a_reading_of_the_place_is_found_along_control() {
+    let [a, b, c, d] = [1, 2, 3, 4].map(|k| format!("movej([{k},2,3,4,5,6])\n"));
+    let read = "x = get_actual_tcp_pose()\n";
+    let rd = "def rd():\n return get_actual_tcp_pose()\nend\n";
+    let sub = format!("def sub():\n{c}{d}end\n");
+    let cases: [(&str, &str, String, &[usize]); 9] = [
+        ("in the text", "", format!("{a}{b}{read}{c}"), &[2]),
+        ("after what is called", &sub, format!("{a}sub()\n{read}{b}"), &[4]),
+        ("perhaps called", &sub, format!("{a}if x:\nsub()\nend\n{read}{b}"), &[1, 4]),
+        ("in what is called", rd, format!("{a}{b}x = rd()\n{c}"), &[2]),
+        ("in the next pass", "", format!("{a}while True:\n{read}{b}{c}end\n"), &[1, 3]),
+        ("in the condition of a loop", "", format!("{a}while get_actual_tcp_pose()==x:\n{b}{c}end\n{d}"), &[1, 3]),
+        ("in a condition", "", format!("{a}{b}if get_actual_joint_positions()==q:\n x = 1\nend\n{c}"), &[2]),
+        ("after both branches", "", format!("{a}if x:\n{b}else:\n{c}end\n{read}{d}"), &[2, 3]),
+        ("with a TCP", "", format!("set_tcp(p[0,0,0.1,0,0,0])\n{a}{b}textmsg(get_actual_tcp_pose())\n{c}"), &[]),
+    ];
+    for (what, above, main, expected) in cases {
+        assert_eq!(kept(&format!("{above}def main():\n{main}end\nmain()\n")), expected, "{what}");
+    }
+}

@@ -1,0 +1,87 @@
+//! Which moves may come last before the program reads where the robot stands, along control ([`reach`](crate::script::reach)).
+//!
+//! Routines that none of the file calls run one after the other, in any order. An interrupt strikes anywhere on a way: its routine reads after
+//! no move that is known.
+
+use super::ahead::{Ahead, passed, reads_place};
+use super::in_force::ASSIGNED;
+use super::scan::{Found, Moves, Scan, own_routines};
+use super::versions::Names;
+use crate::krl::data::Data;
+use crate::krl::going::Going;
+use crate::krl::outside::Outside;
+use crate::krl::still::Still;
+use crate::no_motion::NoMotion;
+use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State, set_by};
+use crate::script::{Script, Text};
+use std::collections::BTreeSet;
+
+/// Lines, from 1, of the motions of a script after which its text may read where the robot stands.
+pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &Script) -> BTreeSet<u64> {
+    let Some(text) = texts.first() else { return BTreeSet::new() };
+    let reads: Vec<usize> = reads_place(text).into_iter().collect();
+    if reads.is_empty() {
+        return BTreeSet::new();
+    }
+    let going = Going::of(texts);
+    let outside = Outside::of(texts, &going);
+    let (names, still) = (Names::of(text, data), Still::of(texts, declared));
+    let lists = Ahead::of(text, data, &going, &outside).lists;
+    let moves = script.lines_of_moves().into_iter().map(|line| line as usize - 1).collect();
+    let scan = Scan {
+        text,
+        data,
+        going: &going,
+        outside: &outside,
+        still: &still,
+        lists: &lists,
+        names: &names,
+        own: own_routines(text),
+        passed: passed(text),
+        moves: None,
+        out: Found::default(),
+    };
+    before(scan, &moves, &reads, ASSIGNED + names.len()).into_iter().map(|line| line as u64 + 1).collect()
+}
+
+/// Lines of moves that may come last before one of the lines that read, all from 0, ascending; `kinds` of settings are followed beside them.
+fn before<'a>(mut scan: Scan<'a>, moves: &'a BTreeSet<usize>, reads: &'a [usize], kinds: usize) -> BTreeSet<usize> {
+    scan.moves = Some(Moves { lines: moves, asked: reads, kind: kinds });
+    scan.lines();
+    let Found { mut routines, first, interrupts, .. } = scan.out;
+    let called: BTreeSet<&String> = routines.iter().flat_map(|r| &r.events).filter_map(|e| callee(&e.1)).collect();
+    let free = |r: &&Routine| !r.name.is_empty() && !called.contains(&r.name) && !interrupts.contains(&r.name);
+    let mut outside = vec![(0, Event::Open(Block::Endless)), (0, Event::Open(Block::Switch))];
+    for routine in routines.iter().filter(free) {
+        outside.extend([(0, Event::Middle(false)), (0, Event::Call(routine.name.clone()))]);
+    }
+    outside.extend([(0, Event::Close), (0, Event::Close)]);
+    for (routine, at) in routines.iter_mut().skip(1).zip(&first) {
+        if interrupts.contains(&routine.name) {
+            routine.events.insert(0, (*at, Event::Set(kinds, BEFORE)));
+        }
+    }
+    let anything = || -> State { vec![Atoms::from([BEFORE]); kinds + 1] };
+    let always = set_by(&routines, &interrupts, kinds + 1).pop().unwrap_or_default();
+    routines.push(Routine { name: String::new(), events: outside });
+    let starts: Vec<Option<State>> = (0..routines.len())
+        .map(|k| (k == 0 || k + 1 == routines.len() || interrupts.contains(&routines[k].name)).then(anything))
+        .collect();
+    let reach = Reach::of(&routines, &starts, &anything());
+    let mut found = always;
+    for line in reads {
+        // what the line itself calls has moved before it
+        for place in [line.saturating_sub(1), *line] {
+            let state = reach.after(first.partition_point(|f| f <= line), place);
+            found.extend(state.and_then(|s| s.last()).into_iter().flatten());
+        }
+    }
+    found.into_iter().filter_map(|atom| Some(atom.checked_sub(FIRST)? as usize)).collect()
+}
+
+fn callee(event: &Event) -> Option<&String> {
+    match event {
+        Event::Call(name) => Some(name),
+        _ => None,
+    }
+}
