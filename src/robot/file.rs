@@ -270,7 +270,8 @@ impl RobotFile {
         }
         robot.declare_no_motion(self.no_motion.iter().map(String::as_str));
         if let Some(word) = &self.wrist_flip {
-            let expected = "`positive` or `negative` (joint 5 where the wrist is flipped), `within-90` or `beyond-90` (joint 4)";
+            let expected =
+                "`positive` or `negative` (joint 5 where the wrist is flipped), `within-90` or `beyond-90` (joint 4)";
             let bad = || Error::bad(doc.place(&["wrist_flip"]), format!("wrist_flip `{word}`"), expected);
             robot.wrist_flip = Some(Flip::of_word(word).ok_or_else(bad)?);
         }

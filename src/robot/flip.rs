@@ -77,7 +77,9 @@ mod tests {
     fn each_meaning_names_one_of_the_two_wrists_of_a_pose() {
         let of = |q: [f64; 6]| q.map(f64::to_radians);
         let (one, other) = (of([0.0, 0.0, 0.0, 12.0, -65.0, 5.0]), of([0.0, 0.0, 0.0, -168.0, 65.0, -175.0]));
-        for (flip, flipped) in [(Flip::Positive, false), (Flip::Negative, true), (Flip::Within, true), (Flip::Beyond, false)] {
+        for (flip, flipped) in
+            [(Flip::Positive, false), (Flip::Negative, true), (Flip::Within, true), (Flip::Beyond, false)]
+        {
             assert_eq!([flip.is_flipped(&one), flip.is_flipped(&other)], [Some(flipped), Some(!flipped)], "{flip:?}");
             assert_eq!(flip.is_clearly_flipped(&one), Some(flipped));
             assert_eq!(Flip::of_word(flip.word()), Some(flip));

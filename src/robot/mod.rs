@@ -23,8 +23,8 @@ pub mod chain;
 pub mod dh;
 pub mod file;
 pub mod fingerprint;
-pub mod frames;
 mod flip;
+pub mod frames;
 pub mod gap_of;
 pub mod inverse;
 mod lines;
@@ -35,8 +35,8 @@ pub mod write;
 
 pub use arm::Arm;
 pub use chain::{Chain, Pose};
-pub use frames::Frames;
 pub use flip::Flip;
+pub use frames::Frames;
 pub use gap_of::GapOf;
 pub use inverse::{Inverse, InverseOptions, Stop, Target};
 

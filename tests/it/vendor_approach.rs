@@ -423,3 +423,84 @@ fn the_way_from_a_point_of_approach_is_longer_than_the_dead_band() {
         );
     }
 }
+
+/// A desk for the KR 120 with gaps on all of its joints.
+fn kuka() -> Desk {
+    let desk = Desk::new(0.0);
+    let gaps: String =
+        (1..=6).map(|k| format!("  - {{effect: backlash, joint: A{k}, half_gap_deg: 0.05}}\n")).collect();
+    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{gaps}"));
+    desk
+}
+
+/// Values of an axis in the order of the lines.
+fn axis(text: &str, name: &str) -> Vec<f64> {
+    let parts = text.split(['{', '}', ',']).filter_map(|w| w.strip_prefix(name)?.strip_prefix(' '));
+    parts.filter_map(|w| w.parse().ok()).collect()
+}
+
+/// The way to a point that is added says nothing of the side from which joints come to the target before it.
+#[test]
+fn the_first_target_has_no_side_by_a_point_that_is_added_after_it() {
+    let desk = kuka();
+    desk.write(
+        "a.src",
+        "DEF a()\nPTP {A1 5,A2 -85,A3 92,A4 12,A5 32,A6 5}\nPTP {A1 5,A2 -80,A3 97,A4 14,A5 34,A6 8}\n\
+         PTP {A1 12,A2 -78,A3 99,A4 16,A5 36,A6 10}\nEND\n",
+    );
+    desk.run("rewrite --model model.yaml a.src --approach-from + --output out.src").success();
+    let out = String::from_utf8(desk.read("out.src")).unwrap();
+    assert_eq!(axis(&out, "A1"), [5.0, 4.8, 5.05, 12.05], "{out}");
+    // joints that the program itself moves keep their side
+    assert_eq!(axis(&out, "A2")[0], -84.95, "{out}");
+    desk.run("undo out.src --output back.src").success();
+    assert_eq!(desk.read("back.src"), desk.read("a.src"));
+}
+
+/// A target to which several ways lead stays; a joint that rests after it has not come from the wanted side.
+#[test]
+fn a_joint_that_rests_after_a_target_left_alone_is_approached() {
+    let desk = kuka();
+    let [p0, p1, p2] = [
+        "PTP {A1 -25,A2 -80,A3 62,A4 10,A5 32,A6 12}\n",
+        "PTP {A1 0,A2 -68,A3 90,A4 -1,A5 24,A6 0}\n",
+        "PTP {A1 0,A2 -100,A3 90,A4 10,A5 40,A6 0}\n",
+    ];
+    let text = format!("DEF a()\n{p0}IF $IN[2] THEN\n{p1}ENDIF\n{p1}IF $IN[1] THEN\n{p2}ENDIF\n{p0}END\n");
+    desk.write("a.src", &text);
+    desk.run("rewrite --model model.yaml a.src --approach-from + --output out.src").success();
+    let out = String::from_utf8(desk.read("out.src")).unwrap();
+    let at = out.find("$IN[1]").unwrap();
+    // 1.5 times the whole lost motion on the other side of 0, and the target with its offset
+    assert_eq!(axis(&out[at..], "A6")[..2], [-0.2, 0.05], "{out}");
+    assert!(out[..at].ends_with(&format!("{p1}IF ")), "{out}");
+}
+
+/// What a wanted side adds to whole degrees is no trace of an earlier rewrite.
+#[test]
+fn a_program_of_whole_degrees_is_not_taken_for_one_that_was_rewritten() {
+    let targets = [[-28, 13, 0, -4, 40, 16], [-28, 0, 0, 38, 30, 0], [23, -29, -26, 10, 28, -21]];
+    let mut text = String::from("/PROG  P\n/ATTR\nLINE_COUNT\t= 3;\n/MN\n");
+    for k in 1..=3 {
+        let _ = writeln!(text, "{k:4}:J P[{k}] 50% FINE    ;");
+    }
+    text += "/POS\n";
+    for (k, q) in targets.into_iter().enumerate() {
+        let f = |i: usize| format!("J{}={:>10.3} deg", i + 1, f64::from(q[i]));
+        let rows = [[f(0), f(1), f(2)].join(",\t"), [f(3), f(4), f(5)].join(",\t")];
+        let _ = write!(text, "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\t{},\n\t{}\n}};\n", k + 1, rows[0], rows[1]);
+    }
+    text += "/END\n";
+    let desk = Desk::new(0.0);
+    std::fs::copy(bundled("configs/fanuc-m10ia.yaml"), desk.path("robot.yaml")).unwrap();
+    desk.write("p.ls", &text);
+    for half_gap in ["0.02", "0.025", "0.05", "0.1", "0.15"] {
+        let gaps: String =
+            (1..=6).map(|k| format!("  - {{effect: backlash, joint: J{k}, half_gap_deg: {half_gap}}}\n")).collect();
+        desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{gaps}"));
+        let out = format!("out-{half_gap}.ls");
+        desk.run(&format!("rewrite --model model.yaml p.ls --approach-from + --output {out}")).success();
+        desk.run(&format!("undo {out} --output back-{half_gap}.ls")).success();
+        assert_eq!(desk.read(&format!("back-{half_gap}.ls")), text.as_bytes());
+    }
+}

@@ -72,7 +72,8 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
         let own = (&mut edits, in_joints.as_mut());
         wrists::keep_alike(script, own, &other.collected.edits, &mut left, &mut unplaced);
     }
-    let (changes, changes_total) = change::of_edits(document, &runs, in_joints.as_ref().unwrap_or(&edits), task.robot, task.listed);
+    let (changes, changes_total) =
+        change::of_edits(document, &runs, in_joints.as_ref().unwrap_or(&edits), task.robot, task.listed);
     // an estimate of a part would read as one of the whole
     let loops = runs.iter().any(|r| !r.entered.is_empty() || r.goes_on());
     let whole = gaps.is_empty() && partial.is_empty() && !loops;

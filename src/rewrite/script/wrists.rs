@@ -77,9 +77,7 @@ fn alike(a: &[f64], b: &[f64], digits: &[f64]) -> bool {
 fn same_points(one: &EditRef, two: &EditRef, near: &dyn Fn(&[f64], &[f64]) -> bool) -> bool {
     let point = |(a, b): (&NewPoint, &NewPoint)| near(&a.q, &b.q);
     let counts = (one.before.len(), one.vias.len()) == (two.before.len(), two.vias.len());
-    counts
-        && one.before.iter().zip(two.before).all(point)
-        && one.vias.iter().zip(two.vias).all(|(a, b)| near(a, b))
+    counts && one.before.iter().zip(two.before).all(point) && one.vias.iter().zip(two.vias).all(|(a, b)| near(a, b))
 }
 
 /// The step of a move is spread over its way.

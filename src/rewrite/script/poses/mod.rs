@@ -10,11 +10,12 @@
 //! configuration names differ, or where the target lies outside of the joint limits. One exception: a joint motion whose configuration is
 //! that of one solution alone goes there, however far that is, as long as few motions of the program do so.
 //!
-//! In this folder: frames, tools and places here; [`carried`]: arms on external axes; [`solve`] chooses the joints of a target; [`borders`] keeps joints with offsets in the
+//! In this folder: frames, tools and places here; [`carried`]: arms on external axes; [`letters`]: the two wrists of a pose; [`solve`] chooses the joints of a target; [`borders`] keeps joints with offsets in the
 //! configuration that is written; [`mod@write`] makes numbers of joints.
 
 mod borders;
 mod carried;
+mod letters;
 mod solve;
 #[cfg(test)]
 mod tests;
@@ -22,9 +23,9 @@ mod write;
 
 use super::cause::Cause;
 use crate::program::script::pose::{Frame, PoseGoal};
-use crate::robot::{Flip, Robot};
 use crate::robot::arm::{self, Arm};
 use crate::robot::frames::{Frames, Missing};
+use crate::robot::{Flip, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -5,15 +5,16 @@ use super::super::cause::Cause;
 use super::super::configuration::{self, allows, allows_axis, determines, misfit, prefers, tolerates, tolerates_axis};
 use super::super::way;
 use super::Place;
+use super::letters::turns_alike;
 use crate::program::script::PathKind;
 use crate::program::script::pose::{Configuration, PoseGoal, Solution};
 use crate::robot::Robot;
 use crate::robot::arm::{self, Arm};
 use nalgebra::Isometry3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// Slack of the borders of a configuration, rad: programs are rounded.
-const SLACK: f64 = 2e-3;
+pub(super) const SLACK: f64 = 2e-3;
 /// Joints beyond a limit by less stand on it, rad or m.
 const ON_LIMIT: f64 = 1e-6;
 /// Solutions whose distances differ by less are as near, rad.
@@ -21,7 +22,7 @@ const AS_NEAR: f64 = 0.02;
 /// Joints that a program names for a solution are no further from it, rad.
 const BESIDE: f64 = 0.5;
 /// Joints closer than this are the same solution, rad.
-const SAME: f64 = 1e-5;
+pub(super) const SAME: f64 = 1e-5;
 /// A sign of a configuration whose measure is less is none (m, sines, and the determinant of a Jacobian in m).
 const ON_BORDER: f64 = 1e-6;
 
@@ -113,52 +114,6 @@ impl Place {
             (Some((arm, _, q)), Solution::Configured(c)) => goal.binding && prefers(c, arm, q, self.flip),
             _ => false,
         }
-    }
-
-    /// Whether the letter for the wrist alone chose these joints: the other wrist has the same configuration else.
-    pub fn is_by_letter(&self, goal: &PoseGoal, q: &[f64]) -> bool {
-        if let Some((alone, count)) = self.alone(q) {
-            return alone.is_by_letter(goal, q.get(count..).unwrap_or_default());
-        }
-        let (Some(arm), Solution::Configured(c)) = (&self.tooled.arm, &goal.solution) else { return false };
-        let robot = &self.tooled.robot;
-        let all = arm.solutions(robot, &robot.forward(q), q);
-        let own = prefers(c, arm, q, self.flip);
-        configuration::says_flipped(c).is_some()
-            && self.configured(arm, c, &all, q).iter().any(|other| prefers(c, arm, other, self.flip) != own)
-    }
-
-    /// Whether the letter of a target for the wrist says other than joints that certainly reach it.
-    pub fn contradicts(&self, goal: &PoseGoal, q: &[f64]) -> bool {
-        let Some((_, _, q)) = self.tooled.arm_of(q).filter(|_| goal.binding) else { return false };
-        let Solution::Configured(c) = &goal.solution else { return false };
-        let is = self.flip.and_then(|flip| flip.is_clearly_flipped(q));
-        is.zip(configuration::says_flipped(c)).is_some_and(|(is, says)| is != says)
-    }
-
-    /// Whether the joints next to those before have the configuration of a target but for its letter, and those with its letter are further away
-    /// by far.
-    pub fn turns_over_for_letter(&self, goal: &PoseGoal, from: &[f64]) -> bool {
-        if let Some((alone, count)) = self.alone_at(goal, Some(from)) {
-            return alone.turns_over_for_letter(goal, from.get(count..).unwrap_or_default());
-        }
-        let (Some(arm), Solution::Configured(c)) = (&self.tooled.arm, &goal.solution) else { return false };
-        let Some(end) = self.world(goal, Some(from)) else { return false };
-        let robot = &self.tooled.robot;
-        let all = self.configured(arm, c, &arm.solutions(robot, &arm::pose_of(&end), from), from);
-        let nearest = |says: bool| {
-            let of = all.iter().filter(|q| prefers(c, arm, q, self.flip) == says);
-            of.map(|q| distance(q, from)).min_by(f64::total_cmp)
-        };
-        nearest(false).zip(nearest(true)).is_some_and(|(other, own)| own > other + FRAC_PI_2)
-    }
-
-    /// Whether joint 4 stands where its turn ends that the target names.
-    pub fn stands_on_turn(&self, goal: &PoseGoal, q: &[f64]) -> bool {
-        let Some((_, _, q)) = self.tooled.arm_of(q) else { return false };
-        let Solution::Configured(c) = &goal.solution else { return false };
-        let on = |v: &f64| configuration::range(c, 3, *v, false).iter().any(|end| (v - end).abs() <= SLACK);
-        q.get(3).is_some_and(on)
     }
 
     /// Whether a joint motion from joints to others leads into another configuration of the arm, or turns a joint by more than half a turn.
@@ -286,7 +241,8 @@ impl Place {
         // letters that mean the one or the other wrist at both ends
         let alike = self.lettered && path == PathKind::Joint && candidates.len() == 1;
         let q = candidates.swap_remove(best);
-        let alike = alike && configuration.is_some_and(|c| prefers(c, arm, &q, self.flip) && turns_alike(c, beside, &q));
+        let alike =
+            alike && configuration.is_some_and(|c| prefers(c, arm, &q, self.flip) && turns_alike(c, beside, &q));
         if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
             return Err(Cause::NotNear);
         }
@@ -310,7 +266,7 @@ impl Place {
     }
 
     /// The solutions that have a configuration, in the turns nearest to `beside` that it allows.
-    fn configured(&self, arm: &Arm, c: &Configuration, all: &[Vec<f64>], beside: &[f64]) -> Vec<Vec<f64>> {
+    pub(super) fn configured(&self, arm: &Arm, c: &Configuration, all: &[Vec<f64>], beside: &[f64]) -> Vec<Vec<f64>> {
         let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
         let turned = all.iter().filter_map(|q| turned(&self.tooled.robot, q, beside, &may));
         turned.filter(|q| allows(c, arm, q, SLACK)).collect()
@@ -357,20 +313,6 @@ impl Place {
         let one = turned(robot, found.next()?, posture, &|_, _| true)?;
         found.all(|q| turned(robot, q, posture, &|_, _| true).is_none_or(|q| distance(&q, &one) < SAME)).then_some(one)
     }
-}
-
-/// Whether joints 4 and 6 turn by the same amount from one to the other whichever wrist the letter of both means; of FANUC's alone, whose
-/// letter means a sign of joint 5. The other wrist has joints 4 and 6 half a turn further, within the turns that are written.
-fn turns_alike(configuration: &Configuration, from: &[f64], to: &[f64]) -> bool {
-    let other = |v: f64| {
-        let middle = (v / TAU).round() * TAU;
-        if v > middle { v - PI } else { v + PI }
-    };
-    let alike = |axis: usize| match (from.get(axis), to.get(axis)) {
-        (Some(a), Some(b)) => ((other(*b) - other(*a)) - (b - a)).abs() < SAME,
-        _ => false,
-    };
-    matches!(configuration, Configuration::Fanuc { .. }) && alike(3) && alike(5)
 }
 
 /// The configuration in which an arm of six joints stands, by three signs: of its front, elbow and wrist where the wrist is

@@ -26,7 +26,14 @@ fn isometry(v: &[f64]) -> Isometry3<f64> {
 
 fn place(k: usize, tool: Isometry3<f64>, frame: Isometry3<f64>) -> Place {
     let robot = Robot::parse("r", ARMS[k]).unwrap();
-    Place { tooled: Arc::new(Tooled::new(&robot, tool)), frame, posture: None, by_order: true, lettered: false, flip: None }
+    Place {
+        tooled: Arc::new(Tooled::new(&robot, tool)),
+        frame,
+        posture: None,
+        by_order: true,
+        lettered: false,
+        flip: None,
+    }
 }
 
 fn goal(at: &Isometry3<f64>, solution: Solution) -> PoseGoal {

@@ -204,7 +204,8 @@ mod tests {
     fn no_point_before_the_wrist_has_turned_over_takes_the_letter_of_the_target() {
         let robot = Robot::parse("r", include_str!("../../../../configs/fanuc-m10ia.yaml")).unwrap();
         let tooled = Arc::new(Tooled::new(&robot, Isometry3::identity()));
-        let place = Place { tooled, frame: Isometry3::identity(), posture: None, by_order: true, lettered: false, flip: None };
+        let place =
+            Place { tooled, frame: Isometry3::identity(), posture: None, by_order: true, lettered: false, flip: None };
         let solution = Solution::Configured(Configuration::Fanuc { flip: true, up: true, front: true, turns: [0; 3] });
         let goal = PoseGoal { frame: Frame::Null, tool: Frame::Null, solution, binding: true, ..PoseGoal::default() };
         let target = Written { place: &place, goal: &goal, on_way: false, rounding: Rounding::default() };

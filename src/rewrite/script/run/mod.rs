@@ -44,8 +44,8 @@ use rounds::Pass;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 pub use stretch::{Role, Run, Vertex};
-pub use wrists::Tells;
 use stretch::{empty_run, first};
+pub use wrists::Tells;
 
 /// What ended a run, or what could not be followed on the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -451,10 +451,10 @@ impl Cutter<'_> {
         };
         self.by_joints = matches!(m.goal, Goal::Joints(_));
         self.lettered = false;
-        let Some(mut reached) = reached else { return };
         if self.by_joints {
-            self.see_joints(reached.from.as_deref(), &reached.q);
+            self.see_joints(reached.as_ref());
         }
+        let Some(mut reached) = reached else { return };
         if let (Goal::Pose(goal), Some(place)) = (&m.goal, self.run.places.get(&step)) {
             self.lettered = place.is_preferred(goal, &reached.q);
         }

@@ -87,7 +87,7 @@ impl Cutter<'_> {
             && !self.choice.approach.goes_without(step)
             && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
         {
-            self.keep_first_directions(&goal.q);
+            self.keep_first_directions(&goal);
             let last = self.run.vertices.last().map_or(t0, |v| v.t_s);
             self.directions.go(robot, &point, self.choice.deadband);
             self.run.vertices.push(self.choice.approach.vertex(&goal, 0.5 * (last + goal.t_s), point));
@@ -98,16 +98,23 @@ impl Cutter<'_> {
 
     /// Where the program starts, its own first movement says from which side joints come to the first point, and not the way to a point that is
     /// to be added after it: the robot waits at the first point until it goes there.
-    fn keep_first_directions(&mut self, next: &[f64]) {
-        let [start] = &self.run.vertices[..] else { return };
-        if !self.run.entry || start.role != Role::Goal {
+    fn keep_first_directions(&mut self, goal: &Vertex) {
+        let [start, way @ ..] = &self.run.vertices[..] else { return };
+        let first = start.role == Role::Goal && way.iter().all(|v| v.role == Role::Way && v.step == goal.step);
+        if !self.run.entry || !first {
             return;
         }
         let mut own = Directions::default();
-        own.go(self.choice.robot, &start.q, self.choice.deadband);
-        own.go(self.choice.robot, next, self.choice.deadband);
-        self.run.first_directions = (0..start.q.len()).map(|axis| own.of(axis)).collect();
-        self.run.vertices.push(held(start, START_S));
+        let mut directions: Vec<i8> = vec![0; start.q.len()];
+        for v in [start].into_iter().chain(way).chain([goal]) {
+            own.go(self.choice.robot, &v.q, self.choice.deadband);
+            for (axis, first) in directions.iter_mut().enumerate().filter(|(_, first)| **first == 0) {
+                *first = own.of(axis);
+            }
+        }
+        self.run.first_directions = directions;
+        let waits = held(start, START_S);
+        self.run.vertices.insert(1, waits);
     }
 
     /// Whether a move leads to where its run begins, and from which side joints came there is not known: it does not move them.

@@ -5,7 +5,7 @@
 //! the border of a turn all the time. The runs of meanings that nothing refutes are all returned: what is edited has to be the same for each
 //! of them ([`super::super::wrists`]).
 
-use super::{Cause, Choice, Cut, Cutter, cut_by};
+use super::{Cause, Choice, Cut, Cutter, Reached, cut_by};
 use crate::program::script::pose::{PoseGoal, Solution};
 use crate::program::script::{At, Goal, Note, PathKind, Script};
 use crate::rewrite::script::configuration::flips;
@@ -109,18 +109,24 @@ impl Cutter<'_> {
         }
     }
 
-    /// The same of a target whose configuration is another one than that of the joints next to those before.
+    /// The same of a target that the joints before do not lead to: its configuration is another one than that next to them, or the wrist comes
+    /// beyond its limits.
     pub(super) fn see_other_arm(&mut self, goal: &PoseGoal, why: &Cause, path: PathKind, from: Option<&[f64]>) {
-        let Some(from) = from.filter(|_| *why == Cause::OtherArm && !self.again) else { return };
+        let Some(from) = from.filter(|_| !self.again) else { return };
+        // for both wrists it is the same way but for the borders of turns and limits
         let mut far = || self.poses.place(goal).is_ok_and(|place| place.turns_over_for_letter(goal, from));
-        let against = path != PathKind::Joint || !self.by_letter && far();
+        let against = match why {
+            Cause::OtherArm => self.by_letter || path != PathKind::Joint || far(),
+            Cause::Outside => self.by_letter,
+            _ => false,
+        };
         self.tells.against += usize::from(against);
     }
 
     /// Notes that the robot goes on to joint values: the wrist is certain again.
-    pub(super) fn see_joints(&mut self, from: Option<&[f64]>, to: &[f64]) {
-        if let Some(from) = from.filter(|_| self.by_letter && !self.again) {
-            self.tells.against += usize::from(other_wrist_is_nearer(&self.plain, from, to));
+    pub(super) fn see_joints(&mut self, reached: Option<&Reached>) {
+        if let Some(Reached { from: Some(from), q, .. }) = reached.filter(|_| self.by_letter && !self.again) {
+            self.tells.against += usize::from(other_wrist_is_nearer(&self.plain, from, q));
         }
         self.by_letter = false;
     }
