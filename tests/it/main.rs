@@ -111,6 +111,7 @@ mod vendor_arcs;
 mod vendor_calls;
 mod vendor_circle;
 mod vendor_computed;
+mod vendor_control;
 mod vendor_declared;
 mod vendor_history;
 mod vendor_joins;

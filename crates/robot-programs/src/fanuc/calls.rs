@@ -130,6 +130,7 @@ fn program(text: &Text) -> Program {
         }
         sets.add(text, words);
         let said = motion::read(text, statement, words);
+        does.reads |= instruction::reads_place(text, words);
         does.counts |= said.as_ref().is_some_and(|said| said.relative);
         does.moves |= said.is_some() || instruction::leads(text, words).is_some() || statement.nested;
         match flow::read(text, words) {

@@ -60,7 +60,12 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             format!("the number of lines is given as {}, the last line is {}", found.1, last.number),
         );
     }
-    let reads: Vec<usize> = (0..all.len()).filter(|k| instruction::reads_place(text, &all[*k].1)).collect();
+    let calls = |words: &Parsed| match flow::read(text, words) {
+        Flow::Call(name) => reader.still.reads(&name),
+        _ => false,
+    };
+    let reads = |words: &Parsed| instruction::reads_place(text, words) || calls(words);
+    let reads: Vec<usize> = (0..all.len()).filter(|k| reads(&all[*k].1)).collect();
     let read = flow::last_before(text, &all, &reads).into_iter().filter_map(|k| all.get(k));
     let read = read.map(|(statement, _)| statement.line as u64 + 1).collect();
     reader.notes.extend(reader.registers_note());

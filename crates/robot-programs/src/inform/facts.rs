@@ -31,10 +31,9 @@ pub(super) fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> 
     found
 }
 
-/// Lines that take down where the robot stands: `GETS PX010 $PX000`.
-pub(super) fn reads_place(text: &Text, begin: usize) -> BTreeSet<u64> {
-    let named = |k: &usize| memchr::memmem::find(text.line(*k), b"$PX").is_some();
-    (begin..text.line_count()).filter(named).map(|k| k as u64 + 1).collect()
+/// Whether a line takes down where the robot stands: `GETS PX010 $PX000`.
+pub(super) fn reads_place(line: &[u8]) -> bool {
+    memchr::memmem::find(line, b"$PX").is_some()
 }
 
 /// Numbers of user frames and tools that the job, or one that it calls, sets while it runs (`MFRAME UF#(1) ...`, `SETTOOL TL#(2) P001`);

@@ -3,6 +3,7 @@
 //!
 //! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
 
+use super::facts::reads_place;
 use super::shared::job_name;
 use super::words::{OVERLAID, begin_of, is_known, is_plain_move, sets_frame, stands, still, upper_words};
 use crate::no_motion::NoMotion;
@@ -87,6 +88,7 @@ fn does(text: &Text) -> Does {
             Flow::Other if stands(&words[0]) => does.waits = true,
             Flow::Other if is_macro(text, k, &words) => does.macros.extend(words.into_iter().next()),
             Flow::Other => {
+                does.reads |= reads_place(text.line(k));
                 does.moves |= !still(text, k, &words);
                 does.counts |= words[0].contains("IMOV");
             }
@@ -204,15 +206,20 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, run: &[&Text]) -> Vec<u
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 
-/// Lines, from 1, among those that move after which one of the lines that are `asked` for, ascending, may come next; instructions begin at line
-/// `begin`.
-pub(super) fn last_before(text: &Text, begin: usize, moves: &BTreeSet<u64>, asked: &BTreeSet<u64>) -> BTreeSet<u64> {
+/// Lines, from 1, of the `moves` after which the job may read where the robot stands, or call one of the `jobs` that do; instructions begin at
+/// line `begin`.
+pub(super) fn last_before(text: &Text, begin: usize, moves: &BTreeSet<u64>, jobs: &Called) -> BTreeSet<u64> {
+    let calls = |k: usize| {
+        let words = upper_words(text, k);
+        matches!(read(&words), Flow::Call(name) if jobs.reads(&name))
+    };
+    let reads = |k: &usize| reads_place(text.line(*k)) || !is_plain_move(text.line(*k)) && calls(*k);
+    let asked: Vec<usize> = (begin..text.line_count()).filter(reads).map(|k| k - begin).collect();
     if asked.is_empty() {
         return BTreeSet::new();
     }
     let place = |line: &u64| (*line as usize).checked_sub(begin + 1);
     let (events, first) = events(text, begin);
-    let asked: Vec<usize> = asked.iter().filter_map(place).collect();
     let found = last::before(&events, &first, &moves.iter().filter_map(place).collect(), &asked);
     found.into_iter().map(|place| (place + begin + 1) as u64).collect()
 }

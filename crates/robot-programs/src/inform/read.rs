@@ -1,7 +1,7 @@
 //! Instructions to steps; moves are read by [`movement`](super::movement).
 
 use super::circles::{self, Circles};
-use super::facts::{Counted, FramesSet, assigned, reads_place};
+use super::facts::{Counted, FramesSet, assigned};
 use super::flow::{self, Flow};
 use super::job::{self, Job, Kind, Parts, Section, Statement};
 use super::list::{List, shown};
@@ -32,12 +32,12 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     reader.script.notes.extend(called);
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
     std::mem::take(&mut reader.named_calls).report_to(&mut reader.script);
-    let Reader { mut script, steps, parts, numbers, mut pinned, counted_calls, circles, .. } = reader;
+    let Reader { mut script, steps, parts, numbers, mut pinned, counted_calls, circles, jobs, .. } = reader;
     let statements = steps.finish(&mut script);
     circles::join(&mut script, &circles);
     // what a move before a relative one leads to stays, whoever else leads there
     let mut kept = script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, true);
-    let read = flow::last_before(text, begin, &script.lines_of_moves(), &reads_place(text, begin));
+    let read = flow::last_before(text, begin, &script.lines_of_moves(), &jobs);
     kept.extend(script.keep_read(&Reason::EndIsRead.into(), &read));
     for step in kept {
         let positions = statements.get(step).map(|s| parts.references(s)).unwrap_or_default();

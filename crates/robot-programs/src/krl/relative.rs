@@ -24,7 +24,11 @@ use std::collections::BTreeSet;
 /// that they make, and count from where their caller has led the robot.
 pub(super) fn routines(texts: &[Text]) -> BTreeSet<String> {
     let counting: Vec<_> = texts.iter().map(|t| t.known(Counting::of)).collect();
-    let mut found: BTreeSet<String> = counting.iter().flat_map(|c| c.moves.iter().cloned()).collect();
+    with_callers(texts, counting.iter().flat_map(|c| c.moves.iter().cloned()).collect())
+}
+
+/// The same of the routines that are `found`, with those that call them.
+pub(super) fn with_callers(texts: &[Text], mut found: BTreeSet<String>) -> BTreeSet<String> {
     // few projects have any
     while !found.is_empty() {
         let known = found.len();

@@ -20,6 +20,8 @@ pub struct Does {
     pub moves: bool,
     /// It holds a relative move.
     pub counts: bool,
+    /// It reads where the robot stands.
+    pub reads: bool,
     /// It waits.
     pub waits: bool,
     /// What it calls.
@@ -39,6 +41,7 @@ pub fn stem_of(text: &super::Text) -> String {
 pub struct Called {
     waits: BTreeMap<String, bool>,
     counts: BTreeSet<String>,
+    reads: BTreeSet<String>,
     needs: Needs,
 }
 
@@ -65,7 +68,10 @@ impl Called {
                 let waiting = || d.calls.iter().any(|c| waits.get(c).copied().unwrap_or(true)) || !d.macros.is_empty();
                 fresh.then(|| (d.name.clone(), d.waits || waiting()))
             });
-            let Some((name, waiting)) = next else { return Self { waits, counts: counting(all), needs } };
+            let Some((name, waiting)) = next else {
+                let (counts, reads) = (holding(all, |d| d.counts), holding(all, |d| d.reads));
+                return Self { waits, counts, reads, needs };
+            };
             waits.insert(name, waiting);
         }
     }
@@ -83,6 +89,11 @@ impl Called {
     /// Whether the program of this name may begin with a relative move.
     pub fn counts(&self, name: &str) -> bool {
         self.counts.contains(name)
+    }
+
+    /// Whether the program of this name may read where the robot stands before it moves.
+    pub fn reads(&self, name: &str) -> bool {
+        self.reads.contains(name)
     }
 
     /// What has to be known of the programs to tell what moves nothing.
@@ -244,9 +255,9 @@ impl NamedCalls {
     }
 }
 
-/// Programs that hold a relative move, or call one that does.
-fn counting(all: &[impl Deref<Target = Does>]) -> BTreeSet<String> {
-    let mut found: BTreeSet<String> = all.iter().filter(|d| d.counts).map(|d| d.name.clone()).collect();
+/// Programs that hold something, or call one that does.
+fn holding(all: &[impl Deref<Target = Does>], it: impl Fn(&Does) -> bool) -> BTreeSet<String> {
+    let mut found: BTreeSet<String> = all.iter().filter(|d| it(d)).map(|d| d.name.clone()).collect();
     loop {
         let calls = |d: &&Does| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
         let Some(next) = all.iter().map(|d| &**d).find(calls).map(|d| d.name.clone()) else { return found };

@@ -132,6 +132,11 @@ fn a_joint_move_to_another_configuration_than_that_before_goes_there_where_one_s
         let part = Solution::Configured(Configuration::Kuka { status: part.0, turn: part.1 });
         assert!(place.joints(&goal(&at, part), Some(&q), PathKind::Joint, None).is_err());
     }
+    // nor where it is not certain that the controller follows it; the nearest one is known all the same
+    let unsure = |goal: &PoseGoal| PoseGoal { unsure: true, ..goal.clone() };
+    let found = place.joints(&unsure(&flipped), Some(&q), PathKind::Joint, None);
+    assert_eq!(found, Err(Cause::PerhapsOtherArm));
+    assert!(distance(&place.joints(&unsure(&own), Some(&q), PathKind::Joint, None).unwrap(), &q) < 1e-6);
     place.by_order = false;
     assert_eq!(place.joints(&flipped, Some(&q), PathKind::Joint, None), Err(Cause::OtherArm));
     place.by_order = true;

@@ -66,6 +66,11 @@ fn moves_from_which_an_increment_may_count_stay() {
     let through = [("OTHER", "CALL SHIFT"), ("SHIFT", inc)];
     assert_eq!(fixed(&format!("{a}\n{b}\nCALL OTHER\n{a}"), &through), [false, true, false]);
     assert_eq!(fixed(&format!("{a}\n{b}\nCALL OTHER\n{a}"), &[("OTHER", a)]), [false, false, false]);
+    // in front of a program that reads where the robot stands
+    for call in ["CALL OTHER", "IF R[1]=1,CALL OTHER"] {
+        let through = [("OTHER", "CALL HERE"), ("HERE", "PR[5]=LPOS")];
+        assert_eq!(fixed(&format!("{a}\n{b}\n{call}\n{a}"), &through), [false, true, false], "{call}");
+    }
 }
 
 #[test]

@@ -149,6 +149,12 @@ fn the_move_before_a_reading_of_the_place_is_found_along_control() {
     for (lines, kept) in cases {
         assert_eq!(fixed(&script_of(&Inform, &three(lines.trim_end()), &robot())), kept, "{lines}");
     }
+    // in a job that is called, also two calls deep
+    let lines = format!("{a}{b}CALL JOB:SUB\n{c}");
+    for sub in [read.trim_end(), "CALL JOB:DEEP"] {
+        let beside = [("SUB", sub), ("DEEP", read.trim_end())];
+        assert_eq!(fixed(&script_beside(&three(lines.trim_end()), &beside)), [false, true, false], "{sub}");
+    }
 }
 
 #[test]

@@ -7,9 +7,13 @@ use super::ahead::{Ahead, passed, reads_place};
 use super::in_force::ASSIGNED;
 use super::scan::{Found, Moves, Scan, own_routines};
 use super::versions::Names;
+use crate::krl::calls::{calls, quiet};
 use crate::krl::data::Data;
 use crate::krl::going::Going;
+use crate::krl::lex::{Kind, tokens, upper};
 use crate::krl::outside::Outside;
+use crate::krl::relative::with_callers;
+use crate::krl::statement::{is_routine, routine_name};
 use crate::krl::still::Still;
 use crate::no_motion::NoMotion;
 use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State, set_by};
@@ -19,7 +23,8 @@ use std::collections::BTreeSet;
 /// Lines, from 1, of the motions of a script after which its text may read where the robot stands.
 pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &Script) -> BTreeSet<u64> {
     let Some(text) = texts.first() else { return BTreeSet::new() };
-    let reads: Vec<usize> = reads_place(text).into_iter().collect();
+    let reads: BTreeSet<usize> = reads_place(text).into_iter().chain(calls_reading(texts)).collect();
+    let reads: Vec<usize> = reads.into_iter().collect();
     if reads.is_empty() {
         return BTreeSet::new();
     }
@@ -42,6 +47,45 @@ pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &S
         out: Found::default(),
     };
     before(scan, &moves, &reads, ASSIGNED + names.len()).into_iter().map(|line| line as u64 + 1).collect()
+}
+
+/// Lines of the text that call routines of other files which read where the robot stands, themselves or by others.
+fn calls_reading(texts: &[Text]) -> Vec<usize> {
+    let Some((text, beside)) = texts.split_first() else { return Vec::new() };
+    let found: BTreeSet<String> = beside.iter().flat_map(|t| (*t.known(Reading::of)).0.clone()).collect();
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let (found, mut line) = (with_callers(beside, found), Vec::new());
+    let mut calls_one = |k: &usize| {
+        tokens(text, *k, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        let word = line.first().map(|t| upper(text, t)).unwrap_or_default();
+        let head = is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default());
+        let names = || calls(text, &line).into_iter().chain(quiet(text, &line));
+        !head && names().any(|name| found.contains(&name))
+    };
+    (0..text.line_count()).filter(|k| memchr::memchr(b'(', text.line(*k)).is_some() && calls_one(k)).collect()
+}
+
+/// Routines of a text that read where the robot stands.
+struct Reading(BTreeSet<String>);
+
+impl Reading {
+    fn of(text: &Text) -> Self {
+        let (mut found, mut line) = (BTreeSet::new(), Vec::new());
+        for read in reads_place(text) {
+            let head = (0..read).rev().find_map(|k| {
+                tokens(text, k, &mut line);
+                line.retain(|t| t.kind != Kind::Comment);
+                let word = line.first().map(|t| upper(text, t))?;
+                let second = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
+                is_routine(&word, &second).then(|| routine_name(text, &line))
+            });
+            found.extend(head);
+        }
+        Self(found)
+    }
 }
 
 /// Lines of moves that may come last before one of the lines that read, all from 0, ascending; `kinds` of settings are followed beside them.

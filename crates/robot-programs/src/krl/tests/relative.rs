@@ -115,6 +115,10 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
     }
     // a call may move nothing
     assert_eq!(fixed(&format!("DEF a()\n{a}X()\nHERE=$POS_ACT\n{b}END\n"), ""), [true, false]);
+    // in a routine of another file, also two calls deep
+    for beside in ["DEF rd()\nHERE=$POS_ACT\nEND\n", "DEF rd()\nget()\nEND\nDEF get()\nHERE=$POS_ACT\nEND\n"] {
+        assert_eq!(fixed(&format!("DEF a()\n{a}{b}rd()\n{a}other()\nEND\n"), beside), [false, true, false], "{beside}");
+    }
     // along control: after a jump, in the next pass, after a routine, in a routine, when the program runs again
     let read = "HERE=$POS_ACT\n";
     let cases: [(String, &[bool]); 7] = [
