@@ -166,6 +166,27 @@ fn a_letter_for_the_wrist_decides_between_targets_that_have_it() {
     assert_eq!(to(&place, &round, false), Err(Cause::OtherArm));
 }
 
+/// The letter is of a robot with F below zero: joints near a target show it, joints that are as near to both wrists do not.
+#[test]
+fn a_letter_is_refuted_by_joints_near_a_target_that_it_would_turn_over() {
+    let mut place = place(2, Isometry3::identity(), Isometry3::identity());
+    let fanuc = Solution::Configured(Configuration::Fanuc { flip: true, up: true, front: true, turns: [0; 3] });
+    let deg = |q: [f64; 6]| q.map(f64::to_radians).to_vec();
+    let (own, other) = (deg([10.0, 5.0, 5.0, 12.0, -65.0, 5.0]), deg([10.0, 5.0, 5.0, -168.0, 65.0, -175.0]));
+    let goal = goal(&place.arm_at(&own), fanuc);
+    let (near, between) = (deg([0.0, 0.0, 0.0, 10.0, -60.0, 0.0]), deg([0.0, 0.0, 0.0, -78.0, -60.0, -85.0]));
+    for (flip, meant) in [(Flip::Positive, &other), (Flip::Negative, &own)] {
+        place.flip = Some(flip);
+        let found = place.joints(&goal, None, PathKind::Joint, None).unwrap();
+        assert!(distance(&found, meant) < 1e-6 && place.is_by_letter(&goal, &found), "{flip:?}: {found:?}");
+        assert_eq!(place.contradicts(&goal, &own), flip == Flip::Positive);
+        assert_eq!(place.turns_over_for_letter(&goal, &near), flip == Flip::Positive);
+        assert!(!place.turns_over_for_letter(&goal, &between), "{flip:?}");
+        assert!(!place.stands_on_turn(&goal, &found));
+    }
+    assert!(place.stands_on_turn(&goal, &deg([10.0, 5.0, 5.0, 180.0, -65.0, 5.0])));
+}
+
 #[test]
 fn joints_elsewhere_tell_the_arm_configuration_of_an_unknown_start() {
     let place = place(4, Isometry3::translation(0.0, 0.0, 0.1), Isometry3::identity());

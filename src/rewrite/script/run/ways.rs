@@ -112,8 +112,9 @@ impl Cutter<'_> {
                 *first = own.of(axis);
             }
         }
+        let next = way.first().unwrap_or(goal);
+        let waits = held(start, (0.5 * (next.t_s - start.t_s)).clamp(0.0, START_S));
         self.run.first_directions = directions;
-        let waits = held(start, START_S);
         self.run.vertices.insert(1, waits);
     }
 
