@@ -9,7 +9,7 @@
 use super::bins;
 use super::carried::refuse_without_offsets;
 use super::crossed::crossed;
-use super::evidence::{self, Evidence};
+use super::evidence::{self, Evidence, Reversal};
 use super::frame;
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::measured;
@@ -100,10 +100,18 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
         if measured::restored(robot, axis, run, &mut next) {
             continue;
         }
-        let changed = corrected(&problem, &evidence, axis, gains[axis], before, &mut next);
+        let left_m2 = left_m2(&standing, axis);
+        let changed = corrected(&problem, &evidence, axis, (gains[axis], left_m2), before, &mut next);
         measured::kept_in_mind(axis, run, changed.then(|| previous.on(axis)), &mut next);
     }
     Ok(next)
+}
+
+/// Mean square error after the reversals of a joint that the offsets of the run leave, m^2.
+fn left_m2(standing: &[Reversal], axis: usize) -> f64 {
+    let own = standing.iter().filter(|r| r.axis == axis);
+    let n = own.clone().count().max(1) as f64;
+    (own.map(|r| r.left_m2).sum::<f64>() / n).max(0.0)
 }
 
 /// Puts the correction of a joint into the compensator; `false`: it keeps its values.
@@ -111,16 +119,13 @@ fn corrected(
     problem: &Problem,
     evidence: &Evidence,
     axis: usize,
-    gain: Option<f64>,
+    (gain, left_m2): (Option<f64>, f64),
     before: &JointLaw,
     next: &mut Compensator,
 ) -> bool {
     let Some(after) = &problem.laws[axis] else { return false };
     let joint = problem.robot.axis(axis);
     let p = probability(problem, evidence, axis, before, after);
-    let left = evidence.reversals.iter().filter(|r| r.axis == axis);
-    let n = left.clone().count().max(1) as f64;
-    let left_m = (left.map(|r| r.left_m2).sum::<f64>() / n).max(0.0).sqrt();
     let note = |change| Note::Run { joint: joint.name.clone(), change };
     let kept = match gain {
         _ if p >= SIGNIFICANT => Some(Change::NotSignificant { p_value: p }),
@@ -148,7 +153,7 @@ fn corrected(
         spikes: law.spikes.iter().sum::<f64>() - before.spikes.iter().sum::<f64>(),
         windup: law.windup() - before.windup(),
         p_value: p,
-        left_m,
+        left_m: left_m2.sqrt(),
     }));
     next.joints.retain(|j| j.axis != axis);
     next.joints.push(compensator_of(axis, &law, curve));

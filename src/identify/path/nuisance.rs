@@ -56,37 +56,11 @@ pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, with: With) -> Basi
             root[from.min(closed)..closed].fill(0.0);
         }
     }
-    let centre = log.want.iter().sum::<Vector3<f64>>() / n.max(1) as f64;
-    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let mut columns: Vec<Vec<Vector3<f64>>> = Vec::new();
-    for e in axes {
-        columns.push(vec![e; n]);
-        columns.push(log.want.iter().map(|x| e.cross(&(x - centre))).collect());
-    }
+    let mut columns = frame(log);
     if with.links {
-        for (k, j) in log.joints.iter().enumerate() {
-            let Some(body) = &j.body else { continue };
-            for e in axes {
-                columns.push(body.iter().map(|(r, _)| r * e).collect());
-                if k + 1 < log.joints.len() {
-                    columns.push(body.iter().map(|(r, x)| r * e.cross(x)).collect());
-                }
-            }
-        }
+        columns.extend(links(log));
     }
-    for j in &log.joints {
-        let first = j.runs.first().map_or(n, |r| r.bins.start);
-        let part = |from: usize, to: usize| {
-            let inside = |i: usize| if (from..to).contains(&i) { 1.0 } else { 0.0 };
-            j.jac.iter().enumerate().map(|(i, c)| c * inside(i)).collect()
-        };
-        if !j.reverses() {
-            columns.push(part(0, n));
-            columns.push(part(first, n));
-        } else if first > 0 {
-            columns.push(part(0, first));
-        }
-    }
+    columns.extend(starts(log));
     let free = columns.len();
     let mut priors = Vec::new();
     for j in log.joints.iter().filter(|_| with.lags) {
@@ -108,6 +82,53 @@ pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, with: With) -> Basi
     let mut vectors = orthonormal(columns);
     vectors.iter_mut().for_each(|v| v.truncate(n));
     Basis { vectors, root }
+}
+
+/// The tracker's frame.
+fn frame(log: &Binned) -> Vec<Vec<Vector3<f64>>> {
+    let n = log.t_s.len();
+    let centre = log.want.iter().sum::<Vector3<f64>>() / n.max(1) as f64;
+    let mut columns = Vec::new();
+    for e in [Vector3::x(), Vector3::y(), Vector3::z()] {
+        columns.push(vec![e; n]);
+        columns.push(log.want.iter().map(|x| e.cross(&(x - centre))).collect());
+    }
+    columns
+}
+
+/// Where joints stood before they moved, and those that never reverse.
+fn starts(log: &Binned) -> Vec<Vec<Vector3<f64>>> {
+    let n = log.t_s.len();
+    let mut columns = Vec::new();
+    for j in &log.joints {
+        let first = j.runs.first().map_or(n, |r| r.bins.start);
+        let part = |from: usize, to: usize| {
+            let inside = |i: usize| if (from..to).contains(&i) { 1.0 } else { 0.0 };
+            j.jac.iter().enumerate().map(|(i, c)| c * inside(i)).collect()
+        };
+        if !j.reverses() {
+            columns.push(part(0, n));
+            columns.push(part(first, n));
+        } else if first > 0 {
+            columns.push(part(0, first));
+        }
+    }
+    columns
+}
+
+/// Small rigid movements of the body after each joint.
+fn links(log: &Binned) -> Vec<Vec<Vector3<f64>>> {
+    let mut columns = Vec::new();
+    for (k, j) in log.joints.iter().enumerate() {
+        let Some(body) = &j.body else { continue };
+        for e in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            columns.push(body.iter().map(|(r, _)| r * e).collect());
+            if k + 1 < log.joints.len() {
+                columns.push(body.iter().map(|(r, x)| r * e.cross(x)).collect());
+            }
+        }
+    }
+    columns
 }
 
 fn square(c: &[Vector3<f64>]) -> f64 {

@@ -175,7 +175,7 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
         sigma_m,
         speed_m_s: speed(log, &want),
     };
-    let moves: Vec<(Vec<f64>, Vec<f64>)> = tracks.iter().map(|(a, _)| rates(&log.t_s, &log.cmd[*a])).collect();
+    let moves: Vec<_> = tracks.iter().map(|(a, _)| rates(&log.t_s, &log.cmd[*a])).collect();
     // commands of all axes, then speed and acceleration of each that moves
     let columns: Vec<&[f64]> =
         log.cmd.iter().chain(moves.iter().flat_map(|(v, a)| [v, a])).map(Vec::as_slice).collect();
