@@ -212,6 +212,8 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         }
         None => around(half_gap, half),
     };
+    // the mean of a skew posterior may lie beyond its quantiles
+    let ci95 = [ci95[0].min(half_gap), ci95[1].max(half_gap)];
     Some(Summary { angles, noise, half_gap, ci95, gate, sigma_in_dwell, creep })
 }
 
