@@ -38,6 +38,7 @@ pub fn run(args: Args) -> Result<()> {
     let entries = load(&args.manifest, &|_| true)?;
     let merged = Merged::read(&entries, &args.summaries)?;
     merged.require_all(&entries)?;
+    merged.require_one_job(&entries, None)?;
     let mut output = Output::create(&args.output)?;
     let text: String = merged.lines.iter().flatten().flat_map(|told| [told.text.as_str(), "\n"]).collect();
     output.put(text.as_bytes())?;

@@ -1,6 +1,6 @@
 //! `lostmotion status`: how far a job with a manifest has come.
 
-use crate::cli::exit::bad;
+use crate::cli::exit::{bad, no};
 use crate::error::{Place, counted};
 use crate::io::address;
 use crate::io::output;
@@ -38,7 +38,8 @@ pub struct Args {
 pub fn run(args: Args) -> Result<()> {
     address::refuse("--output-dir", args.output_dir.as_deref())?;
     let entries = load(&args.manifest, &|_| true)?;
-    let counts = Merged::read(&entries, &args.summaries)?.counts(&entries, args.output_dir.as_deref());
+    let merged = Merged::read(&entries, &args.summaries)?;
+    let counts = merged.counts(&entries, args.output_dir.as_deref());
     let text = if args.json {
         serde_json::to_string_pretty(&counts).map_err(|e| bad(Place::default(), e.to_string(), "counts"))?
     } else {
@@ -51,5 +52,6 @@ pub fn run(args: Args) -> Result<()> {
             counts.left
         )
     };
-    output::write_whole(Path::new("-"), (text + "\n").as_bytes()).map_err(Into::into)
+    output::write_whole(Path::new("-"), (text + "\n").as_bytes())?;
+    merged.require_one_job(&entries, args.output_dir.as_deref()).map_err(|e| no(e.to_string()))
 }

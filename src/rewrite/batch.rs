@@ -348,6 +348,7 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<(Line, Vec<PathBuf>)> {
         path_error: None,
         sha256_in: note.sha256_in,
         sha256_out: Some(note.sha256_out),
+        rewritten_by: None,
     };
     same.then_some((line, files))
 }

@@ -7,6 +7,7 @@
 use super::densify::Densify;
 use super::equation2::{Equation2, Law};
 use super::limits::{CYCLE_S, Limits};
+use super::milliseconds;
 use super::offset::Offset;
 use super::path::{Path, between};
 use super::plan::{Clock, Plan};
@@ -46,6 +47,7 @@ pub struct Engine<'a> {
     /// Points as they came in that have not come out, where gears turn by sums of axes.
     nominal: VecDeque<Vec<f64>>,
     radians: Suspicion,
+    milliseconds: milliseconds::Suspicion,
 }
 
 /// A program of more axes is none of a robot.
@@ -153,6 +155,7 @@ impl<'a> Engine<'a> {
             stats,
             nominal: VecDeque::new(),
             radians: Suspicion::default(),
+            milliseconds: milliseconds::Suspicion::default(),
         })
     }
 
@@ -165,6 +168,7 @@ impl<'a> Engine<'a> {
         }
         out.axes = block.axes;
         self.radians.see(block, self.robot);
+        self.milliseconds.see(block, self.robot);
         if self.idle {
             out.q.extend_from_slice(&block.q);
             out.t_s.extend_from_slice(&block.t_s);
@@ -224,6 +228,7 @@ impl<'a> Engine<'a> {
         self.advance(true, out);
         self.stats.points = self.points;
         self.stats.looks_like_radians = self.radians.is_probable();
+        self.stats.looks_like_milliseconds = self.milliseconds.is_probable();
         for (offset, by) in self.stats.largest_offset.iter_mut().zip(&self.corrected) {
             *offset += by;
         }

@@ -4,7 +4,7 @@ use super::guard::{self, Named, Note, Notes};
 use super::outcome::{Outcome, Ready, Target};
 use super::script::Choices;
 use super::script::context::{self, Contexts, LARGEST_SCRIPT};
-use super::summary::Line;
+use super::summary::{Line, RewrittenBy};
 use super::{LimitKind, Options, Origin, RewriteStats, sizes};
 use crate::compensator::{Compensator, JointCompensator};
 use crate::error::{Error, Place, Result, is_stdio, shown};
@@ -216,6 +216,11 @@ impl Job<'_> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// What decides how its programs are rewritten.
+    pub fn rewritten_by(&self) -> RewrittenBy {
+        RewrittenBy::of(&self.robot.fingerprint(), &self.source.sha256, &self.said)
     }
 
     /// The note of a result, but for the original's bytes.

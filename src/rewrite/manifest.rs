@@ -8,7 +8,7 @@ use super::batch;
 use super::earlier;
 use super::guard::read_note;
 use super::refusal::Refusal;
-use super::summary::{Line, Status};
+use super::summary::{Line, RewrittenBy, Status};
 use crate::error::{BadInput, Error, Place, Result, shown};
 use crate::io::input;
 use crate::io::name::{path_of, text_of};
@@ -219,6 +219,9 @@ struct Summed {
     status: Status,
     sha256_in: Option<String>,
     sha256_out: Option<String>,
+    /// Summaries of earlier versions lack it.
+    #[serde(default)]
+    rewritten_by: Option<RewrittenBy>,
 }
 
 impl Summed {
@@ -258,6 +261,10 @@ pub struct Merged {
     pub lines: Vec<Option<Told>>,
     /// The first line that is not of this job.
     fault: Option<BadInput>,
+    /// By what the first program was rewritten, and where that is said.
+    by: Option<(RewrittenBy, String)>,
+    /// The first line of a program that was rewritten by something else.
+    mixed: Option<BadInput>,
 }
 
 /// Counts of the programs of a manifest.
@@ -296,7 +303,7 @@ impl Merged {
     ) -> Result<Self> {
         let places: HashMap<&str, usize> = entries.iter().enumerate().map(|(k, e)| (e.key.as_str(), k)).collect();
         let mut lines: Vec<Option<Told>> = vec![None; entries.len()];
-        let mut fault = None;
+        let (mut fault, mut by, mut mixed) = (None, None, None);
         for summary in summaries {
             let (path, text) = summary?;
             let name = shown(path);
@@ -317,10 +324,41 @@ impl Merged {
                 if let (Some([found, expected]), None) = (other, &fault) {
                     fault = Some(BadInput { place: at(), found, expected });
                 }
+                if let (Some(one), None) = (&summed.rewritten_by, &mixed) {
+                    mixed = differs(&mut by, one, &name).map(|found| BadInput {
+                        place: at(),
+                        found: format!("`{key}`, rewritten by {found}"),
+                        expected: ONE_JOB.into(),
+                    });
+                }
                 lines[place] = Some(Told { text: line, status, sha256_out: summed.sha256_out });
             }
         }
-        Ok(Self { lines, fault })
+        Ok(Self { lines, fault, by, mixed })
+    }
+
+    /// Refuses programs of one job that were rewritten by different compensators, robot files or options. With the folder of the results
+    /// those are asked, too, of which there is no line yet.
+    ///
+    /// # Errors
+    /// Bad input, with the first line or result that differs.
+    pub fn require_one_job(&self, entries: &[Entry], results: Option<&Path>) -> Result<()> {
+        if let Some(mixed) = &self.mixed {
+            return Err(Error::BadInput(mixed.clone()));
+        }
+        let Some(results) = results else { return Ok(()) };
+        let mut by = self.by.clone();
+        for (entry, _) in entries.iter().zip(&self.lines).filter(|(_, line)| line.is_none()) {
+            let Some(path) = below(&entry.key).map(|key| results.join(key)).filter(|p| stands(entry, p)) else {
+                continue;
+            };
+            let Some(note) = read_note(&path).ok().flatten() else { continue };
+            let one = RewrittenBy::of(&note.robot.sha256, &note.compensator.sha256, &note.options);
+            if let Some(found) = differs(&mut by, &one, &shown(&path)) {
+                return Err(Error::bad(Place::file(shown(&path)), format!("a program rewritten by {found}"), ONE_JOB));
+            }
+        }
+        Ok(())
     }
 
     /// Refuses summaries that are not of this job, and those in which programs are missing.
@@ -369,6 +407,21 @@ impl Merged {
             *count += 1;
         }
         counts
+    }
+}
+
+/// What is expected where the programs of a job differ in what rewrote them.
+const ONE_JOB: &str =
+    "all programs of a job rewritten by one compensator, robot file and set of options: rewrite them again";
+
+/// In what a program differs from the first one, which is kept with the place where that is said.
+fn differs(first: &mut Option<(RewrittenBy, String)>, one: &RewrittenBy, place: &str) -> Option<String> {
+    match first {
+        None => {
+            *first = Some((one.clone(), place.into()));
+            None
+        }
+        Some((first, named)) => one.differs(first).map(|part| format!("another {part} than the programs in {named}")),
     }
 }
 

@@ -59,6 +59,7 @@ pub mod guard;
 pub(crate) mod job;
 pub(crate) mod limits;
 pub mod manifest;
+mod milliseconds;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod near;
 pub(crate) mod offset;

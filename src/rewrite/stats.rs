@@ -60,6 +60,8 @@ pub struct RewriteStats {
     pub largest_change_m: f64,
     /// The angles, read as degrees, are probably radians.
     pub looks_like_radians: bool,
+    /// The times, read as seconds, are probably milliseconds.
+    pub looks_like_milliseconds: bool,
 }
 
 /// A limit that would be exceeded.

@@ -9,6 +9,7 @@ use crate::io::keyed::Keyed;
 use crate::robot::frames::Missing;
 use crate::robot::{Joint, Robot};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 pub const SCHEMA: &str = "lostmotion/rewrite/1";
 
@@ -54,6 +55,39 @@ pub struct Line {
     pub path_error: Option<PathErrors>,
     pub sha256_in: Option<String>,
     pub sha256_out: Option<String>,
+    /// Of a program of a manifest: by what it was rewritten, so that shards of different compensators, robot files or options are told
+    /// apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rewritten_by: Option<RewrittenBy>,
+}
+
+/// What decides how a program is rewritten.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct RewrittenBy {
+    /// SHA-256 of the compensator file, or of the model.
+    pub compensator: String,
+    /// Hash of the robot's numbers, as a compensator has it.
+    pub robot: String,
+    /// SHA-256 of the options.
+    pub options: String,
+}
+
+impl RewrittenBy {
+    /// Of a robot's hash, a compensator's, and the options as a note has them.
+    pub fn of(robot: &str, compensator: &str, options: &[String]) -> Self {
+        let options = crate::io::input::hex(&Sha256::digest(options.join("\n").as_bytes()));
+        Self { compensator: compensator.into(), robot: robot.into(), options }
+    }
+
+    /// In which of its parts it differs from another.
+    pub fn differs(&self, other: &Self) -> Option<&'static str> {
+        match (self.compensator == other.compensator, self.robot == other.robot, self.options == other.options) {
+            (false, ..) => Some("compensator"),
+            (_, false, _) => Some("robot file"),
+            (.., false) => Some("set of options"),
+            _ => None,
+        }
+    }
 }
 
 /// Path error of a program on the machine that its offsets rest on: before and after.
@@ -103,6 +137,7 @@ impl Line {
             path_error: None,
             sha256_in: o.sha256_in.clone(),
             sha256_out: o.sha256_out.clone(),
+            rewritten_by: None,
         }
     }
 
@@ -141,6 +176,7 @@ impl Line {
             path_error: None,
             sha256_in,
             sha256_out: None,
+            rewritten_by: None,
         }
     }
 

@@ -197,6 +197,48 @@ fn summaries_of_a_former_content_and_of_dry_runs_are_not_merged_and_are_left_in_
 }
 
 #[test]
+fn shards_of_different_compensators_are_not_merged_and_named_by_the_status() {
+    let desk = Desk::three();
+    desk.run("manifest cell --output m.jsonl").success();
+    let model = std::fs::read_to_string(desk.path("model.yaml")).unwrap();
+    std::fs::write(desk.path("other.yaml"), model.replace("half_gap_mm: 0.05", "half_gap_mm: 0.06")).unwrap();
+    let shard = |k: usize, out: &str, with: &str| {
+        desk.run(&format!(
+            "rewrite --model {with} cell --manifest m.jsonl --shard {k}/2 --output-dir {out} --summary {out}-{k}.jsonl"
+        ))
+        .success();
+    };
+    // three programs: each shard has one at least
+    for (out, second, part) in [
+        ("one", "model.yaml", None),
+        ("two", "other.yaml", Some("compensator")),
+        ("three", "model.yaml --gain 0.9", Some("options")),
+    ] {
+        shard(1, out, "model.yaml");
+        shard(2, out, second);
+        let merge = desk.run(&format!("merge --manifest m.jsonl {out}-1.jsonl {out}-2.jsonl --output {out}.jsonl"));
+        let status = format!("status --manifest m.jsonl {out}-1.jsonl");
+        let with_both = desk.run(&format!("{status} {out}-2.jsonl --output-dir {out}"));
+        // the second shard is still running: its notes tell
+        let with_one = desk.run(&format!("{status} --output-dir {out}"));
+        match part {
+            None => {
+                merge.success();
+                with_both.success();
+                with_one.success();
+            }
+            Some(part) => {
+                let merge = merge.code(2);
+                assert!(words(&merge).contains(part), "{}", words(&merge));
+                assert!(!desk.path(&format!("{out}.jsonl")).exists());
+                let (both, one) = (with_both.code(1), with_one.code(1));
+                assert!(words(&both).contains(part) && words(&one).contains(part), "{}{}", words(&both), words(&one));
+            }
+        }
+    }
+}
+
+#[test]
 fn a_result_that_is_cut_short_or_gone_is_left_in_the_status() {
     let desk = Desk::three();
     desk.run("manifest cell --output m.jsonl").success();

@@ -78,8 +78,10 @@ pub use error::{Error, Result};
 pub enum Slot {
     /// Target of an axis.
     Axis(usize),
-    /// `t_s`.
-    Time,
+    /// Time of a row, `t_s`, or in another unit: so many of it are one second.
+    Time(u32),
+    /// Time from the row before to this one, such as `dt_s`, whatever its unit.
+    Duration,
 }
 
 /// Where a number stands in its block and how it is written.
@@ -119,6 +121,8 @@ pub struct Block {
     pub q: Vec<f64>,
     /// Empty, or one per row, s.
     pub t_s: Vec<f64>,
+    /// Empty, or one per row: [`Slot::Duration`], in the unit of its column.
+    pub durations: Vec<f64>,
     /// Most decimals of each slot in this block.
     pub decimals: Vec<u8>,
     /// So many of the first rows hold nothing but plain numbers with one byte between them.
@@ -136,6 +140,7 @@ impl Block {
         self.mantissas.clear();
         self.q.clear();
         self.t_s.clear();
+        self.durations.clear();
         self.decimals.clear();
         self.pure = 0;
     }

@@ -303,7 +303,8 @@ pub(super) fn run_entries(
     let mut lines = batch::run(job, folder, &same, results, judge, done).into_iter();
     let line = |e: &Entry| {
         let line = changed.remove(&e.key).or_else(|| lines.next())?;
-        Some(Line { key: Some(e.key.clone()), ..line })
+        let rewritten_by = matches!(line.status, Status::Written | Status::Unchanged).then(|| job.rewritten_by());
+        Some(Line { key: Some(e.key.clone()), rewritten_by, ..line })
     };
     entries.iter().filter_map(line).collect()
 }

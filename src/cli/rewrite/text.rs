@@ -111,6 +111,11 @@ fn checks_text(text: &mut String, outcome: &Outcome) {
             "  note: the columns are named deg, but the values look like radians: no angle is beyond 6.29, and several joints start or end at multiples of 0.7854, or no angle is beyond 3.15 in many rows; if they are radians, convert them: the offsets would be 57 times too large\n",
         );
     }
+    if a.looks_like_milliseconds && outcome.vendor.is_none() {
+        text.push_str(
+            "  note: the times look like milliseconds: they are whole numbers, and read as seconds no joint comes near a thousandth of its largest speed; if they are milliseconds, name the column t_ms: limits of speed and acceleration were checked for a motion that is a thousand times slower\n",
+        );
+    }
 }
 
 /// Moves, reversals, added points.

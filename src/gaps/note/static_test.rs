@@ -88,6 +88,14 @@ pub enum Remark {
         /// How many.
         pairs: usize,
     },
+    /// Pairs at which the reading does not follow the joint.
+    #[error(
+        "pairs left out because the reading did not change by a digit while the joint moved there (a dial at its stop, or lifted off): {pairs}"
+    )]
+    AtStop {
+        /// How many.
+        pairs: usize,
+    },
     /// The last digit of the readings is not small against the gap.
     #[error(
         "the readings are written in steps that are not small against the gap: the rounding of each position is an error of {:.5} {} in all its \

@@ -73,6 +73,8 @@ pub struct Flanks {
     pub total: Known,
     /// `(c_r + c_l)/2`.
     pub middle: Known,
+    /// Mean of the input in the rows that were used, rad or m.
+    pub centre: f64,
     /// s; `None` where none was fitted.
     pub lag_s: Option<Known>,
     /// A lag was looked for, and the log cannot tell it from a gap: gap per second of lag.
@@ -264,6 +266,7 @@ pub fn fit(pair: &Pair) -> Result<Flanks, Missing> {
         c_l: known(2),
         total: known(3),
         middle: known(4),
+        centre,
         lag_s: lag.then(|| known(5)),
         // settled poses have no speed, and no lag
         total_per_lag: (pair.with_lag && !lag && speed > 0.0).then_some(2.0 * speed),

@@ -221,11 +221,23 @@ fn same_scale(
     let far = 0.5 * strokes.longest();
     let pair = Pair { t_s: &log.t_s, input: command, output: sensor, strokes, from: far, with_lag: false };
     let Ok(found) = fit(&pair) else { return Ok(()) };
-    if !off_scale(&found) {
+    // a lag behind a short stroke looks like a scale, and the scale of all rows does not
+    let along = regression(command, sensor);
+    if !off_scale(&found) || along.is_some_and(|m| (m - 1.0).abs() <= notes::LEAD) {
         return Ok(());
     }
     let text = format!("`{what}_{}` moves by {:.5} per command", joint.name, found.slope.value);
     Err(Error::bad(Place::file(&log.name), text, notes::SCALE))
+}
+
+/// Slope of a sensor over the command by least squares over all rows; `None` where the command does not move.
+fn regression(command: &[Option<f64>], sensor: &[Option<f64>]) -> Option<f64> {
+    let rows: Vec<(f64, f64)> = command.iter().zip(sensor).filter_map(|(c, s)| Some(((*c)?, (*s)?))).collect();
+    let n = rows.len().max(1) as f64;
+    let (c, s) = rows.iter().fold((0.0, 0.0), |(c, s), row| (c + row.0 / n, s + row.1 / n));
+    let (along, square) =
+        rows.iter().fold((0.0, 0.0), |(a, q), row| (a + (row.0 - c) * (row.1 - s), q + (row.0 - c).powi(2)));
+    (square > 0.0).then(|| along / square)
 }
 
 /// Range of the readings.

@@ -64,7 +64,7 @@ fn about_zero(series: &Series, both: &Flanks, kind: JointKind) -> Option<Remark>
     let zero = series.shares_zero(TrainGap::Both, both);
     if series.output == Some(Output::Tracker) {
         Some(Remark::TrackerWithoutZero)
-    } else if !zero && both.middle.ci95[1] - both.middle.value > both.total.value {
+    } else if !zero && (both.middle.ci95[1] - both.middle.value > both.total.value || series.leans_on_slope(both)) {
         Some(Remark::ZeroTooFar)
     } else if !zero {
         Some(Remark::OtherZero { kind, c_l: both.c_l.value, c_r: both.c_r.value })

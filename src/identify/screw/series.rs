@@ -55,6 +55,13 @@ impl Series {
         let tracked = gap != TrainGap::Coupling && self.output == Some(Output::Tracker);
         let unsure = flanks.middle.ci95[1] - flanks.middle.value;
         let about = flanks.middle.value.abs() <= 0.5 * flanks.total.value + unsure;
-        !tracked && about && unsure <= flanks.total.value
+        !tracked && about && unsure <= flanks.total.value && !self.leans_on_slope(flanks)
+    }
+
+    /// Without an encoder the slope of the flanks holds what is left of a lag, too: where it makes much of the gap on the way from the
+    /// strokes to the zero, the offsets to that zero are those of the slope.
+    pub fn leans_on_slope(&self, flanks: &Flanks) -> bool {
+        const MUCH: f64 = 0.25;
+        !self.encoder && ((flanks.slope.value - 1.0) * flanks.centre).abs() > MUCH * flanks.total.value
     }
 }

@@ -9,6 +9,7 @@ use super::creep::series::{DwellSeries, PairSeries};
 use super::drift::{self, Seen};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
+use super::stop;
 use super::summary::{HalfGap, Table};
 use crate::gaps::note::static_test::{Note, Remark};
 use crate::identify::LEAST_LEVER;
@@ -278,6 +279,8 @@ enum Reading {
     Insensitive,
     /// The joint moves across the direction of the dial.
     Across,
+    /// The reading does not change while the joint moves.
+    Still,
 }
 
 /// How the joint moves what is measured.
@@ -290,12 +293,17 @@ struct Lever {
     of_row_m2: f64,
 }
 
-fn read(view: &View, readings: &Readings, pair: &Pair) -> Reading {
+fn read(view: &View, log: &Log, readings: &Readings, pair: &Pair) -> Reading {
     let (up, down) = both(readings, pair);
     if let Some(half) = measured(readings, pair) {
         Reading::Joint(half)
     } else if let Some(instrument) = view.instrument {
-        along(view.chains, instrument, readings, pair)
+        match along(view.chains, instrument, readings, pair) {
+            Reading::Lever(_, l) if [up, down].iter().any(|d| stop::stands_still(log, d, pair.axis, l.lever)) => {
+                Reading::Still
+            }
+            other => other,
+        }
     } else if seen_by_both(view.chains, up, down).contains(&true) {
         match view.inverse.and_then(|inverse| half_gap(view.chains, inverse, readings, pair)) {
             Some(h) => Reading::Lever(
@@ -317,6 +325,7 @@ struct TestedJoint {
     lost: usize,
     insensitive: usize,
     across: usize,
+    still: usize,
     by_sensor: usize,
     levers: Vec<f64>,
     /// Of the pairs that are read through a lever: [`Lever::tilt`] and [`Lever::of_row_m2`].
@@ -334,6 +343,7 @@ impl TestedJoint {
             lost: 0,
             insensitive: 0,
             across: 0,
+            still: 0,
             by_sensor: 0,
             levers: Vec::new(),
             tilts: Vec::new(),
@@ -344,7 +354,7 @@ impl TestedJoint {
     }
 
     fn add(&mut self, view: &View, log: &Log, readings: &Readings, pair: &Pair) {
-        let value = match read(view, readings, pair) {
+        let value = match read(view, log, readings, pair) {
             Reading::Joint(half) => {
                 self.by_sensor += 1;
                 half
@@ -365,6 +375,10 @@ impl TestedJoint {
             }
             Reading::Across => {
                 self.across += 1;
+                return;
+            }
+            Reading::Still => {
+                self.still += 1;
                 return;
             }
         };
@@ -390,6 +404,9 @@ impl TestedJoint {
         }
         if self.across > 0 {
             notes.push(Remark::AcrossDial { tilt_deg: TILT_RAD.to_degrees(), pairs: self.across });
+        }
+        if self.still > 0 {
+            notes.push(Remark::AtStop { pairs: self.still });
         }
         notes
     }

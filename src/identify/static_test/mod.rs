@@ -26,6 +26,7 @@ pub(crate) mod knots;
 pub(crate) mod polynomial;
 pub(crate) mod readings;
 pub(crate) mod schedule;
+mod stop;
 pub(crate) mod summary;
 
 use crate::effects::GapCurve;

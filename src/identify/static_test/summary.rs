@@ -215,6 +215,8 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         }
         None => around(half_gap, half),
     };
+    // the mean of a skew posterior may lie beyond its quantiles
+    let ci95 = [ci95[0].min(half_gap), ci95[1].max(half_gap)];
     let ci95 = table.drift.map_or(ci95, |d| with_drift(ci95, &d));
     Some(Summary { angles, noise, half_gap, ci95, gate, sigma_in_dwell, creep })
 }

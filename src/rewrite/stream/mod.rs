@@ -125,5 +125,5 @@ fn preview<'a>(slots: &[Slot], first: &'a Block, axes: usize) -> Preview<'a> {
             decimals[a] = d;
         }
     }
-    Preview { decimals, has_times: slots.contains(&Slot::Time), q: &first.q }
+    Preview { decimals, has_times: slots.iter().any(|s| matches!(s, Slot::Time(_))), q: &first.q }
 }

@@ -6,7 +6,7 @@
 
 use super::super::{Origin, OutputPoints, Refusal};
 use crate::error::{Error, Result};
-use crate::program::csv::{Edits, Style};
+use crate::program::csv::{Clock, Edits, Style, TIME_LEAST};
 use crate::program::{Block, Slot};
 use crate::robot::Robot;
 use std::collections::VecDeque;
@@ -18,6 +18,7 @@ const MOST_RUN: usize = 256;
 /// Rows that wait for the engine.
 pub struct Pending {
     edits: Edits,
+    slots: Arc<[Slot]>,
     blocks: VecDeque<Arc<Block>>,
     /// Up to here the text of the first pending block has been given away.
     cursor: usize,
@@ -25,16 +26,28 @@ pub struct Pending {
     next: u64,
     /// The line ending of the first row: for a point after a last row without one.
     ending: Vec<u8>,
+    parted: Option<Parted>,
+}
+
+/// The way to a row that added points have parted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Parted {
+    /// The row before it.
+    after: u64,
+    /// Share of its duration that the added points took.
+    share: f64,
 }
 
 /// Points that are settled, with the text into which they go.
 #[derive(Clone)]
 pub struct Task {
     edits: Edits,
+    slots: Arc<[Slot]>,
     blocks: Vec<Arc<Block>>,
     cursor: usize,
     next: u64,
     ending: Vec<u8>,
+    parted: Option<Parted>,
     pub settled: OutputPoints,
     /// Nothing follows.
     whole: bool,
@@ -44,10 +57,12 @@ impl Pending {
     pub fn new(slots: &[Slot], robot: &Robot, style: &Style) -> Self {
         Self {
             edits: Edits::new(slots, robot.axes(), style),
+            slots: slots.into(),
             blocks: VecDeque::new(),
             cursor: 0,
             next: 0,
             ending: Vec::new(),
+            parted: None,
         }
     }
 
@@ -55,10 +70,12 @@ impl Pending {
     pub fn task(&self) -> Task {
         Task {
             edits: self.edits.clone(),
+            slots: self.slots.clone(),
             blocks: Vec::new(),
             cursor: 0,
             next: 0,
             ending: Vec::new(),
+            parted: None,
             settled: OutputPoints::default(),
             whole: false,
         }
@@ -83,7 +100,12 @@ impl Pending {
         task.ending.clone_from(&self.ending);
         task.blocks.clear();
         task.blocks.extend(self.blocks.iter().cloned());
-        (task.cursor, task.next) = (self.cursor, self.next);
+        (task.cursor, task.next, task.parted) = (self.cursor, self.next, self.parted);
+        self.parted = match task.settled.origin.last() {
+            Some(&Origin::Inserted { after, fraction }) => Some(Parted { after, share: fraction }),
+            Some(Origin::Point(_)) => None,
+            None => self.parted,
+        };
         let own = task.settled.origin.iter().rev().find_map(|o| match *o {
             Origin::Point(n) => Some(n),
             Origin::Inserted { .. } => None,
@@ -121,11 +143,14 @@ impl Task {
                 Origin::Point(n) if n == self.next => {
                     self.reach(n, &mut front, out)?;
                     self.next += 1;
+                    let duration = self.rest_of_duration(n, front);
                     let block = &self.blocks[front];
                     let i = (n - block.first_point) as usize;
-                    self.cursor = self.edits.row(block, i, self.cursor, self.settled.row(k), t_s, out);
+                    let clock = Clock { t_s, duration };
+                    self.cursor = self.edits.row(block, i, self.cursor, self.settled.row(k), clock, out);
                 }
-                Origin::Inserted { after, .. } if after + 1 == self.next => {
+                Origin::Inserted { after, fraction } if after + 1 == self.next => {
+                    let duration = self.part_of_duration(after, fraction, front);
                     let (block, i) = self.row_of(after, front)?;
                     if t_s.is_some_and(|t| block.t_s.get(i).is_some_and(|own| t <= *own)) {
                         return Err(no_time(origin));
@@ -136,7 +161,7 @@ impl Task {
                     if !matches!(block.text[..self.cursor].last(), Some(b'\n' | b'\r')) {
                         out.extend_from_slice(if self.ending.is_empty() { b"\n" } else { &self.ending });
                     }
-                    self.edits.added(block, i, self.settled.row(k), t_s, out);
+                    self.edits.added(block, i, self.settled.row(k), Clock { t_s, duration }, out);
                 }
                 Origin::Point(n) | Origin::Inserted { after: n, .. } => return Err(astray(n)),
             }
@@ -153,6 +178,30 @@ impl Task {
             }
         }
         Ok(())
+    }
+
+    /// Duration of the way to point `n`, and decimals to which its parts are rounded so that their sum is the whole.
+    fn duration(&self, n: u64, front: usize) -> Option<(f64, u8)> {
+        let blocks = self.blocks.get(front..)?;
+        let block = blocks.iter().find(|b| n < b.first_point + b.rows.len() as u64)?;
+        let slot = self.slots.iter().position(|s| *s == Slot::Duration)?;
+        let whole = block.durations.get(usize::try_from(n.checked_sub(block.first_point)?).ok()?)?;
+        Some((*whole, block.decimals.get(slot)?.max(&TIME_LEAST).to_owned()))
+    }
+
+    /// Duration from the point before to one that is added after point `after`, at this share of the way to the next.
+    fn part_of_duration(&mut self, after: u64, share: f64, front: usize) -> Option<f64> {
+        let (whole, decimals) = self.duration(after + 1, front)?;
+        let before = self.parted.filter(|p| p.after == after).map_or(0.0, |p| p.share);
+        self.parted = Some(Parted { after, share });
+        Some(rounded(share * whole, decimals) - rounded(before * whole, decimals))
+    }
+
+    /// Duration that is left of the way to point `n`; `None`: all of it.
+    fn rest_of_duration(&mut self, n: u64, front: usize) -> Option<f64> {
+        let parted = self.parted.take().filter(|p| p.after + 1 == n)?;
+        let (whole, decimals) = self.duration(n, front)?;
+        Some(whole - rounded(parted.share * whole, decimals))
     }
 
     /// The points from place `k` on that are the program's own, one after the other, and whose rows hold plain numbers
@@ -222,6 +271,12 @@ impl Task {
         }
         Ok(())
     }
+}
+
+/// A value with so many decimals.
+fn rounded(value: f64, decimals: u8) -> f64 {
+    let unit = 10f64.powi(i32::from(decimals));
+    (value * unit).round() / unit
 }
 
 /// The time of a new point is no other than that of its neighbour.

@@ -18,8 +18,6 @@ use crate::decimal::{Decimal, GUARD, POW10_INT};
 
 /// Decimals of a column beyond which a longer token does not lengthen the others: 1e-6 deg, 1 nm.
 const COLUMN_MOST: u8 = 6;
-/// Decimals of the time of an added row, where its column has fewer (trailing zeros are dropped): 1 us.
-const TIME_LEAST: u8 = 6;
 /// Decimals of the joints of an added row, where their columns have fewer (trailing zeros are dropped): a joint between two values
 /// that are written short stands at 1e-4 deg or 0.1 um.
 const ADDED_LEAST: u8 = 4;
@@ -31,6 +29,22 @@ pub struct Style {
     pub forced: Option<u8>,
     /// At least this many, per axis (deg or mm).
     pub least: Vec<u8>,
+}
+
+/// Times of a row that is written; `None`: its own, or there is none.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Clock {
+    /// Time of the row, s.
+    pub t_s: Option<f64>,
+    /// Time from the row before, in the unit of its column.
+    pub duration: Option<f64>,
+}
+
+impl Clock {
+    /// The time of a row, s.
+    pub fn at(t_s: Option<f64>) -> Self {
+        Self { t_s, duration: None }
+    }
 }
 
 /// Writes the changed numbers of a program's rows.
@@ -50,7 +64,8 @@ impl Edits {
     pub fn new(slots: &[Slot], robot: &Axes, style: &Style) -> Self {
         let slots = slots.iter().map(|&slot| {
             let (to_user_unit, least, limits) = match slot {
-                Slot::Time => (1.0, 0, None),
+                Slot::Time(per_s) => (f64::from(per_s), 0, None),
+                Slot::Duration => (1.0, 0, None),
                 Slot::Axis(a) => {
                     let joint = robot.axis(a);
                     // 1e-9 deg or mm: what the limits lost on their way to SI and back
@@ -103,11 +118,11 @@ impl Edits {
             edit.base = match (self.forced, edit.slot) {
                 (Some(n), Slot::Axis(_)) => n,
                 (_, Slot::Axis(_)) => edit.least.max(edit.column.min(COLUMN_MOST.max(edit.least))),
-                (_, Slot::Time) => edit.column,
+                (_, Slot::Time(_) | Slot::Duration) => edit.column,
             };
             let axis = match edit.slot {
                 Slot::Axis(a) => Some(a),
-                Slot::Time => None,
+                Slot::Time(_) | Slot::Duration => None,
             };
             even &= edit.base <= 7 && (d <= edit.base || self.forced.is_some() && d <= edit.base + GUARD);
             let place = usize::from(edit.base.min(7) + GUARD);
@@ -151,7 +166,7 @@ impl Edits {
         i: usize,
         mut cursor: usize,
         q: &[f64],
-        t_s: Option<f64>,
+        clock: Clock,
         out: &mut Vec<u8>,
     ) -> usize {
         let n = self.slots.len();
@@ -161,18 +176,20 @@ impl Edits {
         let old_t_s = block.t_s.get(i).copied();
         let changed = |slot: Slot| match slot {
             Slot::Axis(a) => (q[a].to_bits() != old[a].to_bits()).then_some(q[a]),
-            Slot::Time => t_s.filter(|t| Some(t.to_bits()) != old_t_s.map(f64::to_bits)),
+            Slot::Time(_) => clock.t_s.filter(|t| Some(t.to_bits()) != old_t_s.map(f64::to_bits)),
+            Slot::Duration => clock.duration,
         };
         let own = |slot: Slot| match slot {
             Slot::Axis(a) => old[a],
-            Slot::Time => old_t_s.unwrap_or(0.0),
+            Slot::Time(_) => old_t_s.unwrap_or(0.0),
+            Slot::Duration => block.durations.get(i).copied().unwrap_or(0.0),
         };
         let Some(first) = self.slots.iter().position(|s| changed(s.slot).is_some()) else { return cursor };
         // plain numbers one after the other, as in nearly every row: their text is made in one piece of memory
         let start = tokens[first].start as usize;
         let mut k = first;
         // (spaces in front belong to the width of a cell, which the general way keeps)
-        if !matches!(start.checked_sub(1).map(|b| block.text[b]), Some(b' ')) {
+        if clock.duration.is_none() && !matches!(start.checked_sub(1).map(|b| block.text[b]), Some(b' ')) {
             out.extend_from_slice(&block.text[cursor..start]);
             cursor = start;
             let length = out.len();
@@ -199,6 +216,10 @@ impl Edits {
         }
         for (edit, token) in self.slots[k..].iter_mut().zip(&tokens[k..]) {
             let Some(value) = changed(edit.slot) else { continue };
+            if edit.slot == Slot::Duration {
+                cursor = edit.time(block, token, cursor, value, &mut self.scratch, out);
+                continue;
+            }
             let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
             let old = Some(own(edit.slot));
             cursor = edit.number(block, token, cursor, New { old, value, decimals }, &mut self.scratch, out);
@@ -207,7 +228,7 @@ impl Edits {
     }
 
     /// Writes an added row after row `i`: its cells are those of row `i`, its targets and time are new.
-    pub fn added(&mut self, block: &Block, i: usize, q: &[f64], t_s: Option<f64>, out: &mut Vec<u8>) {
+    pub fn added(&mut self, block: &Block, i: usize, q: &[f64], clock: Clock, out: &mut Vec<u8>) {
         let n = self.slots.len();
         let span = block.rows[i];
         let (mut cursor, end) = (span.start as usize, span.end as usize);
@@ -225,14 +246,13 @@ impl Edits {
                         drop_zeros(out, usize::from(decimals), usize::from(own));
                     }
                 }
-                Slot::Time => {
-                    let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
-                    let fewest = usize::from(token.decimals.max(edit.base));
-                    let new = New { old: None, value: t_s.unwrap_or(block.t_s[i]), decimals };
-                    cursor = edit.number(block, token, cursor, new, &mut self.scratch, out);
-                    if !exponent {
-                        drop_zeros(out, usize::from(decimals), fewest);
-                    }
+                Slot::Time(_) => {
+                    let own = block.t_s.get(i).copied().unwrap_or(0.0);
+                    cursor = edit.time(block, token, cursor, clock.t_s.unwrap_or(own), &mut self.scratch, out);
+                }
+                Slot::Duration => {
+                    let own = block.durations.get(i).copied().unwrap_or(0.0);
+                    cursor = edit.time(block, token, cursor, clock.duration.unwrap_or(own), &mut self.scratch, out);
                 }
             }
         }
@@ -241,7 +261,7 @@ impl Edits {
 }
 
 /// Drops zeros at the end of a fraction of `decimals` digits down to `fewest` of them.
-fn drop_zeros(out: &mut Vec<u8>, decimals: usize, fewest: usize) {
+pub(super) fn drop_zeros(out: &mut Vec<u8>, decimals: usize, fewest: usize) {
     let mut have = decimals;
     while have > fewest && out.last() == Some(&b'0') {
         out.pop();
@@ -273,12 +293,12 @@ mod tests {
         let q: Vec<f64> = q_deg.iter().map(|v| v.to_radians()).collect();
         let (mut out, mut cursor) = (Vec::new(), 0);
         for (i, q) in q.chunks(2).enumerate() {
-            cursor = edits.row(&block, i, cursor, q, None, &mut out);
+            cursor = edits.row(&block, i, cursor, q, Clock::default(), &mut out);
             if let Some((q, t_s)) = added.filter(|_| i == 0) {
                 let end = block.rows[0].end as usize;
                 out.extend_from_slice(&block.text[cursor..end]);
                 cursor = end;
-                edits.added(&block, 0, &q.map(f64::to_radians), Some(t_s), &mut out);
+                edits.added(&block, 0, &q.map(f64::to_radians), Clock::at(Some(t_s)), &mut out);
             }
         }
         out.extend_from_slice(&block.text[cursor..]);

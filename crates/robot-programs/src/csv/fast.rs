@@ -221,7 +221,7 @@ impl Parser {
     #[inline(always)]
     pub(super) fn plain_row(&self, text: &[u8], start: usize, block: &mut Block) -> Option<usize> {
         let (tokens, base) = (block.tokens.len(), block.q.len());
-        let times = block.t_s.len();
+        let (times, durations) = (block.t_s.len(), block.durations.len());
         block.q.resize(base + self.si.len(), 0.0);
         let end = self.plain_cells(text, start, block, base);
         if end.is_none() {
@@ -229,6 +229,7 @@ impl Parser {
             block.mantissas.truncate(tokens);
             block.q.truncate(base);
             block.t_s.truncate(times);
+            block.durations.truncate(durations);
         }
         end
     }
@@ -254,7 +255,8 @@ impl Parser {
                     *most = (*most).max(number.decimals);
                     match self.header.slots[slot] {
                         Slot::Axis(axis) => block.q[base + axis] = number.value * self.si[axis],
-                        Slot::Time => block.t_s.push(number.value),
+                        Slot::Time(_) => block.t_s.push(number.value * self.time_s),
+                        Slot::Duration => block.durations.push(number.value),
                     }
                     end
                 }

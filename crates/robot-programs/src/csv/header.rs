@@ -1,6 +1,7 @@
 //! Which column is what; the dialects that are refused, each with its reason.
 
 use super::super::Slot;
+use super::clock::{self, Clock};
 use super::record::{Record, content};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
@@ -55,8 +56,18 @@ impl Header {
         let mut slots = Vec::new();
         for (k, n) in names.iter().enumerate() {
             let low = n.to_lowercase();
-            let slot = if low == "t_s" {
-                Some(Slot::Time)
+            let slot = if let Some(Clock::Read(slot)) = clock::of_name(&low) {
+                if let (Slot::Time(_), Some(first)) = (slot, slots.iter().position(|s| matches!(s, Slot::Time(_)))) {
+                    let first = columns.iter().position(|c| *c == Column::Slot(first)).and_then(|k| names.get(k));
+                    let first = first.map_or("t_s", String::as_str);
+                    let found = if low == first.to_lowercase() {
+                        format!("a second column `{n}`")
+                    } else {
+                        format!("a second column of times, `{n}` beside `{first}`")
+                    };
+                    return Err(bad(k, found, "every column once"));
+                }
+                Some(slot)
             } else if let Some(axis) = wanted.iter().position(|w| *w == low) {
                 Some(Slot::Axis(axis))
             } else {

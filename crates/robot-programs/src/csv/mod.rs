@@ -1,7 +1,7 @@
-//! Joint-space CSV: `a1_deg,a2_deg,...` and optionally `t_s`; other columns pass through.
+//! Joint-space CSV: `a1_deg,a2_deg,...` and optionally `t_s` or `dt_s`; other columns pass through.
 //!
 //! Modules:
-//! - [`header`]: which column is what; the dialects that are refused.
+//! - [`header`]: which column is what; the dialects that are refused. [`clock`]: columns of times and durations.
 //! - [`number`]: bytes to a number and its style.
 //! - [`record`]: a row that is not plain: quotes, spaces, exponents.
 //! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`shape`]: rows like the one before; [`piece`]: pieces
@@ -32,6 +32,7 @@
 //! # Ok::<(), robot_programs::Error>(())
 //! ```
 
+pub mod clock;
 pub mod edit;
 mod fast;
 pub mod header;
@@ -45,7 +46,8 @@ pub mod record;
 mod shape;
 mod slot;
 
-pub use edit::{Edits, Style};
+pub use edit::{Clock, Edits, Style};
 pub use parser::Parser;
 pub use piece::{Piece, Placing};
 pub use reader::{Reader, Source};
+pub use slot::TIME_LEAST;

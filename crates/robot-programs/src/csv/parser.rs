@@ -23,6 +23,8 @@ pub struct Parser {
     pub(super) header: Header,
     /// Edge unit to SI, per axis; the number of axes.
     pub(super) si: Vec<f64>,
+    /// Unit of the times, s.
+    pub(super) time_s: f64,
     /// Where the numbers of a row go, if the columns hold nothing else: axis (`None`: the time) and unit to SI.
     pub(super) pure: Vec<(Option<usize>, f64)>,
     /// Memory for rows of short numbers alone.
@@ -50,6 +52,7 @@ impl Parser {
             name: name.into(),
             header: Header { columns: Vec::new(), slots: Vec::new(), names: Vec::new() },
             si: robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect(),
+            time_s: 1.0,
             pure: Vec::new(),
             scratch: Scratch::default(),
             record: Record::default(),
@@ -68,10 +71,13 @@ impl Parser {
 
     pub(super) fn set_header(&mut self, header: Header) {
         let slots = &header.slots;
-        if slots.len() == header.columns.len() && slots.len() <= MOST_PURE {
+        let unit = slots.iter().find_map(|s| if let Slot::Time(per_s) = *s { Some(f64::from(per_s)) } else { None });
+        self.time_s = unit.map_or(1.0, |per_s| 1.0 / per_s);
+        let durations = slots.contains(&Slot::Duration);
+        if slots.len() == header.columns.len() && slots.len() <= MOST_PURE && !durations {
             let target = |slot: &Slot| match *slot {
                 Slot::Axis(axis) => (Some(axis), self.si[axis]),
-                Slot::Time => (None, 1.0),
+                Slot::Time(_) | Slot::Duration => (None, self.time_s),
             };
             self.pure = slots.iter().map(target).collect();
         }
@@ -88,7 +94,7 @@ impl Parser {
     }
 
     pub(super) fn has_times(&self) -> bool {
-        self.header.slots.contains(&Slot::Time)
+        self.header.slots.iter().any(|s| matches!(s, Slot::Time(_)))
     }
 
     /// Reads the rows that begin between `at` and `end` as far as they are whole; gives the place after the last.
@@ -181,7 +187,8 @@ impl Parser {
             block.decimals[slot] = block.decimals[slot].max(number.decimals);
             match self.header.slots[slot] {
                 Slot::Axis(axis) => block.q[base + axis] = number.value * self.si[axis],
-                Slot::Time => block.t_s.push(number.value),
+                Slot::Time(_) => block.t_s.push(number.value * self.time_s),
+                Slot::Duration => block.durations.push(number.value),
             }
         }
         self.lines.note(self.point, self.line);
@@ -207,7 +214,7 @@ impl Parser {
         if let Some(before) = self.last_t_s
             && t <= before
         {
-            let slot = self.header.slots.iter().position(|s| *s == Slot::Time).unwrap_or(0);
+            let slot = self.header.slots.iter().position(|s| matches!(s, Slot::Time(_))).unwrap_or(0);
             // the line counter already stands after this row
             let line = self.lines.line(self.point).unwrap_or(self.line);
             let place = Place::field(&self.name, line, self.header.column_of(slot));

@@ -5,6 +5,7 @@
 //! the other in [`Reader::next`], or side by side for several pieces ([`Reader::split`]).
 
 use super::super::{Block, Slot, lines::Lines};
+use super::clock;
 use super::header::{Header, quote_error};
 use super::parser::{Aside, LONGEST_ROW, Parser};
 use super::piece::{Piece, Placing, State};
@@ -85,9 +86,12 @@ impl Reader {
                 source.more(&mut text)?;
             }
         }
+        let header_line = parser.line;
         parser.set_header(Header::parse(&text, &parser.record, robot, name, parser.line)?);
         parser.line += 1 + parser.record.breaks;
         source.rows_at = parser.record.end;
+        let rows = (text.as_slice(), source.rows_at, source.ended);
+        clock::refuse_unclear(&parser.header, rows, name, header_line)?;
         source.carry = text;
         source.parser = parser.fresh();
         let fresh = parser.fresh();
@@ -109,7 +113,7 @@ impl Reader {
         &self.parser.header
     }
 
-    /// There is a column `t_s`.
+    /// There is a column of times, such as `t_s`.
     pub fn has_times(&self) -> bool {
         self.parser.has_times()
     }

@@ -1,6 +1,7 @@
 //! One changed number of a slot: its offset, its digits, its limits, and its place in the row.
 
 use super::super::{Block, Slot, Token};
+use super::edit::drop_zeros;
 use super::print::{Look, power};
 use crate::decimal::Decimal;
 use crate::decimal::print::MOST_FIXED;
@@ -10,6 +11,17 @@ pub(super) const MOST: usize = 15;
 pub(super) const NONE: u8 = u8::MAX;
 /// deg or mm: a limit itself must not be taken for beyond it.
 const SLACK: f64 = 1e-9;
+
+/// Decimals of the time of an added row, where its column has fewer (trailing zeros are dropped): 1 us.
+pub const TIME_LEAST: u8 = 6;
+
+/// The same in the unit of a column of times.
+fn time_decimals(slot: Slot) -> u8 {
+    match slot {
+        Slot::Time(per_s) => TIME_LEAST.saturating_sub(per_s.ilog10() as u8),
+        _ => TIME_LEAST,
+    }
+}
 
 /// What a number is to become.
 pub(super) struct New {
@@ -80,6 +92,29 @@ impl SlotEdit {
             () if number < lo && exact >= lo.value() - SLACK => lo.ceil(new.decimals),
             () => Some(number),
         }
+    }
+
+    /// Writes the text from `cursor` to the token, then a time or a duration (of a duration the unit of its column, else s), to a microsecond
+    /// where the column is coarser; gives the place after the token.
+    pub(super) fn time(
+        &mut self,
+        block: &Block,
+        token: &Token,
+        cursor: usize,
+        value: f64,
+        scratch: &mut Vec<u8>,
+        out: &mut Vec<u8>,
+    ) -> usize {
+        let fewest = token.decimals.max(self.base);
+        let decimals = fewest.max(time_decimals(self.slot));
+        let start = token.start as usize;
+        // the zeros at the end of an exponent are none of a fraction
+        let exponent = !token.plain && Look::of(&block.text[start..start + usize::from(token.len)]).has_exponent();
+        let end = self.number(block, token, cursor, New { old: None, value, decimals }, scratch, out);
+        if !exponent {
+            drop_zeros(out, usize::from(decimals), usize::from(fewest));
+        }
+        end
     }
 
     /// Writes the text from `cursor` to the token, then the number; gives the place after the token.

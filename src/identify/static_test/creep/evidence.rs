@@ -21,6 +21,11 @@ const PRIOR: [f64; 3] = [0.5, 0.45, 0.05];
 /// Grid of paces: from 0.05 to 30 s.
 const PACES: usize = 49;
 const PACE_RANGE_S: [f64; 2] = [0.05, 30.0];
+/// A cell of the grid that holds more than this share of what all single paces weigh is divided, with its neighbours, into so many parts;
+/// so often at most: paces to a part in 500,000.
+const DIVIDED: f64 = 0.25;
+const PARTS: usize = 4;
+const DIVISIONS: usize = 8;
 /// Of two paces every this many of the grid is tried, and the slower is at least twice the faster.
 const COARSE: usize = 4;
 /// Prior standard deviation of an amplitude over the mean reading, at the stop and at the reversal.
@@ -119,21 +124,26 @@ pub fn posterior(pairs: &[PairSeries], places: usize, noise: &CreepNoise, scale:
             PACE_RANGE_S[0] * (PACE_RANGE_S[1] / PACE_RANGE_S[0]).powf(share)
         })
         .collect();
-    let prior: Vec<f64> = paces.iter().map(|t| (-0.5 * ((t / PACE_S).ln() / PACE_SPREAD).powi(2)).exp()).collect();
+    let density = |t: f64| (-0.5 * ((t / PACE_S).ln() / PACE_SPREAD).powi(2)).exp();
+    let prior: Vec<f64> = paces.iter().map(|&t| density(t)).collect();
     let all: f64 = prior.iter().sum();
     let mut components = vec![(PRIOR[0].ln(), none(places))];
     for from_turn in [false, true] {
-        let columns: Vec<Vec<DVector<f64>>> = paces
-            .iter()
-            .map(|&tau| used.iter().zip(&white).map(|(p, w)| w.whiten(p.in_bins(tau, from_turn))).collect())
-            .collect::<Option<_>>()?;
         let amplitude = scale * AMPLITUDE[usize::from(from_turn)];
-        for i in 0..PACES {
-            let log_prior = (PRIOR[1] * 0.5 * prior[i] / all).ln();
-            let members = [(paces[i], &columns[i])];
-            add(&mut components, &members, &white, places, from_turn, amplitude, log_prior);
-        }
+        let column = |tau: f64| -> Option<Vec<DVector<f64>>> {
+            used.iter().zip(&white).map(|(p, w)| w.whiten(p.in_bins(tau, from_turn))).collect()
+        };
+        let weigh = |cell: &Cell| -> Option<Weighed> {
+            let log_prior = (PRIOR[1] * 0.5 * density(cell.pace_s) * cell.width / all).ln();
+            let mut found = Vec::new();
+            let columns = column(cell.pace_s)?;
+            add(&mut found, &[(cell.pace_s, &columns)], &white, places, from_turn, amplitude, log_prior);
+            Some((*cell, found))
+        };
+        let cells = paces.iter().map(|&pace_s| weigh(&Cell { pace_s, width: 1.0 })).collect::<Option<_>>()?;
+        components.extend(divided(cells, &weigh)?.into_iter().flat_map(|(_, found)| found));
         let coarse: Vec<usize> = (0..PACES).step_by(COARSE).collect();
+        let columns: Vec<Vec<DVector<f64>>> = paces.iter().map(|&tau| column(tau)).collect::<Option<_>>()?;
         let two: Vec<(usize, usize)> = coarse
             .iter()
             .flat_map(|&i| coarse.iter().map(move |&j| (i, j)))
@@ -158,6 +168,42 @@ pub fn posterior(pairs: &[PairSeries], places: usize, noise: &CreepNoise, scale:
         c.weight /= total;
     }
     Some(kept)
+}
+
+/// A single pace and the part of the grid that it stands for, in steps of the grid.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    pace_s: f64,
+    width: f64,
+}
+
+/// A cell with its hypotheses and their logarithms.
+type Weighed = (Cell, Vec<(f64, Component)>);
+
+/// Cells of the grid, finer where one of them holds most of the weight: readings that hardly scatter tell the pace better than the grid, and
+/// the nearest pace of the grid would then stand as if it were certain.
+fn divided(mut cells: Vec<Weighed>, weigh: &dyn Fn(&Cell) -> Option<Weighed>) -> Option<Vec<Weighed>> {
+    let step = (PACE_RANGE_S[1] / PACE_RANGE_S[0]).ln() / (PACES - 1) as f64;
+    for _ in 0..DIVISIONS {
+        let highest = cells.iter().flat_map(|c| &c.1).map(|c| c.0).fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = cells.iter().map(|c| c.1.iter().map(|c| (c.0 - highest).exp()).sum()).collect();
+        let total: f64 = weights.iter().sum();
+        let Some(best) = (0..cells.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b])) else { break };
+        if weights[best].is_nan() || weights[best] <= DIVIDED * total {
+            break;
+        }
+        let near = best.saturating_sub(1)..(best + 2).min(cells.len());
+        let mut parts = Vec::new();
+        for (cell, _) in &cells[near.clone()] {
+            let width = cell.width / PARTS as f64;
+            for k in 0..PARTS {
+                let off = (k as f64 + 0.5) * width - 0.5 * cell.width;
+                parts.push(weigh(&Cell { pace_s: cell.pace_s * (off * step).exp(), width })?);
+            }
+        }
+        cells.splice(near, parts);
+    }
+    Some(cells)
 }
 
 fn none(places: usize) -> Component {
