@@ -30,7 +30,7 @@ const ANGLES: [(f64, &str); 6] = [
 ];
 const LENGTHS: [(f64, &str); 3] = [(1e3, "micrometres"), (0.1, "centimetres"), (1e3 / 25.4, "thousandths of an inch")];
 /// Share by which a slope may differ from one of them.
-const NEAR_UNIT: f64 = 0.02;
+const NEAR_UNIT: f64 = 0.005;
 
 /// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted. `known`: the joints
 /// turn as the commands say; behind tendons or sheaths they may have another ratio.
