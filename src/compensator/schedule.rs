@@ -14,6 +14,9 @@ const NEGATIVE_NOISE: f64 = 1e-12;
 /// What is wrong: the key, what was found, what is expected.
 pub type Wrong = (String, String, String);
 
+/// Digits of [`tidy`].
+const DIGITS: i32 = 12;
+
 /// Twelve digits: enough for 1e-9 of a gap, without the noise of the conversion to degrees.
 pub fn tidy(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
@@ -91,7 +94,7 @@ pub fn write(curve: &GapCurve, joint: &Joint) -> Option<Value> {
     let kind = joint.kind;
     let edge = |v: f64| Value::from(tidy(kind.to_user_unit(v)));
     let mut map = Mapping::new();
-    match curve {
+    match &curve.for_digits(DIGITS) {
         GapCurve::Constant(_) => return None,
         GapCurve::Polynomial { coefficients, range } => {
             let si = kind.si_per_user_unit();

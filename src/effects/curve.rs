@@ -3,6 +3,12 @@
 //! PCHIP: monotone piecewise cubic Hermite interpolation (Fritsch and Carlson 1980, end slopes as Moler 2004), the same
 //! as `scipy.interpolate.PchipInterpolator`. Beyond its knots, or its tested range, a curve is constant.
 
+/// Share of the largest half gap that a polynomial may lose as its coefficients are rounded.
+const LOST_IN_ROUNDING: f64 = 1e-4;
+/// Knots of a polynomial that becomes a curve through knots: 2.5 % of its range apart, so that even a maximum is met to about
+/// 1e-3 of the curve's change.
+const CURVE_KNOTS: usize = 41;
+
 /// Half gap over position; arguments and values in rad or m.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GapCurve {
@@ -50,6 +56,27 @@ impl GapCurve {
                 Self::Pchip(c)
             }
         }
+    }
+
+    /// The curve as a document can hold it whose numbers have `digits` significant digits: a polynomial of positions far from 0 in
+    /// proportion to its range has large terms that cancel, and loses its value with the last digits. It becomes knots.
+    pub fn for_digits(&self, digits: i32) -> Self {
+        let Self::Polynomial { coefficients, range: [lo, hi] } = self else { return self.clone() };
+        let far = lo.abs().max(hi.abs());
+        let terms: f64 = coefficients.iter().enumerate().map(|(k, c)| c.abs() * far.powi(k as i32)).sum();
+        if terms * 0.5 * 10f64.powi(1 - digits) <= LOST_IN_ROUNDING * self.largest().abs() {
+            return self.clone();
+        }
+        self.through_knots(|p| self.at(p))
+    }
+
+    /// [`CURVE_KNOTS`] knots of `value` over the range of a polynomial; other curves stay.
+    pub fn through_knots(&self, value: impl Fn(f64) -> f64) -> Self {
+        let Self::Polynomial { range: [lo, hi], .. } = self else { return self.clone() };
+        let step = (hi - lo) / (CURVE_KNOTS - 1) as f64;
+        let places = (0..CURVE_KNOTS).map(|k| if k + 1 == CURVE_KNOTS { *hi } else { lo + step * k as f64 });
+        let knots: Vec<[f64; 2]> = places.map(|p| [p, value(p)]).collect();
+        Pchip::new(&knots).map_or_else(|| self.clone(), Self::Pchip)
     }
 
     /// The value, where it is one everywhere.
@@ -151,5 +178,30 @@ fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
         3.0 * d0
     } else {
         s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `1 + u + u^2` on a range of half width 1 about `center`, by powers of the position.
+    fn parabola(center: f64) -> GapCurve {
+        let coefficients = vec![1.0 - center + center * center, 1.0 - 2.0 * center, 1.0];
+        GapCurve::Polynomial { coefficients, range: [center - 1.0, center + 1.0] }
+    }
+
+    #[test]
+    fn a_polynomial_that_rounding_would_spoil_becomes_knots_and_another_one_stays() {
+        assert_eq!(parabola(3.0).for_digits(10), parabola(3.0));
+        let far = parabola(2e3);
+        let kept = far.for_digits(10);
+        assert!(matches!(&kept, GapCurve::Pchip(c) if c.knots().len() == CURVE_KNOTS), "{kept:?}");
+        for k in 0..=100 {
+            let p = 1999.0 + f64::from(k) * 0.02;
+            assert!((kept.at(p) - far.at(p)).abs() < 2e-3, "{p}: {} {}", kept.at(p), far.at(p));
+        }
+        let endless = GapCurve::Polynomial { coefficients: vec![1.0, 0.5], range: [f64::MIN, f64::MAX] };
+        assert_eq!(endless.for_digits(10), endless, "no range to place knots in");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! What a kind of test knows beyond them is appended to the document by that identification ([`super::file::extend`]).
 
-use super::file::{NameAndHash, SCHEMA, in_user_unit, keyed, keyed_list, number};
+use super::file::{NameAndHash, SCHEMA, SIGNIFICANT_DIGITS, in_user_unit, keyed, keyed_list, number};
 use super::{Distrust, GapPoint, Gaps, JointGap, Note, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
 use crate::io::keyed::Keyed;
@@ -120,7 +120,7 @@ pub enum CurveFields {
 impl CurveFields {
     /// The curve of a joint of this kind.
     pub fn new(curve: &GapCurve, kind: JointKind) -> Self {
-        match curve {
+        match &curve.for_digits(SIGNIFICANT_DIGITS) {
             GapCurve::Constant(b) => Self::Constant { half_gap: keyed("half_gap", *b, kind) },
             GapCurve::Pchip(p) => Self::Pchip { knots: p.knots().iter().map(|k| in_user_unit(k, kind)).collect() },
             GapCurve::Polynomial { coefficients, range } => {

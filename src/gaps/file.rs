@@ -16,6 +16,9 @@ use serde_json::Value;
 /// The schema that a gaps file names.
 pub const SCHEMA: &str = "lostmotion/gaps/1";
 
+/// Digits of the numbers of a document.
+pub const SIGNIFICANT_DIGITS: i32 = 10;
+
 /// A number with ten significant digits; one that is not finite is null.
 pub fn number(v: f64) -> Value {
     let rounded: f64 = format!("{v:.9e}").parse().unwrap_or(v);

@@ -20,6 +20,7 @@
 use super::failure::Failure;
 use super::play::Play;
 use super::search::Seen;
+use super::step::{self, Reading, Step};
 use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::normal::Z95;
 use crate::numerics::qr::Triangle;
@@ -56,7 +57,7 @@ const RIDGE: f64 = 1e-12;
 /// Readings that are decomposed together.
 const BLOCK: usize = 256;
 /// Offset, drift, rotation, translation, reflector.
-const COMMON: usize = 11;
+pub(super) const COMMON: usize = 11;
 
 /// An estimate and half its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +83,8 @@ pub struct Fit {
     pub rows: usize,
     /// Number of readings that were left out as gross errors.
     pub outliers: usize,
+    /// A step of a clock, where one explains much of what is left.
+    pub step: Option<Step>,
 }
 
 impl Fit {
@@ -258,6 +261,7 @@ pub(super) fn fit_from<S: Estimated>(
     let (kept, span_s) = (vec![true; rows.len()], span.end - span.start);
     let mut clock = Clock { robot, commands, seen, stamps, span_s, rows, state, kept, solved: None };
     let reason = rounds(&mut clock, ROUNDS)?;
+    let step = step::find(&clock.readings());
     let Clock { state, kept, solved, .. } = clock;
     let solved = match reason {
         TerminationReason::NotFinite => return Err(Failure::Open),
@@ -273,6 +277,7 @@ pub(super) fn fit_from<S: Estimated>(
         rms_m: solved.rms_m,
         rows: solved.used,
         outliers: kept.iter().filter(|k| !**k).count(),
+        step,
     })
 }
 
@@ -321,6 +326,23 @@ struct Solved {
     residual_m: Vec<Option<f64>>,
     rms_m: f64,
     used: usize,
+}
+
+impl<S: Estimated> Clock<'_, S> {
+    /// All readings at the present state, with the speeds of the commands.
+    fn readings(&self) -> Vec<Reading> {
+        let plays = self.state.plays(self.commands);
+        let [offset_s, drift, middle_s] = self.state.clock();
+        let n = self.commands.channels();
+        let of = |(&k, &kept): (&usize, &bool)| {
+            let t_s = self.seen.t_s[k];
+            let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+            self.commands.at(t_s + offset_s + drift * (t_s - middle_s), &mut q, &mut rate);
+            let row = self.state.row(self.robot, self.commands, &plays, t_s, &self.seen.at_m[k])?;
+            Some(Reading { t_s, row, rate, kept })
+        };
+        self.rows.iter().zip(&self.kept).filter_map(of).collect()
+    }
 }
 
 impl<S: Estimated> Reweighted for Clock<'_, S> {

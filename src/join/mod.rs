@@ -2,7 +2,7 @@
 //!
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
 //! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), `rests` (the same
-//! from tests that move one joint after another), `failure` (why there is no fit),
+//! from tests that move one joint after another), [`mod@step`] (a clock that steps), `failure` (why there is no fit),
 //! [`mod@write`] (the rows of the joined log), [`mod@note`] (what a reader should know).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
@@ -24,6 +24,7 @@ pub mod note;
 mod play;
 mod rests;
 mod search;
+pub mod step;
 mod suspect;
 pub mod write;
 
@@ -191,6 +192,9 @@ fn notes(aligned_by: AlignedBy, fit: &fit::Fit) -> Vec<Note> {
     if aligned_by == AlignedBy::Cmd {
         notes.push(Note::ContainsServoLag);
     }
+    if let Some(step) = fit.step {
+        notes.push(Note::Step { at_tracker_s: step.at_s, by_s: step.by_s, share: step.share });
+    }
     if fit.offset_s.half_95 > 1e-3 {
         notes.push(Note::OffsetUncertain { half_95_s: fit.offset_s.half_95 });
     }
@@ -252,12 +256,17 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
             }
         }
     }
-    let Some((_, fit, ours, theirs, correlation)) = best else {
+    let Some((_, mut fit, ours, theirs, correlation)) = best else {
         let refused = Error::bad(Place::file(&tracker.name), why.to_string(), why.expected());
         return Err(if why.near_helps() { refused.mended_by(&["near_s"]) } else { refused });
     };
     refuse_misfit(&fit, &seen, tracker)?;
+    refuse_step(&fit, tracker)?;
     refuse_open(&fit, [ours, theirs], tracker)?;
+    // on either side of the step rows are off by half of it
+    if let Some(step) = fit.step {
+        fit.offset_s.half_95 += 0.5 * step.by_s.abs();
+    }
     let table = write::table(robot, controller, tracker, ours, theirs, &fit, options.rows);
     let empty = table.rows_without_reading();
     let notes = notes(aligned_by, &fit);
@@ -329,6 +338,19 @@ fn refuse_misfit(fit: &fit::Fit, seen: &[Option<Vector3<f64>>], tracker: &Record
         size * 1e3
     );
     Err(Error::bad(Place::file(&tracker.name), text, "recordings of one motion, and the robot file of that robot"))
+}
+
+/// Refuses clocks of which one steps: with one offset and one drift, rows would stand beside the wrong commands before and after it.
+fn refuse_step(fit: &fit::Fit, tracker: &Recording) -> Result<()> {
+    let Some(step) = fit.step.filter(|s| s.share >= step::CERTAIN) else { return Ok(()) };
+    let text = format!(
+        "a clock that steps by about {:.1} ms at about {:.1} s of the tracker: the step explains {} of what the fit leaves",
+        step.by_s.abs() * 1e3,
+        step.at_s,
+        suspect::percent(step.share)
+    );
+    let expected = "clocks that run evenly: cut the recordings at the step and join each part, or correct the times of one file";
+    Err(Error::bad(Place::file(&tracker.name), text, expected))
 }
 
 /// Refuses an offset that is known to no better than some samples: rows would stand beside the wrong commands.

@@ -6,7 +6,7 @@
 //!
 //! Modules:
 //! - [`network`]: the network, its derivatives by inputs and by weights.
-//! - [`data`]: logs to rows with speeds; the split into training and test.
+//! - [`data`]: logs to rows with speeds; the split into training and test; `desired`: commands that are not those of their program.
 //! - [`mod@train`]: the cost and its minimiser.
 //! - [`kinematics`]: what was learned; [`mod@file`]: the document `lostmotion/kinematics/1`.
 //! - [`measure`]: errors on rows, of the learned and of the nominal kinematics.
@@ -15,12 +15,13 @@
 //! Assumptions: the TCP is a function of the commands. Lost motion is not: it is averaged over, or taken out beforehand
 //! (compensated runs, with the desired commands as inputs). Outside the range of the training the networks are not valid.
 //!
-//! Fails on logs without a measured TCP, with fewer rows than weights, without times for the augmented network, and where no
+//! Fails on logs whose commands are not those of the program that is given for them, on logs without a measured TCP, with fewer rows than weights, without times for the augmented network, and where no
 //! joint moves.
 
 #![warn(missing_docs)]
 
 pub mod data;
+mod desired;
 pub mod document;
 pub mod file;
 pub mod kinematics;
@@ -141,7 +142,12 @@ fn refuse_too_little(name: &str, rows: &[Row], dof: usize, options: &Options) ->
 /// Learns from `logs`; the test rows are those of `tests`, or else a fifth of the logs'.
 pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options) -> Result<TrainingResult> {
     let all = |sources: &[Source]| -> Result<Vec<Row>> {
-        let each: Result<Vec<Vec<Row>>> = sources.iter().map(|s| data::rows(s.log, s.desired)).collect();
+        let rows = |s: &Source| -> Result<Vec<Row>> {
+            let rows = data::rows(s.log, s.desired)?;
+            s.desired.map_or(Ok(()), |program| desired::check(robot, s.log, program))?;
+            Ok(rows)
+        };
+        let each: Result<Vec<Vec<Row>>> = sources.iter().map(rows).collect();
         Ok(each?.concat())
     };
     let (train_rows, test_rows) =

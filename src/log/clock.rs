@@ -20,7 +20,7 @@ const FEWEST: usize = 50;
 
 /// The shift in s with which `left`, the misfit at a shift, is least, and that misfit: a fine grid of short shifts, a coarse one of long
 /// shifts, then halving. `whole_s`: the length of the log.
-pub(super) fn best(whole_s: f64, mut left: impl FnMut(f64) -> f64) -> (f64, f64) {
+pub(crate) fn best(whole_s: f64, mut left: impl FnMut(f64) -> f64) -> (f64, f64) {
     let mut best = (0.0, left(0.0));
     let mut step = 0.0;
     for (share, longest_s) in GRIDS {
@@ -46,7 +46,7 @@ pub(super) fn best(whole_s: f64, mut left: impl FnMut(f64) -> f64) -> (f64, f64)
 }
 
 /// A column of values by time at a time `t` between its rows.
-pub(super) fn at(t_s: &[f64], column: &[f64], t: f64) -> Option<f64> {
+pub(crate) fn at(t_s: &[f64], column: &[f64], t: f64) -> Option<f64> {
     let k = t_s.partition_point(|v| *v <= t).clamp(1, t_s.len().checked_sub(1).filter(|n| *n > 0)?);
     let w = ((t - t_s[k - 1]) / (t_s[k] - t_s[k - 1])).clamp(0.0, 1.0);
     Some(column.get(k - 1)? + w * (column.get(k)? - column.get(k - 1)?))

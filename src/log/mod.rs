@@ -20,7 +20,7 @@
 
 #![warn(missing_docs)]
 
-mod clock;
+pub(crate) mod clock;
 pub mod columns;
 pub mod draft;
 pub mod dwells;

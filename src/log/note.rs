@@ -43,6 +43,18 @@ pub enum Note {
         /// Median of the distances, rad or m.
         median: f64,
     },
+    /// A sensor follows its command with a slope that is not 1.
+    #[error(
+        "{column} moves {slope:.3} times as far as the commands of {joint}: check the scale of the sensor and the gear ratio"
+    )]
+    Slope {
+        /// Name of the column, without its unit.
+        column: String,
+        /// Name of the joint.
+        joint: String,
+        /// Sensor per command.
+        slope: f64,
+    },
     /// A joint is faster than it can be.
     #[error(
         "{joint} moves at {:.3e} {unit}/s, but its limit is {:.0}: is `t_s` in seconds, and are the commands in {unit}?",

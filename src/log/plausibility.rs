@@ -101,7 +101,7 @@ pub fn check(log: &Log, robot: &Robot) -> Result<Plausibility> {
 pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Plausibility> {
     let mut found = Plausibility::default();
     side_columns::swapped(log, robot)?;
-    side_columns::sensors(log, robot, &mut found.notes)?;
+    side_columns::sensors(log, robot, kinematics == Kinematics::OfFile, &mut found.notes)?;
     side_columns::times(log, robot, &mut found.notes)?;
     clock::sensors(log, robot)?;
     side_columns::samples_without_times(log, &mut found.notes);

@@ -7,15 +7,34 @@ use super::Log;
 use super::note::Note;
 use crate::error::{Error, Place, Result};
 use crate::numerics::robust::lower_quantile;
-use crate::robot::{JointKind, Robot};
+use crate::robot::{Joint, JointKind, Robot};
 
 /// Fewest rows that say something.
 const FEWEST: usize = 10;
 /// Time between rows that a motion is not sampled with: milliseconds of 40 Hz or less, read as seconds.
 const SURELY_MILLISECONDS_S: f64 = 25.0;
 
-/// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted.
-pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<Note>) -> Result<()> {
+/// Slope of a sensor over its command beyond which its unit or scale is wrong: gears and encoders err by some per cent at most.
+const SLOPES: [f64; 2] = [0.9, 1.1];
+/// Slope within which nothing is noted, and the correlation from which it is known that well: play makes a loop and not a slope.
+const USUAL_SLOPES: [f64; 2] = [0.97, 1.03];
+const STRAIGHT: f64 = 0.999;
+/// Sensors per unit of the command, and what they are then in: of angles, and of lengths.
+const ANGLES: [(f64, &str); 6] = [
+    (60.0, "minutes of arc"),
+    (3600.0, "seconds of arc"),
+    (17.453_292_52, "mrad"),
+    (1.0 / 360.0, "revolutions"),
+    (10.0 / 9.0, "gon"),
+    (1e3, "thousandths of a degree"),
+];
+const LENGTHS: [(f64, &str); 3] = [(1e3, "micrometres"), (0.1, "centimetres"), (1e3 / 25.4, "thousandths of an inch")];
+/// Share by which a slope may differ from one of them.
+const NEAR_UNIT: f64 = 0.005;
+
+/// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted. `known`: the joints
+/// turn as the commands say; behind tendons or sheaths they may have another ratio.
+pub(super) fn sensors(log: &Log, robot: &Robot, known: bool, notes: &mut Vec<Note>) -> Result<()> {
     for (what, columns) in [("enc", &log.enc), ("screw", &log.screw), ("meas", &log.meas)] {
         for (axis, column) in columns.iter().enumerate() {
             let Some(column) = column else { continue };
@@ -49,6 +68,14 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<Note>) -> Result
                 notes.push(Note::AgainstCommand { column: name, joint: joint.name.clone() });
                 continue;
             }
+            // the angle of a screw goes by its lead, which `identify screw` checks
+            if known && !angle && correlation.abs() > FOLLOWS {
+                scaled(log, joint, what, slope)?;
+                if correlation > STRAIGHT && !(USUAL_SLOPES[0]..=USUAL_SLOPES[1]).contains(&slope) {
+                    notes.push(Note::Slope { column: name, joint: joint.name.clone(), slope });
+                    continue;
+                }
+            }
             let apart: Vec<f64> = pairs.iter().map(|(c, v)| (v - c).abs()).collect();
             let (usual, travel) = (lower_quantile(&apart, 0.5), log.travel(axis));
             if travel > 0.0 && usual > 0.05 * travel {
@@ -57,6 +84,34 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<Note>) -> Result
         }
     }
     Ok(())
+}
+
+/// A number above 0 with six significant digits, without an exponent.
+fn six_digits(v: f64) -> String {
+    let decimals = (5 - v.log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{v:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+/// Refuses a sensor that follows its command with a slope that no gear and no encoder has.
+fn scaled(log: &Log, joint: &Joint, what: &str, slope: f64) -> Result<()> {
+    if (SLOPES[0]..=SLOPES[1]).contains(&slope.abs()) {
+        return Ok(());
+    }
+    let unit = joint.kind.unit();
+    let column = format!("{what}_{}_{unit}", joint.name);
+    let known: &[(f64, &str)] = if joint.kind == JointKind::Revolute { &ANGLES } else { &LENGTHS };
+    let near = known.iter().find(|u| (slope.abs() / u.0 - 1.0).abs() < NEAR_UNIT);
+    let factor = near.map_or(slope.abs(), |u| u.0);
+    let meant = near.map_or(String::new(), |u| format!(", as if they were in {}", u.1));
+    let sign = if slope < 0.0 { "sign: -1, " } else { "" };
+    let found = format!("values of `{column}` that move {slope:.4} times as far as the commands of {}{meant}", joint.name);
+    let expected = format!(
+        "{unit} of the joint: check unit, scale and gear ratio of the sensor (a column map with \
+         `{{to: {column}, {sign}scale: {}}}` brings them to the commands)",
+        six_digits(1.0 / factor)
+    );
+    Err(Error::bad(Place::file(&log.name), found, expected))
 }
 
 /// Correlation from which a sensor follows a command, and below which it does not.

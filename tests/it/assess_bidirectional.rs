@@ -366,6 +366,37 @@ fn the_curve_goes_through_gaps_and_fit_into_a_compensator_and_back_to_the_true_h
     assert!(text.contains("X:") && text.contains("schedule"), "{text}");
 }
 
+/// A polynomial of degree 5 about joint position 0 would need 20 digits here.
+#[test]
+fn a_short_line_far_out_on_a_long_axis_keeps_its_schedule() {
+    let folder = Folder::new();
+    let half = |x: f64| 20.0 + 8.0 * (x / 130.0).sin();
+    let mut text = String::from("position_mm,direction,repeat,error_um\n");
+    for x in (0..=16).map(|k| f64::from(k) * 50.0) {
+        for r in 0..4 {
+            let [up, down] = [7, 5].map(|m| 0.1 * f64::from((r * m + x as i32 / 50 * 3) % 5 - 2));
+            text += &format!("{x},+1,{r},{}\n{x},-1,{r},{}\n", up - half(x), down + half(x));
+        }
+    }
+    let readings = folder.write("readings.csv", &text);
+    let long = std::fs::read_to_string(GANTRY).unwrap().replacen("limits_mm: [0, 1000]", "limits_mm: [0, 60000]", 1);
+    let robot = folder.write("long.yaml", &long);
+    let (gaps, compensator) = (folder.text("gaps.yaml"), folder.text("compensator.yaml"));
+    for origin in ["0", "5000", "30000", "50000"] {
+        let joint = ["--robot", &robot, "--joint", "X", "--origin", origin, "--degree", "5", "--output", &gaps];
+        found(&[&[readings.as_str()], joint.as_slice()].concat());
+        let loaded = Robot::load(Path::new(&robot)).unwrap();
+        let read = Gaps::load(&folder.path("gaps.yaml"), &loaded).unwrap();
+        let schedule = read.joints[0].schedule.as_ref().unwrap();
+        for x in [0.0, 130.0, 333.0, 600.0, 800.0] {
+            let at = (x + origin.parse::<f64>().unwrap()) * 1e-3;
+            assert!((schedule.at(at) * 1e6 - half(x)).abs() < 0.6, "{origin}, {x}: {}", schedule.at(at) * 1e6);
+        }
+        let fit = ["fit", "--robot", &robot, "--gaps", &gaps, "--output", &compensator, "--force"];
+        support::command().args(fit).assert().success();
+    }
+}
+
 #[test]
 fn a_revolute_joint_takes_its_lever_arm() {
     let folder = Folder::new();

@@ -144,6 +144,28 @@ fn a_motion_that_repeats_is_refused_with_its_offsets() {
     assert!((report.offset_ms.value + 5000.0).abs() < 0.05, "{:?}", report.offset_ms);
 }
 
+/// A time server set one of the clocks: rows would be off by half the step.
+#[test]
+fn a_clock_that_steps_is_refused_with_the_step() {
+    use lostmotion::log::columns::Meaning;
+    let robot = robot();
+    let load = |what: &str| {
+        Recording::load(&samples().join(format!("{what}_2.csv.gz")), &robot, None, TopicChoice::Any).unwrap()
+    };
+    let (controller, tracker) = (load("controller"), load("tracker"));
+    assert!(join(&robot, &controller, &tracker, &Options::default()).is_ok());
+    let times = tracker.values(Meaning::Time).unwrap();
+    let (first, last) = (times[0], times[times.len() - 1]);
+    for (share, by_s) in [(0.5, 0.02), (0.3, 0.012), (0.93, 0.05)] {
+        let at_s = first + share * (last - first);
+        let mut stepped = tracker.clone();
+        let times = stepped.channels.iter_mut().filter(|c| c.meaning == Meaning::Time);
+        times.for_each(|c| c.values.iter_mut().filter(|t| **t > at_s).for_each(|t| *t += by_s));
+        let error = join(&robot, &controller, &stepped, &Options::default()).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("a clock that steps by about"), "{by_s}: {error}");
+    }
+}
+
 /// Units, axes and order that are wrong are named, not called a motion that repeats.
 #[test]
 fn wrong_units_and_swapped_columns_are_named() {

@@ -353,6 +353,43 @@ fn hygiene_compares_encoders_with_commands() {
     assert!(apart.notes.iter().any(|n| n.to_string().contains("differs from the command")), "{:?}", apart.notes);
 }
 
+/// A sensor in another unit would make a gap of another size.
+#[test]
+fn hygiene_refuses_joint_sensors_that_do_not_follow_their_commands_one_to_one() {
+    let good = measured(500, 1e-5, six);
+    let with = |factor: f64| {
+        let mut log = good.clone();
+        log.tcp_m.fill(None);
+        log.meas = vec![None; 6];
+        log.meas[1] = Some(log.cmd[1].iter().map(|v| Some(v * factor)).collect());
+        plausibility::check(&log, &robot()).map(|found| found.notes)
+    };
+    for (factor, says) in [
+        (60.0, "`{to: meas_A2_deg, scale: 0.0166667}`"),
+        (60.0, "as if they were in minutes of arc"),
+        (-60.0, "`{to: meas_A2_deg, sign: -1, scale: 0.0166667}`"),
+        (3600.0, "scale: 0.000277778"),
+        (1.0 / 360.0, "scale: 360}"),
+        (1.12, "scale: 0.892857"),
+        (0.85, "move 0.8500 times as far as the commands of A2"),
+    ] {
+        let refused = with(factor).unwrap_err().to_string();
+        assert!(refused.contains(says), "{factor}: {refused}");
+    }
+    for factor in [0.93, 1.05] {
+        let notes = with(factor).unwrap();
+        assert!(notes.iter().any(|n| n.to_string().contains("meas_A2 moves")), "{factor}: {notes:?}");
+    }
+    for factor in [0.98, 1.0, 1.02] {
+        assert!(with(factor).unwrap().is_empty(), "{factor}");
+    }
+    // behind tendons the ratio is not known
+    let mut log = good.clone();
+    log.meas = vec![None; 6];
+    log.meas[1] = Some(log.cmd[1].iter().map(|v| Some(v * 1.5)).collect());
+    assert!(plausibility::check_for(&log, &robot(), plausibility::Kinematics::Unknown).is_ok());
+}
+
 #[test]
 fn hygiene_notes_speeds_and_limits_that_cannot_be() {
     let mut log = measured(500, 1e-5, six);

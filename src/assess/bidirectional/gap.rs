@@ -6,20 +6,18 @@
 //! of the states that differ in speed alone (`backlash_speed`: `b = half_gap + slope * speed`).
 //!
 //! How it fails: a curve whose mean is below 0 is no play (the joint moves past its target, or a sign is turned) and is
-//! refused; one that is below 0 in places is cut at 0 there, and a note says so.
+//! refused; one that is below 0 in places is cut at 0 there, and a note says so. A polynomial of a short line far from joint position 0 has
+//! terms that cancel and would not survive the digits of a document: it becomes knots.
 
 use super::digits::digits;
 use super::{Assessment, Model, Pose, Refusal, equation};
-use crate::effects::curve::Pchip;
 use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
+use crate::gaps::file::SIGNIFICANT_DIGITS;
 use crate::gaps::note::line::Note;
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::numerics::{legendre, student};
 use crate::robot::Robot;
-
-/// Knots of a curve that had to be cut at 0.
-const KNOTS: usize = 41;
 
 /// Which joint moves the line, and how.
 #[derive(Debug, Clone, Copy)]
@@ -95,14 +93,18 @@ fn curve(model: &Model, state: usize, mapping: &Mapping, notes: &mut Vec<Note>) 
         return GapCurve::Constant(terms[0]);
     }
     let polynomial = GapCurve::Polynomial { coefficients: legendre::in_powers(&terms, range), range };
-    if polynomial.smallest() >= 0.0 {
-        return polynomial;
+    // not by powers of the position: far from 0 these lose digits
+    let at = |p: f64| -> f64 {
+        let u = legendre::mapped(p, range);
+        terms.iter().enumerate().map(|(k, c)| c * legendre::value(k, u)).sum()
+    };
+    let writable = polynomial.for_digits(SIGNIFICANT_DIGITS) == polynomial;
+    let curve = if writable { polynomial.clone() } else { polynomial.through_knots(at) };
+    if curve.smallest() >= 0.0 {
+        return curve;
     }
     notes.push(Note::CutAtZero);
-    let step = (range[1] - range[0]) / (KNOTS - 1) as f64;
-    let places = (0..KNOTS).map(|k| range[0] + step * k as f64);
-    let knots: Vec<[f64; 2]> = places.map(|p| [p, polynomial.at(p).max(0.0)]).collect();
-    Pchip::new(&knots).map_or(polynomial, GapCurve::Pchip)
+    polynomial.through_knots(|p| at(p).max(0.0))
 }
 
 /// Ends of an interval times `scale`, in order.
