@@ -1,4 +1,4 @@
-//! G-code of lathes, and of machines whose rotary axes may take the shorter way.
+//! G-code of lathes: X words are diameters or not.
 
 use crate::support::{WorkFolder, bundled};
 
@@ -35,11 +35,14 @@ fn x_of_a_lathe_stays_until_it_is_known_to_be_a_diameter_and_then_moves_by_half_
         assert!(out.lines().any(|l| l == line), "{line}: {out}");
     }
     // a reversal of Z alone
-    assert!(out.contains("Z-59.90"), "{out}");
+    assert!(out.contains("Z-59.950"), "{out}");
     let (out, told) = rewritten(&work, "--assume diameter");
     assert!(!told.contains("diameter"), "{told}");
-    // the axis needs twice 0.05 mm more after a reversal: 0.2 mm in diameter
-    assert!(!out.contains("R27.\n") || out.contains("X72."), "{out}");
+    // half of the gap, 0.05 mm of the axis, is 0.1 mm of X and 0.05 mm of Z; the arc turns at twice the distance of its centre and radius
+    for line in ["X80.100", "G1 Z-65.050", "Z-59.950", "X100.100"] {
+        assert!(out.lines().any(|l| l == line), "{line}: {out}");
+    }
+    assert!(out.contains("G3 X94.223 Z-28.256 R26.99"), "{out}");
     let robot = std::fs::read_to_string(work.join("robot.yaml")).unwrap() + "control: [diameter]\n";
     std::fs::write(work.join("robot.yaml"), robot).unwrap();
     assert_eq!(rewritten(&work, "").0, out);
@@ -51,6 +54,6 @@ fn a_step_of_x_is_doubled_in_a_diameter() {
     let work = folder(program);
     let of = |words: &str| rewritten(&work, &format!("--assume {words}")).0;
     let (diameter, radius) = (of("diameter"), of("radius"));
-    assert!(diameter.contains("X19.80") && !diameter.contains("X19.90"), "{diameter}");
-    assert!(radius.contains("X19.90"), "{radius}");
+    assert!(diameter.contains("X19.900\n") && diameter.contains("X60.100\n"), "{diameter}");
+    assert!(radius.contains("X19.950\n") && radius.contains("X60.050\n"), "{radius}");
 }

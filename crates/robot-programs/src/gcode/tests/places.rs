@@ -20,7 +20,7 @@ fn the_move_before_a_stored_place_stays() {
         assert_eq!(fixed(&format!("{START}{word}\nX30.0\n"))[..3], [false, false, true], "{word}");
         // where a label stands between, any move before a label, jump, loop or call
         let text = format!("{START}N10\n{word}\nG0 X30.0 Y0.0 Z0.0\nG1 X20.0\nIF [#1 EQ 2] GOTO 10\n");
-        assert_eq!(fixed(&text)[2], true, "{word}");
+        assert!(fixed(&text)[2], "{word}");
     }
     // they end what is known
     let breaks = |text: &str| breaks_of(text, Break::Frame);
