@@ -109,7 +109,7 @@ fn modules_of_a_task_that_are_rewritten_in_one_run_get_different_names() {
     let [one, two] = [1, 2].map(|k| format!("pStationAlphaConveyorPick000000{k}"));
     desk.write("task/PROGMOD/A.mod", &module("A", &one, "main", 3.0));
     desk.write("task/PROGMOD/B.mod", &module("B", &two, "part", 5.0));
-    desk.run("rewrite --model model.yaml task --output out").success();
+    desk.run("rewrite --model model.yaml task --output-dir out").success();
     let new = |file: &str| -> Vec<String> {
         let text = String::from_utf8(desk.read(&format!("out/PROGMOD/{file}"))).unwrap();
         let names = text.lines().filter_map(|line| line.strip_prefix("CONST jointtarget ")?.split(":=").next());
