@@ -68,8 +68,8 @@ fn a_fast_reversal_does_not_spread_the_steps_of_a_slow_weave() {
     let (_, both) = rewritten(true);
     let left = |d: &Value| rms(d, "after") / rms(d, "before");
     assert!(left(&slow) < 0.1, "{slow:#}");
-    // the weave is nearly all of the program
-    assert!(left(&both) < 0.6 && both["path_error"]["verdict"] != "worse", "{:#}", both["path_error"]);
+    // of the fast reversals an error stays, and the weave is nearly all of the program
+    assert!(left(&both) < 0.2, "{:#}", both["path_error"]);
     let notes = both["notes"].as_array().unwrap();
     let spread = notes.iter().filter_map(|n| n["text"].as_str()).find(|t| t.contains("the step of A1 is spread over"));
     assert!(spread.is_some_and(|t| t.contains("of its reversals")), "{notes:?}");

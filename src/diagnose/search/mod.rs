@@ -189,6 +189,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         let known = group.is_none().then_some(known);
         (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut alternatives, &mut steps);
     }
+    // one list for each effect, whatever took whose place
+    alternatives.resize(fit.free.len(), Vec::new());
     sandwich::widen(&problem, &mut fit, &whitening);
     let motion = prepared.recording != Recording::JointSensors && remains.is_none() && group.is_none();
     let slow = motion.then(|| slow::beside_instrument(&problem, &fit, &structure)).flatten();
