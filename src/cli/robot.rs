@@ -155,7 +155,10 @@ fn write(args: &InitArgs, input: &str, robot: &Robot, expected: &str) -> Result<
     // without the folders of the machine that made it
     let file = input.rsplit(['/', '\\']).next().unwrap_or(input);
     let made_of = format!("made by: lostmotion robot init {option} {file}{tip}");
-    output.put((schemas::editor_line(&args.output, "robot") + &robot.to_lines(&made_of)?).as_bytes())?;
+    let lines = robot.to_lines(&made_of)?;
+    // what no command could read is not written
+    Robot::parse(input, &lines)?;
+    output.put((schemas::editor_line(&args.output, "robot") + &lines).as_bytes())?;
     output.commit().map_err(Into::into)
 }
 
@@ -358,6 +361,16 @@ fn sentence(finding: &Finding) -> String {
         }
         Finding::AngleInRadians { joint, key, value } => {
             format!("{key} of {joint} is {value:.4}: is this radians?")
+        }
+        Finding::FrameInRadians { frame, value } => {
+            format!("rpy_deg of {frame} has an angle of {value:.4}: is this radians?")
+        }
+        Finding::ToolInMetres { mm } => {
+            format!("tool is {} mm long: is xyz_mm in metres?", (mm * 1e6).round() / 1e6)
+        }
+        Finding::JointLimitsInRadians { joint, limits: [lo, hi] } => {
+            let [lo, hi] = [lo, hi].map(|v| (v * 1e6).round() / 1e6);
+            format!("{joint} has limits {lo} to {hi} deg, where others turn far: are they radians?")
         }
         Finding::LengthInMetres { joint, key, mm } => {
             format!("{key} of {joint} is {}, far below the other lengths: is this metres?", (mm * 1e9).round() / 1e9)

@@ -9,7 +9,7 @@ use crate::io::output::{self, Output};
 use crate::learn::Learned;
 use crate::model::Model;
 use crate::robot::Robot;
-use crate::track::{Kinematics, Method, Options, Origin, Path, follow, write};
+use crate::track::{Kinematics, Method, Options, Origin, Path, follow, plausible, write};
 use anyhow::Result;
 use std::path::{Path as FilePath, PathBuf};
 
@@ -104,6 +104,9 @@ pub fn run(args: Args) -> Result<()> {
     let robot = &model.robot;
     let learned = args.kinematics.as_ref().map(|file| Learned::load(file, robot)).transpose()?;
     let path = Path::load(&args.path)?;
+    if learned.is_none() {
+        refuse_metres(robot, &path)?;
+    }
     let (kinematics, mut origin) = kinematics(&model, source, learned, &path)?;
     let t_s = times(&path, speed_m_s)?;
     let method = match args.method {
@@ -124,6 +127,18 @@ pub fn run(args: Args) -> Result<()> {
     }
     output::commit([Some(out), report, stdout])?;
     eprint!("{}", tracked.words(&path, &origin.by));
+    Ok(())
+}
+
+/// Refuses a path in metres of an arm; a note of another machine, where it may be one of a few millimetres.
+fn refuse_metres(robot: &Robot, path: &Path) -> Result<()> {
+    let Some(found) = plausible::in_metres(robot, path) else { return Ok(()) };
+    let size = format!("{:.3} mm", found.largest_m * 1e3);
+    if found.certain {
+        let text = format!("a path within {size} of the origin of the robot file, inside of the arm");
+        return Err(bad(Place::file(&path.name), text, "x_mm, y_mm, z_mm in millimetres (these look like metres)"));
+    }
+    eprintln!("note: the path lies within {size} of the origin: are its coordinates in metres?");
     Ok(())
 }
 

@@ -5,8 +5,11 @@
 //! message's header, else, where that is zero, the recorder's; it counts from the first row. Message n is line n + 1.
 //! Source: mcap.dev/spec, and the message definitions of ROS 2 (common_interfaces).
 //!
+//! Several devices may report on one topic (an arm and its gripper on `/joint_states`): messages with no name in common are those of
+//! several devices, and the device is read that has most of the columns that are sought.
+//!
 //! How it fails: a damaged file, no topic of these messages, several of them and none chosen, a message that is cut short, joints
-//! that change on the way.
+//! that change on the way, several devices of which none is the one that is sought.
 
 use super::input::{self, Input};
 use super::memory;
@@ -16,7 +19,7 @@ use mcap::read::ChannelAccumulator;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bytes of a chunk or a record at most, packed or not.
 const LARGEST_RECORD: usize = 256 << 20;
@@ -130,15 +133,57 @@ pub fn refuse_sqlite(input: &Input) -> Result<()> {
 
 /// The rows of one topic as CSV. The checksum stays that of the file.
 pub fn unpacked(input: Input, wanted: TopicChoice) -> Result<Input> {
+    unpacked_for(input, wanted, |_| true)
+}
+
+/// The same of the device that reports most of the columns that are sought, where several report on the topic.
+pub fn unpacked_for(input: Input, wanted: TopicChoice, sought: impl Fn(&str) -> bool) -> Result<Input> {
     let Input { name, bytes, sha256 } = input;
-    let topics = topics(&name, &bytes)?;
-    let topic = chosen(&name, &topics, wanted)?;
-    let bytes = text(&name, topic)?;
+    let mut topics = topics(&name, &bytes)?;
+    let topic = chosen(&name, &topics, wanted)?.to_string();
+    let rows = topics.remove(&topic).map_or_else(Vec::new, |t| t.rows);
+    let bytes = text(&name, &of_device(&name, rows, sought)?)?;
     memory::require_size(&name, bytes.len() as u64, input::LARGEST)?;
     Ok(Input { name, bytes, sha256 })
 }
 
-fn chosen<'a>(name: &str, topics: &'a BTreeMap<String, Topic>, wanted: TopicChoice) -> Result<&'a Topic> {
+/// The messages of the device that is sought, of those with no name in common; all, where names are shared.
+fn of_device(name: &str, rows: Vec<Row>, sought: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
+    let names = |row: &Row| -> BTreeSet<String> { row.values.iter().map(|v| v.0.clone()).collect() };
+    let mut devices: Vec<BTreeSet<String>> = Vec::new();
+    for row in &rows {
+        let is = |device: &BTreeSet<String>| {
+            device.len() == row.values.len() && row.values.iter().all(|(name, _)| device.contains(name))
+        };
+        if !devices.iter().any(is) {
+            devices.push(names(row));
+        }
+    }
+    let apart = |k: usize| devices[k + 1..].iter().all(|other| devices[k].is_disjoint(other));
+    if devices.len() < 2 || !(0..devices.len()).all(apart) {
+        return Ok(rows);
+    }
+    let count = |device: &BTreeSet<String>| device.iter().filter(|name| sought(name)).count();
+    let most = devices.iter().map(count).max().unwrap_or(0);
+    let mut best = devices.iter().filter(|d| count(d) == most);
+    match (best.next().filter(|_| most > 0), best.next()) {
+        (Some(device), None) => {
+            Ok(rows.into_iter().filter(|row| row.values.first().is_some_and(|v| device.contains(&v.0))).collect())
+        }
+        _ => {
+            let listed: Vec<String> =
+                devices.iter().map(|d| d.iter().map(String::as_str).collect::<Vec<_>>().join(", ")).collect();
+            let found = format!("messages of several devices on one topic: {}", listed.join("; "));
+            Err(Error::bad(
+                Place::file(name),
+                found,
+                "columns of one of them, through a column map or the joints of the robot file",
+            ))
+        }
+    }
+}
+
+fn chosen<'a>(name: &str, topics: &'a BTreeMap<String, Topic>, wanted: TopicChoice) -> Result<&'a str> {
     let fits = |topic: &str, kind: Kind| match wanted {
         TopicChoice::Any => true,
         TopicChoice::Joints => kind == Kind::Joints,
@@ -147,7 +192,7 @@ fn chosen<'a>(name: &str, topics: &'a BTreeMap<String, Topic>, wanted: TopicChoi
     };
     let fitting: Vec<(&String, &Topic)> = topics.iter().filter(|(n, t)| fits(n, t.kind)).collect();
     match fitting.as_slice() {
-        [(_, topic)] => Ok(topic),
+        [(topic, _)] => Ok(topic),
         [] => {
             let there: Vec<&str> = topics.keys().map(String::as_str).collect();
             let found = match there.as_slice() {
@@ -270,13 +315,13 @@ fn decoded<'a, T: Deserialize<'a>>(data: &'a [u8]) -> Option<T> {
 }
 
 /// A header and a row per message.
-fn text(name: &str, topic: &Topic) -> Result<Vec<u8>> {
-    let Some(first) = topic.rows.first() else { return Ok(Vec::new()) };
+fn text(name: &str, rows: &[Row]) -> Result<Vec<u8>> {
+    let Some(first) = rows.first() else { return Ok(Vec::new()) };
     let mut writer = csv::Writer::from_writer(Vec::new());
     let cut = |e: csv::Error| Error::bad(Place::file(name), e.to_string(), "names that CSV can hold");
     let header = std::iter::once("t_s").chain(first.values.iter().map(|v| v.0.as_str()));
     writer.write_record(header).map_err(cut)?;
-    for (n, row) in topic.rows.iter().enumerate() {
+    for (n, row) in rows.iter().enumerate() {
         let named = |row: &Row| row.values.iter().map(|v| v.0.clone()).collect::<Vec<_>>();
         if row.values.len() != first.values.len() || row.values.iter().zip(&first.values).any(|(a, b)| a.0 != b.0) {
             let found = format!("a message with {}", named(row).join(", "));
@@ -289,4 +334,32 @@ fn text(name: &str, topic: &Topic) -> Result<Vec<u8>> {
     }
     writer.flush().map_err(|e| Error::io_of(name, "read", e))?;
     writer.into_inner().map_err(|e| Error::internal("make rows of a recording", e.into_error()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(nanoseconds: i128, names: &[&str]) -> Row {
+        Row { nanoseconds, values: names.iter().map(|n| (format!("position.{n}"), 0.5)).collect() }
+    }
+
+    /// What a robot with a gripper writes on `/joint_states`.
+    #[test]
+    fn of_two_devices_on_one_topic_the_one_with_the_columns_that_are_sought_is_read() {
+        let rows = || vec![row(0, &["a1", "a2"]), row(3, &["finger"]), row(20, &["a1", "a2"]), row(23, &["finger"])];
+        let sought = |of: &'static str| move |name: &str| name.starts_with(of);
+        let read = |device: Result<Vec<Row>>| String::from_utf8(text("r.mcap", &device.unwrap()).unwrap()).unwrap();
+        let arm = read(of_device("r.mcap", rows(), sought("position.a")));
+        assert_eq!(arm, "t_s,position.a1,position.a2\n0.000000000,0.5,0.5\n0.000000020,0.5,0.5\n");
+        let gripper = read(of_device("r.mcap", rows(), sought("position.f")));
+        assert!(gripper.starts_with("t_s,position.finger\n"), "{gripper}");
+        let said = of_device("r.mcap", rows(), sought("x")).map(|_| ()).unwrap_err().to_string();
+        assert!(said.contains("several devices on one topic: position.a1, position.a2; position.finger"), "{said}");
+        // a device that leaves out a joint is no second one
+        let changing = of_device("r.mcap", vec![row(0, &["a1", "a2"]), row(1, &["a1"])], |_| true).unwrap();
+        assert!(
+            text("r.mcap", &changing).unwrap_err().to_string().contains("r.mcap:3: found a message with position.a1")
+        );
+    }
 }

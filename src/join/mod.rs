@@ -349,7 +349,8 @@ fn refuse_step(fit: &fit::Fit, tracker: &Recording) -> Result<()> {
         step.at_s,
         suspect::percent(step.share)
     );
-    let expected = "clocks that run evenly: cut the recordings at the step and join each part, or correct the times of one file";
+    let expected =
+        "clocks that run evenly: cut the recordings at the step and join each part, or correct the times of one file";
     Err(Error::bad(Place::file(&tracker.name), text, expected))
 }
 

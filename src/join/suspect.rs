@@ -60,6 +60,11 @@ pub(super) fn refuse(
     let alike: Vec<&(Fault, f64)> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).collect();
     let Some(first) = alike.first().filter(|_| least <= LEFT && least <= EXPLAINED * misfit) else { return Ok(()) };
     let file = if first.0.is_of_commands() { recorded.controller } else { recorded.tracker };
+    if file.is_si && first.0.is_thousandfold() {
+        let found = "x, y and z of messages whose points are in metres, a thousand times too large".to_string();
+        let expected = "metres; a column map with `x: {to: x_mm, unit: mm}`, the same for y and z, reads millimetres";
+        return Err(Error::bad(Place::file(&file.name), found, expected));
+    }
     let words: Vec<String> = alike.iter().map(|t| t.0.named(robot).to_string()).collect();
     let found = format!(
         "a motion that both recordings show only if {} ({} instead of {} of the path's size is left)",

@@ -251,6 +251,11 @@ impl Fault {
         }
     }
 
+    /// Measured coordinates a thousand times too large.
+    pub fn is_thousandfold(self) -> bool {
+        matches!(self, Self::Tcp { unit: "micrometres", .. })
+    }
+
     /// The entry of a column map that puts the fault right; `None`: no single entry does.
     pub fn mended(self, robot: &Robot) -> Option<String> {
         let of = |axis: usize, kind: JointKind, what: &str| {

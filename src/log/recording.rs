@@ -24,6 +24,8 @@ pub struct Recording {
     pub line: Vec<u32>,
     /// Its columns but time.
     pub channels: Vec<Channel>,
+    /// A recording of ROS 2 without a column map: its numbers are taken for rad and m, as its messages define them.
+    pub is_si: bool,
 }
 
 /// A column in SI; an empty cell is NaN.
@@ -47,6 +49,7 @@ impl Recording {
     pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: TopicChoice) -> Result<Self> {
         let (name, sha256) = (input.name.clone(), input.sha256.clone());
         let text = LogText::of(input, robot, map, wanted)?;
+        let is_si = text.is_recording && map.is_none();
         let (table, columns) = table(&text, robot, |head, _, separator| head.refuse_one_piece(&name, separator))?;
         let channels = columns
             .iter()
@@ -60,7 +63,7 @@ impl Recording {
                 Channel { meaning: column.meaning, values, decimals }
             })
             .collect();
-        Ok(Self { name, sha256, line: table.line, channels })
+        Ok(Self { name, sha256, line: table.line, channels, is_si })
     }
 
     /// Number of rows.

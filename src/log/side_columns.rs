@@ -105,7 +105,8 @@ fn scaled(log: &Log, joint: &Joint, what: &str, slope: f64) -> Result<()> {
     let factor = near.map_or(slope.abs(), |u| u.0);
     let meant = near.map_or(String::new(), |u| format!(", as if they were in {}", u.1));
     let sign = if slope < 0.0 { "sign: -1, " } else { "" };
-    let found = format!("values of `{column}` that move {slope:.4} times as far as the commands of {}{meant}", joint.name);
+    let found =
+        format!("values of `{column}` that move {slope:.4} times as far as the commands of {}{meant}", joint.name);
     let expected = format!(
         "{unit} of the joint: check unit, scale and gear ratio of the sensor (a column map with \
          `{{to: {column}, {sign}scale: {}}}` brings them to the commands)",

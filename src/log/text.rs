@@ -46,7 +46,8 @@ impl LogText {
         let (input, from_sheet) = match from_bag {
             true => {
                 let topic = map.as_ref().and_then(|m| m.topic.as_deref());
-                (bag::unpacked(input, topic.map_or(wanted, TopicChoice::Topic))?, true)
+                let sought = |column: &str| map.as_ref().is_some_and(|m| m.of(column).is_some_and(|e| e.to.is_some()));
+                (bag::unpacked_for(input, topic.map_or(wanted, TopicChoice::Topic), sought)?, true)
             }
             false => workbook::unpacked(input)?,
         };

@@ -25,6 +25,14 @@ const FEW: usize = 2;
 const SLOW_DEG_S: f64 = 10.0;
 const SLOWER: f64 = 0.1;
 
+/// Share of a quarter turn within which an angle of a frame is one in radians: 1.5708 and 3.142, not an angle of a calibration.
+const QUARTER_OF_FRAME: f64 = 3e-4;
+/// A tool in metres would be between these shares of the reach; and is shorter than this, m.
+const LIKE_TOOL: [f64; 2] = [0.01, 0.6];
+const SHORT_TOOL_M: f64 = 2e-3;
+/// Travel of another revolute joint from which on limits of a few degrees stand out, deg.
+const WIDE_DEG: f64 = 30.0;
+
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
@@ -48,6 +56,25 @@ pub enum Finding {
         key: &'static str,
         /// The angle as read, deg.
         value: f64,
+    },
+    /// An angle of a frame that is a multiple of a quarter turn in radians, deg as read.
+    FrameInRadians {
+        /// `base`, `flange` or `tool`.
+        frame: &'static str,
+        /// The angle as read, deg.
+        value: f64,
+    },
+    /// A tool that would be one in metres, mm as read.
+    ToolInMetres {
+        /// Its length as read, mm.
+        mm: f64,
+    },
+    /// Limits of one joint of a few degrees, where others turn far.
+    JointLimitsInRadians {
+        /// Name of the joint.
+        joint: String,
+        /// The limits as read, deg.
+        limits: [f64; 2],
     },
     /// A length far below the others that would be one of them in metres, mm as read.
     LengthInMetres {
@@ -104,6 +131,8 @@ impl Finding {
                 | Self::NoAccelerations { .. }
                 | Self::NoMasses
                 | Self::LengthInMetres { .. }
+                | Self::ToolInMetres { .. }
+                | Self::JointLimitsInRadians { .. }
                 | Self::SpeedInRadians { .. }
         )
     }
@@ -120,7 +149,10 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
         (robot.joints.iter()).filter(|j| j.kind == JointKind::Revolute).filter_map(|j| j.limits).collect();
     if degrees.len() > 1 && degrees.iter().flatten().all(|v| v.abs().to_degrees() < RADIANS_DEG) {
         out.push(Finding::LimitsInRadians);
+    } else {
+        limits_of_single_joints(robot, &mut out);
     }
+    frames(robot, reach_m, &mut out);
     units_of_single_numbers(robot, &mut out);
     for pair in robot.joints.windows(2) {
         let [a, b] = pair else { continue };
@@ -151,6 +183,36 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
         out.push(Finding::NoMasses);
     }
     out
+}
+
+/// Limits of a joint that stand out among the others as radians would.
+fn limits_of_single_joints(robot: &Robot, out: &mut Vec<Finding>) {
+    let turning = || {
+        let limits = robot.joints.iter().filter(|j| j.kind == JointKind::Revolute);
+        limits.filter_map(|j| Some((j, j.limits?.map(f64::to_degrees))))
+    };
+    let wide = turning().any(|(_, [lo, hi])| hi - lo > WIDE_DEG);
+    let narrow = |limits: [f64; 2]| limits.iter().all(|v| v.abs() < RADIANS_DEG);
+    let found = turning().filter(|(_, limits)| wide && narrow(*limits));
+    out.extend(found.map(|(j, limits)| Finding::JointLimitsInRadians { joint: j.name.clone(), limits }));
+}
+
+/// Angles of base, flange and tool in radians, and a tool in metres.
+fn frames(robot: &Robot, reach_m: f64, out: &mut Vec<Finding>) {
+    for (frame, placed) in [("base", &robot.base), ("flange", robot.flange()), ("tool", &robot.tool)] {
+        let (r, p, y) = placed.rotation.euler_angles();
+        for value in [r, p, y].map(f64::to_degrees) {
+            let turns = value / std::f64::consts::FRAC_PI_2;
+            if turns.round() != 0.0 && (turns - turns.round()).abs() < QUARTER_OF_FRAME && turns.abs() < 4.5 {
+                out.push(Finding::FrameInRadians { frame, value });
+            }
+        }
+    }
+    let tool_m = robot.tool.translation.vector.norm();
+    let share = 1e3 * tool_m / reach_m;
+    if tool_m < SHORT_TOOL_M && (LIKE_TOOL[0]..=LIKE_TOOL[1]).contains(&share) {
+        out.push(Finding::ToolInMetres { mm: tool_m * 1e3 });
+    }
 }
 
 /// Numbers of single joints that look like another unit beside those of the others.

@@ -10,7 +10,7 @@
 //! judged. A point that cannot be reached within the tolerance is named with its line and with what holds the robot back.
 //!
 //! Modules:
-//! - [`path`]: the path file.
+//! - [`path`]: the path file; [`plausible`]: a path in metres.
 //! - [`kinematics`]: from commands to coordinates, with a Jacobian.
 //! - [`quadratic`]: the bounded quadratic program.
 //! - [`mod@follow`]: from point to point.
@@ -44,6 +44,7 @@ pub mod document;
 pub mod follow;
 pub mod kinematics;
 pub mod path;
+pub mod plausible;
 pub mod quadratic;
 pub mod write;
 

@@ -208,6 +208,22 @@ fn wrong_units_and_swapped_columns_are_named() {
     }
 }
 
+/// Points of a recording of ROS 2 are in metres: millimetres there are a thousand times too large, and the entry says what the file has.
+#[test]
+fn millimetres_in_a_recording_of_ros_get_the_entry_for_millimetres() {
+    use lostmotion::log::columns::Meaning;
+    let robot = robot();
+    let load = |what: &str| {
+        Recording::load(&samples().join(format!("{what}_2.csv.gz")), &robot, None, TopicChoice::Any).unwrap()
+    };
+    let (controller, mut tracker) = (load("controller"), load("tracker"));
+    tracker.is_si = true;
+    let places = tracker.channels.iter_mut().filter(|c| matches!(c.meaning, Meaning::Position { .. }));
+    places.for_each(|c| c.values.iter_mut().for_each(|v| *v *= 1e3));
+    let error = join(&robot, &controller, &tracker, &Options::default()).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("`x: {to: x_mm, unit: mm}`") && !error.contains("unit: um"), "{error}");
+}
+
 /// Milliseconds read as seconds, and seconds read as milliseconds, by either file: the times are blamed, and nothing else.
 #[test]
 fn a_wrong_unit_of_time_is_named_and_no_unit_of_length() {

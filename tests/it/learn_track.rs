@@ -290,7 +290,12 @@ fn what_cannot_be_learned_or_tracked_is_refused() {
     path(&work, &[[0.0, 0.0], [1.0, 0.0]]);
     std::fs::write(work.join("no_t.csv"), "x_mm\n0\n1\n").unwrap();
     let kuka = "configs/kuka-kr120-r2500-pro.yaml";
+    std::fs::write(work.join("metres.csv"), "t_s,x_mm,y_mm,z_mm\n0,1.4,0.2,1.1\n1,1.41,0.25,1.1\n").unwrap();
     for (line, says) in [
+        (
+            format!("track --robot {kuka} --path {{}}/metres.csv --start 10,-85,95,20,40,15 --output {{}}/o.csv"),
+            "these look like metres",
+        ),
         (format!("learn --robot {ROBOT} --log {{}}/few.csv --output {{}}/o.yaml"), "2 rows with a measurement"),
         (format!("learn --robot {ROBOT} --log {LOG} --log {LOG} --output {{}}/o.yaml"), "every log once"),
         (

@@ -108,6 +108,19 @@ fn single_numbers_in_another_unit_and_poses_beyond_limits_are_noted() {
     assert!(code == Some(1) && said.contains("is this radians?"), "{said}");
     let (code, said) = check(&changed("max_speed_deg_s", "2.0944"), None);
     assert!(code == Some(0) && said.contains("is this rad/s?"), "{said}");
+    let with = |key: &str, to: &str| {
+        let pattern = regex::Regex::new(&format!(r"(?m)^{key}: .*$")).unwrap();
+        pattern.replace(&text, "").into_owned() + &format!("\n{key}: {to}\n")
+    };
+    for (key, to) in [("tool", "[0, 1.5708, 0]"), ("base", "[0, 0, 3.14159]")] {
+        let (code, said) = check(&with(key, &format!("{{xyz_mm: [0, 0, 0], rpy_deg: {to}}}")), None);
+        assert!(code == Some(1) && said.contains(&format!("rpy_deg of {key} has an angle of")), "{said}");
+    }
+    let (code, said) = check(&with("tool", "{xyz_mm: [0.156, 0, 0.063], rpy_deg: [0, 0, 0]}"), None);
+    assert!(code == Some(0) && said.contains("tool is 0.168241 mm long: is xyz_mm in metres?"), "{said}");
+    let limits = regex::Regex::new(r"limits_deg: \[[^]]*\]").unwrap();
+    let (code, said) = check(&limits.replacen(&text, 1, "limits_deg: [-2.44, -0.087]"), None);
+    assert!(code == Some(0) && said.contains("has limits -2.44 to -0.087 deg"), "{said}");
     let (code, said) = check(&text, Some("500,0,0,0,0,0"));
     assert!(code == Some(0) && said.contains("is beyond its limits"), "{said}");
 }

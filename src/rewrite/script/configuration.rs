@@ -322,11 +322,11 @@ mod tests {
         let (_, arm) = arm(include_str!("../../../configs/abb-irb1600-6-145.yaml"));
         let conf = |cf1, cf4, cf6, cfx| Configuration::Abb { quarters: [cf1, cf4, cf6], cfx };
         let q = deg([30.0, 10.0, 5.0, -20.0, 40.0, 100.0]);
-        assert!(allows(&conf(0, -1, 1, 0), &arm, &q, 0.0) && prefers(&conf(0, -1, 1, 0), &arm, &q));
+        assert!(allows(&conf(0, -1, 1, 0), &arm, &q, 0.0) && prefers(&conf(0, -1, 1, 0), &arm, &q, None));
         assert!(!allows(&conf(0, 0, 1, 0), &arm, &q, 0.0) && !allows(&conf(-1, -1, 1, 0), &arm, &q, 0.0));
-        assert!(!prefers(&conf(0, -1, 1, 1), &arm, &q) && !prefers(&conf(0, -1, 1, 4), &arm, &q));
+        assert!(!prefers(&conf(0, -1, 1, 1), &arm, &q, None) && !prefers(&conf(0, -1, 1, 4), &arm, &q, None));
         // the wrist turned over: axis 5 negative
-        assert!(prefers(&conf(0, 1, -1, 1), &arm, &deg([30.0, 10.0, 5.0, 160.0, -40.0, -80.0])));
+        assert!(prefers(&conf(0, 1, -1, 1), &arm, &deg([30.0, 10.0, 5.0, 160.0, -40.0, -80.0]), None));
     }
 
     #[test]
@@ -357,8 +357,8 @@ mod tests {
         let conf = |flip, up, front, turns| Configuration::Fanuc { flip, up, front, turns };
         let home = deg([0.0, 0.0, 0.0, 0.0, -90.0, 0.0]);
         assert!(allows(&conf(false, true, true, [0; 3]), &arm, &home, 0.0));
-        assert!(prefers(&conf(false, true, true, [0; 3]), &arm, &home));
-        assert!(!prefers(&conf(true, true, true, [0; 3]), &arm, &home));
+        assert!(prefers(&conf(false, true, true, [0; 3]), &arm, &home, None));
+        assert!(!prefers(&conf(true, true, true, [0; 3]), &arm, &home, None));
         assert!(!allows(&conf(false, false, true, [0; 3]), &arm, &home, 0.0));
         assert!(!allows(&conf(false, true, false, [0; 3]), &arm, &home, 0.0));
         let wound = deg([0.0, 0.0, 0.0, 0.0, -90.0, 200.0]);
@@ -373,8 +373,8 @@ mod tests {
         let conf = |no_flip, lower, rear, beyond| Configuration::Yaskawa { no_flip, lower, rear, beyond };
         let home = deg([0.0, 0.0, 0.0, 0.0, -90.0, 0.0]);
         assert!(allows(&conf(false, false, false, [false; 3]), &arm, &home, 0.0));
-        assert!(prefers(&conf(false, false, false, [false; 3]), &arm, &home));
-        assert!(!prefers(&conf(true, false, false, [false; 3]), &arm, &home));
+        assert!(prefers(&conf(false, false, false, [false; 3]), &arm, &home, None));
+        assert!(!prefers(&conf(true, false, false, [false; 3]), &arm, &home, None));
         assert!(!allows(&conf(false, true, false, [false; 3]), &arm, &home, 0.0));
         assert!(!allows(&conf(false, false, true, [false; 3]), &arm, &home, 0.0));
         let turned = deg([0.0, 0.0, 0.0, 120.0, 40.0, 190.0]);

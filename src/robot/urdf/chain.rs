@@ -41,12 +41,37 @@ fn forward(chain: &[Element], q: &[f64]) -> Isometry3<f64> {
     chain.iter().zip(positions(chain, q)).fold(Isometry3::identity(), |t, (e, q)| t * e.origin * motion(e, q))
 }
 
-/// A joint follows one that does not stand on the chain.
+/// A joint follows one that it cannot follow here.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("joint `{joint}` mimics `{driver}`, which is not on the chain")]
-pub(super) struct MimicsElsewhere {
-    joint: String,
-    driver: String,
+pub(super) enum Mimics {
+    /// One that does not stand on the chain.
+    #[error("joint `{joint}` mimics `{driver}`, which is not on the chain")]
+    Elsewhere {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the joint that it follows.
+        driver: String,
+    },
+    /// A sliding joint follows a turning one, or the other way about: a robot file has no ratio in mm per degree.
+    #[error("joint `{joint}` mimics `{driver}`, and only one of them turns")]
+    OtherKind {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the joint that it follows.
+        driver: String,
+    },
+}
+
+impl Mimics {
+    /// What the chain must be like instead.
+    pub fn expected(&self) -> &'static str {
+        match self {
+            Self::Elsewhere { .. } => "a chain of revolute and prismatic joints",
+            Self::OtherKind { .. } => {
+                "a mimic joint of the same kind as the joint that it follows: a robot file has no others (--tip names a link before it)"
+            }
+        }
+    }
 }
 
 /// The robot of a chain whose link `flange` is the flange, in the world that stands at `world` in the root link.
@@ -56,7 +81,7 @@ pub(super) fn build(
     masses: &[Option<Inertia>],
     flange: &str,
     world: &Isometry3<f64>,
-) -> Result<Robot, MimicsElsewhere> {
+) -> Result<Robot, Mimics> {
     let moving: Vec<usize> = (0..chain.len()).filter(|&k| chain[k].kind.is_some()).collect();
     // frames at the zero configuration: before each joint's motion (its axis), and after it (its link)
     let at_zero = positions(chain, &vec![0.0; moving.len()]);
@@ -77,8 +102,15 @@ pub(super) fn build(
         let follows = match &e.mimic {
             Some((driver, ratio, _)) => {
                 let joint = moving.iter().position(|&m| chain[m].name == *driver && chain[m].mimic.is_none());
-                let elsewhere = || MimicsElsewhere { joint: e.name.clone(), driver: driver.clone() };
-                let joint = joint.ok_or_else(elsewhere)?;
+                let names = || (e.name.clone(), driver.clone());
+                let joint = joint.ok_or_else(|| {
+                    let (joint, driver) = names();
+                    Mimics::Elsewhere { joint, driver }
+                })?;
+                if chain[moving[joint]].kind != e.kind {
+                    let (joint, driver) = names();
+                    return Err(Mimics::OtherKind { joint, driver });
+                }
                 Some(Follow { joint, ratio: *ratio })
             }
             None => None,

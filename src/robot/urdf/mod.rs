@@ -5,7 +5,8 @@
 //! `base` and `flange`. The result is compared with the URDF's own chain at random joint positions.
 //!
 //! The links `base` and `tool0` are the controller's world and flange (REP 199): where they exist, `base` and `flange` of the robot
-//! file are counted from them, so that poses of programs mean the same here as on the controller. A tip after `tool0` is the tool.
+//! file are counted from them, so that poses of programs mean the same here as on the controller. A tip after `tool0` is the tool;
+//! joints of a gripper after it are none of the arm's.
 //!
 //! Numbers of a URDF are often rounded: `1.5708` for a quarter turn. An angle that is a multiple of 45 degrees to its written
 //! digits is taken as that multiple, and reported.
@@ -86,7 +87,7 @@ pub fn read(name: &str, text: &str, tip: Option<&str>) -> Result<FromUrdf> {
     let title = root.attribute("name").unwrap_or("robot");
     let at = world.as_ref().map_or_else(Isometry3::identity, |w| w.1);
     let robot = chain::build(title, &chain, &masses, &flange, &at)
-        .map_err(|what| reader.bad(root, what.to_string(), "a chain of revolute and prismatic joints"))?;
+        .map_err(|what| reader.bad(root, what.to_string(), what.expected()))?;
     let largest_error = chain::compare(&robot, &chain, &at);
     let world = world.map(|w| w.0);
     Ok(FromUrdf { robot, tip, flange, world, snapped: reader.snapped, largest_error })
@@ -163,6 +164,40 @@ mod tests {
             assert!((again.forward(&[0.3]).position - found.robot.forward(&[0.3]).position).norm() < 1e-12);
             assert_eq!(again.fingerprint(), found.robot.fingerprint());
         }
+    }
+
+    /// Fingers after the flange: two of them end the chain in two places, one of them would be an axis of the arm.
+    #[test]
+    fn a_gripper_after_the_flange_is_no_part_of_the_arm() {
+        let finger = |name: &str| {
+            format!(
+                r#"<link name="{name}"/><joint name="j{name}" type="prismatic"><parent link="tool0"/><child link="{name}"/>
+                   <axis xyz="0 1 0"/><limit lower="0" upper="0.04" velocity="2" effort="1"/></joint></robot>"#
+            )
+        };
+        let one = DESCRIBED.replace("</robot>", &finger("left"));
+        for text in [one.replace("</robot>", &finger("right")), one] {
+            let found = read("arm.urdf", &text, None).unwrap();
+            assert_eq!((found.tip.as_str(), found.flange.as_str(), found.robot.dof()), ("tool0", "tool0", 1));
+        }
+        // two arms: which one is not known
+        let two = one_more_arm();
+        assert!(read("arm.urdf", &two, None).unwrap_err().to_string().contains("a chain that ends in 2 places"));
+    }
+
+    fn one_more_arm() -> String {
+        let other = r#"<link name="l1"/><link name="r_tool0"/><joint name="K1" type="revolute"><parent link="base_link"/><child link="l1"/>
+          <axis xyz="0 0 1"/></joint><joint name="k" type="fixed"><parent link="l1"/><child link="r_tool0"/></joint></robot>"#;
+        DESCRIBED.replace("tool0", "l_tool0").replace("</robot>", other)
+    }
+
+    #[test]
+    fn a_slide_that_mimics_a_turning_joint_is_refused() {
+        let mimic =
+            r#"<limit lower="0" upper="0.2" velocity="1" effort="1"/><mimic joint="J2" multiplier="0.1"/></joint>"#;
+        let text = SCARA.replace(r#"<limit lower="0" upper="0.2" velocity="1" effort="1"/></joint>"#, mimic);
+        let said = read("scara.urdf", &text, None).unwrap_err().to_string();
+        assert!(said.contains("joint `J3` mimics `J2`, and only one of them turns"), "{said}");
     }
 
     #[test]

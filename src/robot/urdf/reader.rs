@@ -31,10 +31,13 @@ impl Reader<'_> {
             None => {
                 let moves = |j: &Node| j.attribute("type") != Some("fixed");
                 let ends: Vec<String> = ends_of(&joints, moves);
-                match ends.as_slice() {
-                    [one] => flange_below(&joints, one).unwrap_or_else(|| one.clone()),
-                    [] => return Err(self.bad(root, "no chain of joints", "joints that link a base to a tool")),
-                    several => {
+                match (only_flange(&joints, &ends), ends.as_slice()) {
+                    (Some(flange), _) => flange,
+                    (None, [one]) => flange_below(&joints, one).unwrap_or_else(|| one.clone()),
+                    (None, []) => {
+                        return Err(self.bad(root, "no chain of joints", "joints that link a base to a tool"));
+                    }
+                    (None, several) => {
                         let found = format!("a chain that ends in {} places: {}", several.len(), several.join(", "));
                         return Err(self.bad(root, found, "the link that is the TCP").mended_by(&["tip"]));
                     }
@@ -240,6 +243,33 @@ fn ends_of(joints: &[Node], moves: impl Fn(&Node) -> bool) -> Vec<String> {
         ends.push(link);
     }
     ends
+}
+
+/// The only link `tool0` that an arm carries, where the chain also ends elsewhere: in the fingers of a gripper after it, or in wheels.
+fn only_flange(joints: &[Node], ends: &[String]) -> Option<String> {
+    let moves = |j: &&Node| j.attribute("type") != Some("fixed");
+    let links = joints.iter().filter_map(|j| link_of(j, "child"));
+    let mut flanges = links.filter(|l| l.ends_with("tool0") && above(joints, l).iter().any(|j| moves(&j)));
+    let flange = flanges.next().filter(|_| flanges.next().is_none())?;
+    let parent_is_flange = |j: &Node| link_of(j, "parent").as_ref() == Some(&flange);
+    // a moving joint somewhere below it
+    let carries = |end: &String| {
+        let way = above(joints, end);
+        let at = way.iter().position(parent_is_flange);
+        at.is_some_and(|at| way[..=at].iter().any(|j| moves(&j)))
+    };
+    (ends.len() > 1 || ends.iter().any(carries)).then_some(flange)
+}
+
+/// The joints from a link up to the root.
+fn above<'a, 'i>(joints: &[Node<'a, 'i>], link: &str) -> Vec<Node<'a, 'i>> {
+    let (mut way, mut at) = (Vec::new(), Some(link.to_string()));
+    while let Some(link) = at.filter(|_| way.len() <= joints.len()) {
+        let joint = joints.iter().find(|j| link_of(j, "child").as_deref() == Some(&link));
+        at = joint.and_then(|j| link_of(j, "parent"));
+        way.extend(joint.copied());
+    }
+    way
 }
 
 /// The link `tool0` that fixed joints connect to `link`, through any number of links: what a controller calls its flange.
