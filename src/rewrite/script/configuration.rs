@@ -217,11 +217,6 @@ mod tests {
     use super::*;
     use crate::robot::Robot;
 
-    /// With what letters mean on most robots.
-    fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64]) -> bool {
-        super::prefers(configuration, arm, q, None)
-    }
-
     fn arm(text: &str) -> (Robot, Arm) {
         let robot = Robot::parse("r", text).unwrap();
         let arm = Arm::of(&robot).unwrap();
