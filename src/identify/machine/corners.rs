@@ -50,31 +50,43 @@ fn corners(t: &[f64], x: &[f64], lever: f64) -> Vec<Corner> {
     out
 }
 
+/// Bins to leave out for corners of some axes (commands, and largest lever in m per rad or m), and which axes have corners. `bins` are the
+/// rows of each bin, first to one past the last; `moves` tells of a bin whether a joint moves in it.
+pub(crate) fn left_out(
+    t_s: &[f64],
+    axes: &[(&[f64], f64)],
+    bins: &[(usize, usize)],
+    moves: &dyn Fn(usize) -> bool,
+) -> (Vec<bool>, Vec<bool>) {
+    let mut at = [vec![false; bins.len()], vec![false; bins.len()]];
+    let mut with = Vec::new();
+    for (command, lever) in axes {
+        let found = corners(t_s, command, *lever);
+        for corner in &found {
+            let first = bins.partition_point(|b| b.1 <= corner.row);
+            let last = bins.partition_point(|b| b.0 < corner.row + 3).max(first);
+            at[usize::from(corner.passes)][first..last].fill(true);
+        }
+        with.push(!found.is_empty());
+    }
+    let [abrupt, passed] = at;
+    let moving = (0..bins.len()).filter(|b| moves(*b)).count();
+    let dense = passed.iter().filter(|p| **p).count() as f64 > DENSE * moving as f64;
+    (abrupt.into_iter().zip(passed).map(|(abrupt, passed)| abrupt || (passed && !dense)).collect(), with)
+}
+
 /// Marks bins with corners as missing, and gives the joints that have corners what servos add to a lag there.
 pub fn take_out(log: &Log, out: &mut BinnedLog) {
     let axes: Vec<usize> = out.moving.iter().map(|m| m.0).collect();
-    let mut at = [vec![false; out.len()], vec![false; out.len()]];
-    for &axis in &axes {
-        let lever = out.jacobian.iter().map(|j| j[axis].norm()).fold(0.0, f64::max);
-        let found = corners(&log.t_s, &log.cmd[axis], lever);
-        for corner in &found {
-            let rows = corner.row..(corner.row + 3).min(log.len());
-            let first = out.bins.partition_point(|b| b.1 <= rows.start);
-            let last = out.bins.partition_point(|b| b.0 < rows.end);
-            at[usize::from(corner.passes)][first..last].fill(true);
-        }
-        if !found.is_empty() {
-            let servos = servos(&log.t_s, &log.cmd[axis], out);
-            out.servos.push((axis, servos));
-        }
+    let lever = |axis: usize| out.jacobian.iter().map(|j| j[axis].norm()).fold(0.0, f64::max);
+    let commands: Vec<(&[f64], f64)> = axes.iter().map(|a| (log.cmd[*a].as_slice(), lever(*a))).collect();
+    let moves = |b: usize| axes.iter().any(|a| out.speed[b][*a] != 0.0);
+    let (corner, with) = left_out(&log.t_s, &commands, &out.bins, &moves);
+    for (axis, _) in axes.iter().zip(with).filter(|(_, with)| *with) {
+        let servos = servos(&log.t_s, &log.cmd[*axis], out);
+        out.servos.push((*axis, servos));
     }
-    let [abrupt, passed] = at;
-    let moves = |b: &usize| axes.iter().any(|a| out.speed[*b][*a] != 0.0);
-    let moving = (0..out.len()).filter(moves).count();
-    let dense = passed.iter().filter(|p| **p).count() as f64 > DENSE * moving as f64;
-    for (missing, (abrupt, passed)) in out.missing.iter_mut().zip(abrupt.into_iter().zip(passed)) {
-        *missing |= abrupt || (passed && !dense);
-    }
+    out.missing.iter_mut().zip(corner).for_each(|(missing, corner)| *missing |= corner);
 }
 
 /// Error of a servo of first order in units of its lag, less that of a lag alone, bin by bin for each of [`SERVOS_S`]; rad/s or m/s.

@@ -1,7 +1,8 @@
 //! Learning from a run of the compensated program: the parameters that a compensator holds, corrected by what the run left.
 //!
 //! The run is fitted with the same laws as an identification, about the values that made the compensator: each may move by a
-//! share of its joint's lost motion ([`super::problem::SHARE`]). A joint whose correction is not significant, or does not help strokes that did not
+//! share of its joint's lost motion ([`super::problem::SHARE`]). A joint whose reversals show several times that share is first brought near them
+//! as a whole ([`far_off`]). A joint whose correction is not significant, or does not help strokes that did not
 //! see it ([`super::crossed`]), keeps its values; of a significant one [`DAMPED`] is applied, so that a run with unusual scatter does not
 //! throw the next one off. A joint whose last correction made its reversals worse gets back the values from before
 //! ([`super::measured`]).
@@ -13,7 +14,8 @@ use super::evidence::{self, Evidence, Reversal};
 use super::frame;
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::measured;
-use super::problem::{Part, Problem};
+use super::predict::random_effect;
+use super::problem::{Part, Problem, SHARE};
 use super::readings::Readings;
 use super::solve::{self, Kept};
 use super::spline::Spline;
@@ -38,6 +40,10 @@ const DAMPED: f64 = 0.8;
 const SIGNIFICANT: f64 = 0.05;
 /// Fall of the cost on halves that did not see a correction, above which it is applied: more than chance.
 const HELPS: f64 = 4.0;
+/// Share of its lost motion by which a joint is too far off for corrections about its values (four times their prior), and standard errors
+/// beyond which that is no chance.
+const FAR: f64 = 4.0 * SHARE;
+const BEYOND_DOUBT: f64 = 4.0;
 /// Rounds of fitting.
 const ROUNDS: usize = 2;
 /// Knots of a gap.
@@ -69,17 +75,18 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     let start: Vec<Option<JointLaw>> = (0..robot.dof())
         .map(|a| problem.laws[a].as_ref().map(|_| law(previous.on(a), &problem.splines[a], problem.sizes[a])))
         .collect();
-    problem.laws = start.clone();
-    problem.centre = Some(start.iter().flatten().flat_map(JointLaw::to_vec).collect());
-    for _ in 0..ROUNDS {
-        solve::round(&mut problem, Kept::Laws);
-        solve::refresh_unused(&mut problem);
-        solve::refresh_noise(&mut problem);
-    }
-    solve::round(&mut problem, Kept::Laws);
+    stand_at(&mut problem, &start);
     let parts: Vec<Part> = (0..problem.logs.len()).map(|l| problem.part(l)).collect();
     let standing = evidence::standing(&problem, &parts);
-    let gains: Vec<Option<f64>> = (0..robot.dof()).map(|a| crossed(&problem, &parts, a)).collect();
+    let mut gains: Vec<Option<f64>> = (0..robot.dof()).map(|a| crossed(&problem, &parts, a)).collect();
+    let scales: Vec<f64> = (0..robot.dof()).map(|a| far_off(&standing, a)).collect();
+    if scales.iter().any(|s| *s != 1.0) {
+        let scaled: Vec<Option<JointLaw>> =
+            start.iter().zip(&scales).map(|(law, s)| law.as_ref().map(|l| scaled(l, *s))).collect();
+        stand_at(&mut problem, &scaled);
+        // by single reversals of a run that nothing was fitted to
+        gains.iter_mut().zip(&scales).filter(|(_, s)| **s != 1.0).for_each(|(g, _)| *g = Some(f64::INFINITY));
+    }
     solve::round(&mut problem, Kept::Nothing);
     let evidence = evidence::evaluate(&problem).ok_or_else(|| {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
@@ -105,6 +112,37 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
         measured::kept_in_mind(axis, run, changed.then(|| previous.on(axis)), &mut next);
     }
     Ok(next)
+}
+
+/// Puts the laws of the joints to known values, about which corrections are estimated, and fits the rest.
+fn stand_at(problem: &mut Problem, laws: &[Option<JointLaw>]) {
+    problem.laws = laws.to_vec();
+    problem.centre = Some(laws.iter().flatten().flat_map(JointLaw::to_vec).collect());
+    for _ in 0..ROUNDS {
+        solve::round(problem, Kept::Laws);
+        solve::refresh_unused(problem);
+        solve::refresh_noise(problem);
+    }
+    solve::round(problem, Kept::Laws);
+}
+
+/// The lost motion of a run as a multiple of the compensator's, where it is so far from it, beyond doubt, that small corrections about the
+/// compensator's values do not reach it; else 1.
+fn far_off(standing: &[Reversal], axis: usize) -> f64 {
+    let own: Vec<&Reversal> = standing.iter().filter(|r| r.axis == axis).collect();
+    let ratio = random_effect(&own);
+    let off = (ratio.mean - 1.0).abs();
+    if ratio.mean > 0.0 && off > FAR && off > BEYOND_DOUBT * ratio.sigma { ratio.mean } else { 1.0 }
+}
+
+/// A law with all of its lost motion times `by`.
+fn scaled(law: &JointLaw, by: f64) -> JointLaw {
+    JointLaw {
+        gap: law.gap.iter().map(|g| g * by).collect(),
+        spikes: law.spikes.map(|s| s * by),
+        windups: law.windups.map(|w| w * by),
+        presliding: law.presliding,
+    }
 }
 
 /// Mean square error after the reversals of a joint that the offsets of the run leave, m^2.

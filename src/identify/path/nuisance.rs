@@ -44,6 +44,8 @@ impl Basis {
 pub struct With {
     pub links: bool,
     pub lags: bool,
+    /// Bins with corners of commands are used, where lags are not fitted: a lag is not that of the speed there.
+    pub corners: bool,
 }
 
 /// Builds the basis. `pushed[j]` says per bin whether joint `j` has closed its gap.
@@ -55,6 +57,9 @@ pub fn basis(log: &Binned, pushed: &[Vec<bool>], scale: f64, with: With) -> Basi
         if let Some(closed) = flags.iter().position(|&f| f) {
             root[from.min(closed)..closed].fill(0.0);
         }
+    }
+    for (root, _) in root.iter_mut().zip(&log.corner).filter(|(_, corner)| **corner && !with.corners) {
+        *root = 0.0;
     }
     let mut columns = frame(log);
     if with.links {

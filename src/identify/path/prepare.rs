@@ -13,6 +13,7 @@ use super::medians::{burst, median_of_7};
 use crate::effects::Track;
 use crate::error::{Error, Place, Result, counted};
 use crate::identify::following::rates;
+use crate::identify::machine::corners;
 use crate::log::Log;
 use crate::numerics::parallel::{self, ParMap};
 use crate::numerics::rigid;
@@ -74,6 +75,8 @@ pub struct Binned {
     pub good: usize,
     pub outliers: usize,
     pub lost: usize,
+    /// Bins at which a command changes its speed at once: what a lag does there is not that of the speed.
+    pub corner: Vec<bool>,
     /// Scatter of the rows about their bins: sum of squares over all coordinates, m^2.
     pub within_m2: f64,
     /// Noise of a coordinate of a row, from neighbouring rows, m.
@@ -171,6 +174,7 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
         good: valid.len() - outliers,
         outliers,
         lost: log.len() - valid.len(),
+        corner: Vec::new(),
         within_m2: 0.0,
         sigma_m,
         speed_m_s: speed(log, &want),
@@ -179,12 +183,12 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
     // commands of all axes, then speed and acceleration of each that moves
     let columns: Vec<&[f64]> =
         log.cmd.iter().chain(moves.iter().flat_map(|(v, a)| [v, a])).map(Vec::as_slice).collect();
-    let mut kept = Vec::new();
+    let mut kept: Vec<(usize, usize)> = Vec::new();
     let mut q_mean: Vec<Vec<f64>> = Vec::new();
     for (k, &from) in starts.iter().enumerate() {
         let to = starts.get(k + 1).copied().unwrap_or(log.len());
         if let Some(q) = out.add_bin(log, &want, &columns, &mut (from..to).filter(|&i| good[i])) {
-            kept.push(from);
+            kept.push((from, to));
             q_mean.push(q);
         }
     }
@@ -193,7 +197,14 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
         .enumerate()
         .map(|(k, (axis, runs))| joint(axis, runs, &kept, (&q_mean, log.cmd.len() + 2 * k), &out.want, robot))
         .collect();
+    out.corner = corners_of(log, &out.joints, &kept);
     Ok(out)
+}
+
+/// Bins with corners of commands.
+fn corners_of(log: &Log, joints: &[FreeJoint], bins: &[(usize, usize)]) -> Vec<bool> {
+    let commands: Vec<(&[f64], f64)> = joints.iter().map(|j| (log.cmd[j.axis].as_slice(), j.lever_m())).collect();
+    corners::left_out(&log.t_s, &commands, bins, &|b| joints.iter().any(|j| j.speed[b] != 0.0)).0
 }
 
 /// Runs with their bins, command, speeds, Jacobian column and body of one joint; `means` has the commands of all axes per bin, and from
@@ -201,14 +212,14 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
 fn joint(
     axis: usize,
     mut runs: Vec<Run>,
-    first_rows: &[usize],
+    bins: &[(usize, usize)],
     (means, rates): (&[Vec<f64>], usize),
     want: &[Vector3<f64>],
     robot: &Robot,
 ) -> FreeJoint {
-    let begin: Vec<usize> = runs.iter().map(|r| first_rows.partition_point(|&s| s <= r.index)).collect();
+    let begin: Vec<usize> = runs.iter().map(|r| bins.partition_point(|b| b.0 <= r.index)).collect();
     for (k, run) in runs.iter_mut().enumerate() {
-        run.bins = begin[k]..begin.get(k + 1).copied().unwrap_or(first_rows.len());
+        run.bins = begin[k]..begin.get(k + 1).copied().unwrap_or(bins.len());
     }
     let mut columns = vec![Vector3::zeros(); robot.dof()];
     let dof = robot.dof();

@@ -91,7 +91,7 @@ impl Problem {
                 Part { log, pairs, basis, y, yy: 0.0, yj, qj, jj, scale }
             })
             .collect();
-        Self { joints, parts, with: With { links: true, lags: true } }
+        Self { joints, parts, with: With { links: true, lags: true, corners: false } }
     }
 
     pub fn logs(&self) -> impl ExactSizeIterator<Item = &Binned> {

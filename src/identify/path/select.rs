@@ -78,7 +78,7 @@ pub fn select(problem: &mut Problem) -> Selected {
     let mut stiction_f = vec![None; joints];
     let mut varies_p = vec![None; joints];
     let guess = vec![Values { c: vec![0.0], spike: 0.0, tau_s: bounds.lo_s }; joints];
-    problem.with = With { links: true, lags: true };
+    problem.with = With { links: true, lags: true, corners: false };
     problem.set_up(&guess);
     let mut now = everything(problem, start(problem, bounds), bounds);
     vary(problem, &mut now, bounds, &mut varies_p);
@@ -86,7 +86,7 @@ pub fn select(problem: &mut Problem) -> Selected {
     let links = without(problem, &now, bounds, With { links: false, ..problem.with }).is_none_or(|p| p <= LINKS_P);
     let lags = without(problem, &now, bounds, With { lags: false, ..problem.with }).is_none_or(|p| p <= LAGS_P)
         || widened(problem, &now, links).iter().any(|w| *w > LAGS_COST);
-    let needed = With { links, lags };
+    let needed = With { links, lags, corners: !lags };
     if needed != problem.with {
         problem.with = needed;
         problem.set_up(&now.values);
@@ -225,7 +225,7 @@ fn without(problem: &mut Problem, now: &State, bounds: TauBounds, with: With) ->
 fn widened(problem: &mut Problem, now: &State, links: bool) -> Vec<f64> {
     let all = problem.with;
     let mut sigmas = |lags: bool| -> Vec<f64> {
-        problem.with = With { links, lags };
+        problem.with = With { links, lags, ..all };
         problem.set_up(&now.values);
         let cov = Covariance::new(problem, &now.values, &now.form, 1.0);
         let gap = |joint: usize| cov.place(Name::Gap { joint, power: 0 }).map_or(0.0, |k| cov.sigma(&[(k, 1.0)]));
