@@ -19,10 +19,10 @@ const RANGE_UM: f64 = 5000.0;
 fn log(places: &[f64], stiction_mm: f64, pace_s: f64) -> String {
     let mut text = String::from("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,dial_um,trigger,cycle\n");
     let (mut t_s, mut command, mut stands, mut side) = (0.0, places[0], places[0], 1.0);
-    let mut row = |command: f64, held: f64, trigger: u8, cycle: u32| {
+    let mut row = |command: f64, held: f64, trigger: f64, cycle: u32| {
         stands = f64::clamp(stands, command - HALF_GAP_MM, command + HALF_GAP_MM);
         let dial_um = (1e3 * (stands - held - 100.0)).round().clamp(-RANGE_UM, RANGE_UM);
-        writeln!(text, "{t_s:.2},{command:.4},400.0000,-200.0000,{dial_um:.0},{trigger},{cycle}").unwrap();
+        writeln!(text, "{t_s:.2},{command:.4},400.0000,-200.0000,{dial_um:.0},{trigger:.0},{cycle}").unwrap();
         t_s += STEP_S;
     };
     for cycle in 0..4 {
@@ -34,12 +34,12 @@ fn log(places: &[f64], stiction_mm: f64, pace_s: f64) -> String {
                     let step: f64 = way - command;
                     command += step.signum() * step.abs().min(SPEED_MM_S * STEP_S);
                     side = step.signum();
-                    row(command, side * stiction_mm, 0, cycle);
+                    row(command, side * stiction_mm, 0.0, cycle);
                 }
                 if way == *place && side == sense {
                     for k in 0..(DWELL_S / STEP_S) as u32 {
                         let left = (-f64::from(k + 1) * STEP_S / pace_s).exp();
-                        row(command, side * stiction_mm * left, 1, cycle);
+                        row(command, side * stiction_mm * left, side, cycle);
                     }
                 }
             }

@@ -23,7 +23,7 @@ const PACES: usize = 49;
 const PACE_RANGE_S: [f64; 2] = [0.05, 30.0];
 /// A cell of the grid that holds more than this share of what all single paces weigh is divided, with its neighbours, into so many parts;
 /// so often at most: paces to a part in 500,000.
-const DIVIDED: f64 = 0.25;
+const DIVIDED: f64 = 0.6;
 const PARTS: usize = 4;
 const DIVISIONS: usize = 8;
 /// Of two paces every this many of the grid is tried, and the slower is at least twice the faster.
