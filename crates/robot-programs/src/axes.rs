@@ -324,12 +324,17 @@ mod tests {
         assert_eq!(of(&["joint_a2", "joint_a1"]), Some(vec![2, 1]));
         assert_eq!(of(&["E1", "rax_1", "rax_6"]), Some(vec![1, 6]));
         assert_eq!(of(&["base", "shoulder", "elbow", "wrist2", "wrist3"]), Some(vec![1, 2, 3, 5, 6]));
-        assert_eq!(of(&["ur5_shoulder_pan_joint", "ur5_shoulder_lift_joint", "ur5_wrist_1_joint"]), Some(vec![1, 2, 4]));
+        assert_eq!(
+            of(&["ur5_shoulder_pan_joint", "ur5_shoulder_lift_joint", "ur5_wrist_1_joint"]),
+            Some(vec![1, 2, 4])
+        );
         assert_eq!(of(&["wrist1", "wrist2"]), Some(vec![4, 5]));
         assert_eq!(of(&["base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"]), Some((1..=6).collect()));
         // six of any name stand in their order
         assert_eq!(of(&["S", "L", "U", "R", "B", "T"]), Some((1..=6).collect()));
-        for unclear in [&["S", "L", "U", "T"][..], &["J1", "A2"], &["J1", "j1"], &["J12", "J23"], &["J0", "J1"], &["X", "J2"]] {
+        for unclear in
+            [&["S", "L", "U", "T"][..], &["J1", "A2"], &["J1", "j1"], &["J12", "J23"], &["J0", "J1"], &["X", "J2"]]
+        {
             assert_eq!(of(unclear), None, "{unclear:?}");
         }
         let upright = Axes::new("r", ["J1", "J2", "J3", "J6"].map(|n| Axis::new(n, JointKind::Revolute)).to_vec());

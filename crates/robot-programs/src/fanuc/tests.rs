@@ -338,7 +338,8 @@ fn some_joints(names: &[&str]) -> crate::axes::Axes {
 
 #[test]
 fn joints_of_a_position_are_found_by_the_numbers_in_their_names() {
-    let source = b"/PROG P\n/ATTR\nLINE_COUNT = 1;\n/MN\n   1:J P[1] 10% FINE    ;\n/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\n\
+    let source =
+        b"/PROG P\n/ATTR\nLINE_COUNT = 1;\n/MN\n   1:J P[1] 10% FINE    ;\n/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\n\
         \tJ1= 1.000 deg,\tJ2= 2.000 deg,\tJ3= 3.000 deg,\n\tJ4= 4.000 deg,\tJ5= 5.000 deg,\tJ6= 6.000 deg\n};\n/END\n";
     let of = |names: &[&str]| {
         let doc = Fanuc.parse(vec![Text::new("p.ls", source.to_vec())], &some_joints(names)).unwrap();

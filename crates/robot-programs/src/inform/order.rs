@@ -46,8 +46,7 @@ impl Order {
             whole.then_some(Self { arm, external, certain: true, numbered: true })
         };
         lettered().unwrap_or_else(|| {
-            let mut arm: Vec<(usize, usize)> =
-                places.arm.iter().copied().zip(places.numbers.iter().copied()).collect();
+            let mut arm: Vec<(usize, usize)> = places.arm.iter().copied().zip(places.numbers.iter().copied()).collect();
             arm.sort_by_key(|a| a.1);
             let external = places.external.iter().map(|e| e.1).collect();
             Self { arm, external, certain: places.certain, numbered: places.numbered }
@@ -129,7 +128,9 @@ mod tests {
 
     #[test]
     fn six_joints_of_any_name_stand_in_their_order() {
-        for names in [["S", "L", "U", "R", "B", "T"], ["J1", "J2", "J3", "J4", "J5", "J6"], ["a", "b", "c", "d", "x", "y"]] {
+        for names in
+            [["S", "L", "U", "R", "B", "T"], ["J1", "J2", "J3", "J4", "J5", "J6"], ["a", "b", "c", "d", "x", "y"]]
+        {
             let six = order(&names);
             assert!(six.is_plain() && six.is_in_order(), "{names:?}");
         }

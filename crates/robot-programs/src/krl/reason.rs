@@ -114,7 +114,9 @@ pub enum Reason {
     #[error("a base or tool of which it is not certain what was assigned last")]
     FrameUncertain,
     /// A base on a conveyor or another robot.
-    #[error("base {base} counts from MACHINE_DEF[{machine}] of $config.dat, which is no external axis of this controller")]
+    #[error(
+        "base {base} counts from MACHINE_DEF[{machine}] of $config.dat, which is no external axis of this controller"
+    )]
     BaseMoves {
         /// Its number in `BASE_DATA`.
         base: u32,

@@ -40,7 +40,9 @@ pub enum Reason {
     #[error("which axes of the robot file ({0}) are external is not certain: name them E1, E2, ...")]
     UnclearAxes(Box<str>),
     /// The arm has fewer joints than a list of the controller, and their names do not tell their numbers: the names.
-    #[error("which of the six numbers of a target the joints of the robot file ({0}) have is not certain: name them J1, J2, ... by these numbers")]
+    #[error(
+        "which of the six numbers of a target the joints of the robot file ({0}) have is not certain: name them J1, J2, ... by these numbers"
+    )]
     UnclearNumbers(Box<str>),
     /// A number of the target for which the robot file has no joint changes.
     #[error("axes that the robot file does not have may move along")]

@@ -75,9 +75,8 @@ impl OneText for Writer<'_> {
         // the joints of the robot file may stand in another order
         let mut numbers: Vec<&Number> = numbers.iter().collect();
         numbers.sort_by_key(|(span, _)| span.start);
-        let list = flat(
-            self.text()?.substituted(literal.bytes.range(), numbers.into_iter().map(|(s, n)| (s.clone(), n))),
-        );
+        let list =
+            flat(self.text()?.substituted(literal.bytes.range(), numbers.into_iter().map(|(s, n)| (s.clone(), n))));
         String::from_utf8(list).map_err(|_| Error::Refused("a list that is no UTF-8 cannot be copied".into()))
     }
 

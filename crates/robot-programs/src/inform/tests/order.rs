@@ -54,7 +54,8 @@ fn a_palletizer_has_four_numbers_or_six_with_a_gap() {
     let robot = arm(&["S", "L", "U", "T"]);
     let four = list(&["1000,2200,3600,9000", "1000,2200,3600,0"]);
     assert_eq!(deg(&script_of(&Inform, &four, &robot), 0), [1.0, 2.0, 3.0, 6.0]);
-    let six = list(&["1000,2200,3600,0,0,9000", "1000,2200,3600,0,0,0", "1000,2200,3600,7,0,0", "1000,2200,3600,7,0,1500"]);
+    let six =
+        list(&["1000,2200,3600,0,0,9000", "1000,2200,3600,0,0,0", "1000,2200,3600,7,0,0", "1000,2200,3600,7,0,1500"]);
     let script = script_of(&Inform, &six, &robot);
     assert_eq!(deg(&script, 0), [1.0, 2.0, 3.0, 6.0]);
     // a number without a joint changes on the third way, and is not known before the first

@@ -58,7 +58,8 @@ fn refusal_of(source: &str, robot: &Axes) -> String {
 
 #[test]
 fn a_robot_file_in_another_order_has_its_numbers_by_name() {
-    let names = ["shoulder_lift_joint", "shoulder_pan_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"];
+    let names =
+        ["shoulder_lift_joint", "shoulder_pan_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"];
     let source = script(&["1, 2, 3, 4, 5, 6", "1.1, 2, 3, 4, 5, 6"]);
     assert_eq!(values(read(&source, &arm(&names)).as_ref(), 0), [2.0, 1.0, 3.0, 4.0, 5.0, 6.0]);
     let list = new_list(&source, &arm(&names), vec![2.5, 1.5, 3.0, 4.0, 5.0, 6.0]);
@@ -75,6 +76,7 @@ fn joints_that_may_be_any_of_the_six_numbers_are_no_targets() {
 #[test]
 fn on_the_way_to_a_pose_a_joint_without_a_name_may_move() {
     let five = arm(&["J1", "J2", "J3", "J5", "J6"]);
-    let source = "def p():\n  movej([1, 2, 3, 4, 5, 6])\n  movel(p[0.3, 0, 0.3, 0, 0, 0])\n  movej([1, 2, 3, 4, 5, 6])\nend\n";
+    let source =
+        "def p():\n  movej([1, 2, 3, 4, 5, 6])\n  movel(p[0.3, 0, 0.3, 0, 0, 0])\n  movej([1, 2, 3, 4, 5, 6])\nend\n";
     assert_eq!(closed(read(source, &five).as_ref()), [true; 3]);
 }
