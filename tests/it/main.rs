@@ -38,6 +38,7 @@ mod docs_site;
 mod docs_user_files;
 mod external_axes;
 mod faults;
+mod fewer_axes;
 mod first_steps;
 mod fit;
 mod folder_results;

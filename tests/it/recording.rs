@@ -18,7 +18,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use std::fmt::Write;
 
-fn options() -> Options {
+pub fn options() -> Options {
     Options {
         pose: None,
         tracker_m: None,

@@ -168,10 +168,17 @@ pub struct Places {
     pub external: Vec<(usize, usize)>,
     /// Names and kinds tell which axes are external.
     pub certain: bool,
+    /// Numbers, from 1, of the axes of the arm, in the order of [`Places::arm`]: by their names (`J6`, `wrist3`), else by their order.
+    pub numbers: Vec<usize>,
+    /// The names tell these numbers, or the arm has all six of a controller's list.
+    pub numbered: bool,
 }
 
 /// Joints of an arm in a list of a controller.
-const OF_ARM: usize = 6;
+pub const OF_ARM: usize = 6;
+
+/// Numbers of the axes of arms that keep the tool upright by their linkage: the controller counts the two that they lack as 0.
+const UPRIGHT: [usize; 4] = [1, 2, 3, 6];
 
 impl Places {
     fn of(axes: &[&Axis]) -> Self {
@@ -194,7 +201,26 @@ impl Places {
         certain &= external.windows(2).all(|w| w[0].0 != w[1].0) && external.iter().all(|e| e.0 <= OF_ARM);
         let arm: Vec<usize> = (0..axes.len()).filter(|k| external.iter().all(|e| e.1 != *k)).collect();
         certain &= arm.len() <= OF_ARM;
-        Self { arm, external, certain }
+        let names: Vec<&str> = arm.iter().filter_map(|k| axes.get(*k)).map(|j| j.name.as_str()).collect();
+        let named = numbers_by_name(&names);
+        let numbered = named.is_some() || arm.len() == OF_ARM;
+        let numbers = named.unwrap_or_else(|| (1..=arm.len()).collect());
+        Self { arm, external, certain, numbers, numbered }
+    }
+
+    /// The number of an axis of the arm, from 1.
+    pub fn number(&self, axis: usize) -> Option<usize> {
+        self.arm.iter().position(|a| *a == axis).and_then(|k| self.numbers.get(k).copied())
+    }
+
+    /// Numbers of a controller's list for which the robot file has a joint, from the first on.
+    pub fn own_numbers(&self) -> [bool; OF_ARM] {
+        std::array::from_fn(|k| self.numbers.contains(&(k + 1)))
+    }
+
+    /// Whether the arm has four axes that a controller of six counts as 1, 2, 3 and 6: the two between are always 0.
+    pub fn keeps_upright(&self) -> bool {
+        self.numbered && self.numbers == UPRIGHT
     }
 
     /// The external axis of a number, from 1.
@@ -219,6 +245,46 @@ fn external_number(name: &str) -> Option<usize> {
     }
 }
 
+/// Numbers, from 1, that all names of an arm tell: one digit after the same word (`J1`, `joint_a1`, `rax_1`), or the words of Universal
+/// Robots (`base`, `shoulder`, `elbow`, `wrist1`; `shoulder_pan_joint`, ...); `None`: one tells none, or two tell the same.
+fn numbers_by_name(names: &[&str]) -> Option<Vec<usize>> {
+    let numbers = numbers_by_words(names).or_else(|| numbers_by_digit(names))?;
+    let mut sorted = numbers.clone();
+    sorted.sort_unstable();
+    sorted.windows(2).all(|w| w[0] != w[1]).then_some(numbers)
+}
+
+/// By the last digit, which follows the same word in all names.
+fn numbers_by_digit(names: &[&str]) -> Option<Vec<usize>> {
+    let word = |name: &str| name.trim_end_matches(|c: char| c.is_ascii_digit()).to_ascii_uppercase();
+    let first = word(names.first()?);
+    let number = |name: &&str| {
+        let [digit @ b'1'..=b'6'] = name.as_bytes().get(first.len()..)? else { return None };
+        (word(name) == first).then_some(usize::from(digit - b'0'))
+    };
+    names.iter().map(number).collect()
+}
+
+/// By the words of Universal Robots, with or without `_joint` after them and a name of the robot before them.
+fn numbers_by_words(names: &[&str]) -> Option<Vec<usize>> {
+    const WORDS: [(&str, usize); 8] = [
+        ("SHOULDERPAN", 1),
+        ("SHOULDERLIFT", 2),
+        ("BASE", 1),
+        ("SHOULDER", 2),
+        ("ELBOW", 3),
+        ("WRIST1", 4),
+        ("WRIST2", 5),
+        ("WRIST3", 6),
+    ];
+    let number = |name: &&str| {
+        let bare: String = name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_uppercase();
+        let bare = bare.strip_suffix("JOINT").unwrap_or(&bare);
+        WORDS.iter().find(|w| bare.ends_with(w.0)).map(|w| w.1)
+    };
+    names.iter().map(number).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -234,16 +300,46 @@ mod tests {
         let with = |before: &[(&'static str, JointKind)], after: &[(&'static str, JointKind)]| {
             places(&[before, &arm, after].concat())
         };
-        assert_eq!(with(&[], &[]), Places { arm: (0..6).collect(), external: vec![], certain: true });
-        let rail = Places { arm: (1..7).collect(), external: vec![(1, 0)], certain: true };
+        let numbers: Vec<usize> = (1..=6).collect();
+        let six = Places { arm: (0..6).collect(), external: vec![], certain: true, numbers, numbered: true };
+        assert_eq!(with(&[], &[]), six);
+        let rail = Places { arm: (1..7).collect(), external: vec![(1, 0)], ..six.clone() };
         for name in ["E1", "eax_a", "J7", "joint_7", "rail"] {
             assert_eq!(with(&[(name, P)], &[]), rail, "{name}");
         }
         assert_eq!(with(&[("E2", R)], &[]).external(2), Some(0));
-        let after = Places { arm: (0..6).collect(), external: vec![(1, 6), (2, 7)], certain: true };
+        let after = Places { external: vec![(1, 6), (2, 7)], ..six };
         assert_eq!(with(&[], &[("turn", R), ("tilt", R)]), after);
         assert!(!with(&[("x", P), ("y", P)], &[]).certain);
         assert!(!with(&[("E1", P), ("eax_a", R)], &[]).certain);
         assert!(!with(&[("E1", P), ("turn", R)], &[]).certain);
+    }
+    #[test]
+    fn the_names_of_an_arm_tell_the_numbers_of_its_axes() {
+        let of = |names: &[&'static str]| {
+            let places = places(&names.iter().map(|n| (*n, JointKind::Revolute)).collect::<Vec<_>>());
+            places.numbered.then_some(places.numbers)
+        };
+        assert_eq!(of(&["J1", "J2", "J3", "J6"]), Some(vec![1, 2, 3, 6]));
+        assert_eq!(of(&["joint_a2", "joint_a1"]), Some(vec![2, 1]));
+        assert_eq!(of(&["E1", "rax_1", "rax_6"]), Some(vec![1, 6]));
+        assert_eq!(of(&["base", "shoulder", "elbow", "wrist2", "wrist3"]), Some(vec![1, 2, 3, 5, 6]));
+        assert_eq!(
+            of(&["ur5_shoulder_pan_joint", "ur5_shoulder_lift_joint", "ur5_wrist_1_joint"]),
+            Some(vec![1, 2, 4])
+        );
+        assert_eq!(of(&["wrist1", "wrist2"]), Some(vec![4, 5]));
+        assert_eq!(of(&["base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"]), Some((1..=6).collect()));
+        // six of any name stand in their order
+        assert_eq!(of(&["S", "L", "U", "R", "B", "T"]), Some((1..=6).collect()));
+        for unclear in
+            [&["S", "L", "U", "T"][..], &["J1", "A2"], &["J1", "j1"], &["J12", "J23"], &["J0", "J1"], &["X", "J2"]]
+        {
+            assert_eq!(of(unclear), None, "{unclear:?}");
+        }
+        let upright = Axes::new("r", ["J1", "J2", "J3", "J6"].map(|n| Axis::new(n, JointKind::Revolute)).to_vec());
+        assert!(upright.places().keeps_upright());
+        assert_eq!((upright.places().number(3), upright.places().number(4)), (Some(6), None));
+        assert_eq!(upright.places().own_numbers(), [true, true, true, false, false, true]);
     }
 }

@@ -108,6 +108,18 @@ fn needs_arm(robot: &Robot, most: usize, language: &str) -> Result<()> {
     Ok(())
 }
 
+/// Refuses robots whose joints have names that do not tell their numbers in a target.
+fn needs_numbers(robot: &Robot, told: bool) -> Result<()> {
+    if told {
+        return Ok(());
+    }
+    let names: Vec<&str> = robot.axis_joints().map(|j| j.name.as_str()).collect();
+    Err(refuse(
+        format!("joints {}, whose numbers in a target are not certain", names.join(", ")),
+        "the joints of the arm named J1, J2, ... by these numbers, those after it E1, E2, ..., or a table (.csv)",
+    ))
+}
+
 /// Values of a target in deg or mm, with so many decimals.
 fn values(robot: &Robot, q: &[f64], decimals: usize) -> Vec<String> {
     let edge = |(joint, v): (&Joint, &f64)| {
@@ -136,11 +148,19 @@ fn percent(robot: &Robot, leg: &Leg) -> Result<f64> {
     Ok(share)
 }
 
+/// Joints of an arm in a target.
+const OF_ARM: usize = 6;
+
 const HEAD: &str =
     "Static test for lostmotion: every place from both sides. It knows no obstacles: run it slowly first.";
 
 fn fanuc(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     needs_arm(robot, 9, "FANUC TP")?;
+    // older names of E1, ... go on after those of the arm
+    let places = robot.axes().places();
+    let external = |axis: usize| places.external.iter().find(|e| e.1 == axis).map(|e| OF_ARM + e.0);
+    let numbers: Vec<usize> =
+        (0..robot.dof()).map(|axis| places.number(axis).or_else(|| external(axis)).unwrap_or(axis + 1)).collect();
     let mut lines: Vec<String> = vec!["!Static test for lostmotion".into(), "!It knows no obstacles".into()];
     let mut positions = String::new();
     let mut places: Vec<Vec<String>> = Vec::new();
@@ -157,7 +177,9 @@ fn fanuc(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
         }
     }
     for (i, joints) in places.iter().enumerate() {
-        let fields: Vec<String> = joints.iter().enumerate().map(|(a, v)| format!("J{}= {v:>9} deg", a + 1)).collect();
+        let mut fields: Vec<(usize, &String)> = numbers.iter().copied().zip(joints).collect();
+        fields.sort_unstable();
+        let fields: Vec<String> = fields.iter().map(|(n, v)| format!("J{n}= {v:>9} deg")).collect();
         let rows: Vec<String> = fields.chunks(3).map(|c| format!("\t{}", c.join(",\t"))).collect();
         let _ = writeln!(positions, "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n{}\n}};", i + 1, rows.join(",\n"));
     }
@@ -176,12 +198,26 @@ fn fanuc(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
 
 fn rapid(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     needs_arm(robot, 6, "RAPID")?;
+    let places = robot.axes().places();
+    needs_numbers(robot, places.certain && places.numbered)?;
     let mut text = format!("MODULE {name}\n  ! {HEAD}\n  PROC main()\n");
     for leg in legs {
-        let mut joints = values(robot, &leg.to, 4);
-        joints.resize(6, "0".into());
+        let own = values(robot, &leg.to, 4);
+        let mut joints = vec!["0".to_string(); OF_ARM];
+        let mut external = vec!["9E9".to_string(); OF_ARM];
+        for (axis, value) in own.into_iter().enumerate() {
+            let of_arm = places.number(axis).and_then(|n| joints.get_mut(n - 1));
+            let place = of_arm.or_else(|| {
+                let number = places.external.iter().find(|e| e.1 == axis)?.0;
+                external.get_mut(number - 1)
+            });
+            if let Some(place) = place {
+                *place = value;
+            }
+        }
         let time = if leg.time_s > 0.0 { format!("\\T:={:.1}", tenths(leg)) } else { String::new() };
-        let _ = writeln!(text, "    MoveAbsJ [[{}],[9E9,9E9,9E9,9E9,9E9,9E9]],v50{time},fine,tool0;", joints.join(","));
+        let (joints, external) = (joints.join(","), external.join(","));
+        let _ = writeln!(text, "    MoveAbsJ [[{joints}],[{external}]],v50{time},fine,tool0;");
         if leg.stand_s > 0.0 {
             let _ = writeln!(text, "    WaitTime {:.2};", leg.stand_s);
         }
@@ -195,7 +231,7 @@ fn krl(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     let mut text = format!(
         "DEF {name}( )\n; {HEAD}\nINT I\nBAS(#INITMOV,0)\nFOR I=1 TO 6\n  $VEL_AXIS[I]=10\n  $ACC_AXIS[I]={KRL_ACCELERATION}\nENDFOR\n"
     );
-    let names = krl_names(robot);
+    let names = krl_names(robot)?;
     let mut set = 10.0;
     for leg in legs {
         let share = if leg.time_s > 0.0 { percent(robot, leg)?.floor().clamp(1.0, 100.0) } else { set };
@@ -214,26 +250,37 @@ fn krl(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     Ok(text)
 }
 
-/// Names of the axes in an aggregate: the joints' own where all are such, else by their order, as programs are read.
-fn krl_names(robot: &Robot) -> Vec<String> {
+/// Names of the axes in an aggregate: the joints' own where all are such, else by their numbers, as programs are read.
+fn krl_names(robot: &Robot) -> Result<Vec<String>> {
     let own: Vec<String> = robot.axis_joints().map(|j| j.name.to_ascii_uppercase()).collect();
     let is = |n: &String| matches!(n.as_bytes(), [b'A' | b'E', b'1'..=b'6']);
-    if own.iter().all(is) { own } else { (1..=own.len()).map(|a| format!("A{a}")).collect() }
+    if own.iter().all(is) {
+        return Ok(own);
+    }
+    let places = robot.axes().places();
+    needs_numbers(robot, places.certain && places.numbered)?;
+    let external = |axis: usize| places.external.iter().find(|e| e.1 == axis).map(|e| format!("E{}", e.0));
+    let name = |axis: usize| places.number(axis).map(|n| format!("A{n}")).or_else(|| external(axis));
+    Ok((0..own.len()).filter_map(name).collect())
 }
 
 fn inform(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     needs_arm(robot, 8, "INFORM")?;
+    let line = crate::program::inform::places_on_line(robot.axes());
+    needs_numbers(robot, line.is_some())?;
+    let line = line.unwrap_or_default();
     let mut pulses: Vec<Vec<String>> = Vec::new();
     let mut steps = String::new();
     for leg in legs {
-        let mut row = Vec::new();
-        for (joint, v) in robot.axis_joints().zip(&leg.to) {
+        let mut row = vec!["0".to_string(); line.iter().map(|k| k + 1).fold(OF_ARM, usize::max)];
+        for ((joint, v), place) in robot.axis_joints().zip(&leg.to).zip(&line) {
             let scale = joint.pulses.ok_or_else(|| {
                 refuse(format!("no pulses_per_deg of {} in the robot file", joint.name), "it: a job holds pulses")
             })?;
-            row.push(format!("{:.0}", (v * scale).round() + 0.0));
+            if let Some(number) = row.get_mut(*place) {
+                *number = format!("{:.0}", (v * scale).round() + 0.0);
+            }
         }
-        row.resize(row.len().max(6), "0".into());
         let speed = if leg.time_s > 0.0 { percent(robot, leg)?.clamp(0.01, 100.0) } else { 5.0 };
         let _ = writeln!(steps, "MOVJ C{:05} VJ={speed:.2} PL=0", pulses.len());
         pulses.push(row);
@@ -260,10 +307,14 @@ fn urscript(legs: &[Leg], robot: &Robot, name: &str) -> Result<String> {
     if robot.dof() != 6 {
         return Err(refuse(format!("{} joints in URScript", robot.dof()), "six, or a table (.csv)"));
     }
+    let places = robot.axes().places();
+    needs_numbers(robot, places.numbered && places.external.is_empty())?;
     let name = name.to_lowercase();
     let mut text = format!("# {HEAD}\ndef {name}():\n");
     for leg in legs {
-        let joints: Vec<String> = leg.to.iter().map(|v| format!("{v:.7}")).collect();
+        let mut joints: Vec<(usize, f64)> = places.numbers.iter().copied().zip(leg.to.iter().copied()).collect();
+        joints.sort_by_key(|j| j.0);
+        let joints: Vec<String> = joints.iter().map(|(_, v)| format!("{v:.7}")).collect();
         let time = if leg.time_s > 0.0 { format!("t={:.1}", tenths(leg)) } else { "a=0.3, v=0.2".into() };
         let _ = writeln!(text, "  movej([{}], {time})", joints.join(", "));
         if leg.stand_s > 0.0 {

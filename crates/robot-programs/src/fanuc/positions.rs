@@ -6,7 +6,7 @@
 
 use super::reason::Reason;
 use super::statement::{is_position, shown};
-use crate::axes::{Axes, JointKind, Places};
+use crate::axes::{Axes, JointKind, OF_ARM, Places};
 use crate::error::Result;
 use crate::script::cursor::{Cursor, integer, strip_word};
 use crate::script::lex::upper_of;
@@ -102,8 +102,13 @@ impl Position {
         out
     }
 
-    /// The field of each axis of the robot: `J1`, ... of its arm, `E1`, ... (older: `J7`, ...) of its external axes; the name of the
-    /// first that is missing.
+    /// How many joints of the arm it gives: `J1` to `J6`.
+    pub fn arm_fields(&self) -> usize {
+        (1..=OF_ARM).filter(|n| self.fields.iter().any(|f| f.is_axis(b'J', *n))).count()
+    }
+
+    /// The field of each axis of the robot: `J1`, ... of its arm by their numbers, `E1`, ... (older: `J7`, ...) of its external axes; the
+    /// name of the first that is missing.
     ///
     /// `axis = ("J" | "E") number`
     ///
@@ -116,8 +121,8 @@ impl Position {
             likely.or_else(|| self.fields.iter().find(|f| f.is_axis(letter, number)))
         };
         let missing = |letter: u8, number: usize| format!("{}{number}", char::from(letter));
-        let field = |axis: usize| match places.arm.iter().position(|a| *a == axis) {
-            Some(k) => of(b'J', k + 1).ok_or_else(|| missing(b'J', k + 1)),
+        let field = |axis: usize| match places.number(axis) {
+            Some(number) => of(b'J', number).ok_or_else(|| missing(b'J', number)),
             None => {
                 let number = places.external.iter().find(|e| e.1 == axis).map_or(0, |e| e.0);
                 of(b'E', number).or_else(|| of(b'J', 6 + number)).ok_or_else(|| missing(b'E', number))

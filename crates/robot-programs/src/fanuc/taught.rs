@@ -61,8 +61,11 @@ impl Taught {
             Err(Reason::NotTaught(p.index).into())
         } else if p.is_joints() {
             match robot.places() {
-                places if places.certain => Ok(self.push(i, target(text, robot, p, places)?)),
-                _ => Err(script::Reason::unclear_axes(&robot.axis_names())),
+                places if !places.certain => Err(script::Reason::unclear_axes(&robot.axis_names())),
+                places if !places.numbered && p.arm_fields() != places.arm.len() => {
+                    Err(script::Reason::unclear_numbers(&robot.axis_names()))
+                }
+                places => Ok(self.push(i, target(text, robot, p, places)?)),
             }
         } else if let Some(target) = coordinates(p, robot) {
             pose = Some(self.push(i, target));

@@ -329,3 +329,28 @@ fn a_straight_motion_is_not_stopped_on_its_way_and_ends_as_it_did() {
         assert!(after.contains(&format!("   1:{copy}    ;\n   2:{motion}    ;")), "{after}");
     }
 }
+
+/// An arm of which the robot file has some joints.
+fn some_joints(names: &[&str]) -> crate::axes::Axes {
+    use crate::axes::{Axes, Axis, JointKind};
+    Axes::new("arm", names.iter().map(|n| Axis::new(*n, JointKind::Revolute)).collect())
+}
+
+#[test]
+fn joints_of_a_position_are_found_by_the_numbers_in_their_names() {
+    let source =
+        b"/PROG P\n/ATTR\nLINE_COUNT = 1;\n/MN\n   1:J P[1] 10% FINE    ;\n/POS\nP[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\n\
+        \tJ1= 1.000 deg,\tJ2= 2.000 deg,\tJ3= 3.000 deg,\n\tJ4= 4.000 deg,\tJ5= 5.000 deg,\tJ6= 6.000 deg\n};\n/END\n";
+    let of = |names: &[&str]| {
+        let doc = Fanuc.parse(vec![Text::new("p.ls", source.to_vec())], &some_joints(names)).unwrap();
+        let (_, m) = moves(doc.as_ref()).remove(0);
+        let round = |v: f64| (v * 1e6).round() / 1e6;
+        match &m.goal {
+            Goal::Opaque(why) => Err(why.to_string()),
+            _ => Ok(deg(doc.as_ref(), &m).into_iter().map(round).collect::<Vec<f64>>()),
+        }
+    };
+    assert_eq!(of(&["J1", "J2", "J3", "J6"]), Ok(vec![1.0, 2.0, 3.0, 6.0]));
+    assert_eq!(of(&["joint_1", "joint_2", "joint_4", "joint_5", "joint_6"]), Ok(vec![1.0, 2.0, 4.0, 5.0, 6.0]));
+    assert!(of(&["a", "b", "c"]).unwrap_err().contains("(a, b, c)"));
+}

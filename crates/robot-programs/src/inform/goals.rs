@@ -248,38 +248,42 @@ impl Reader<'_> {
         key: &[usize],
         all: &[Number],
     ) -> std::result::Result<(Vec<Number>, Vec<Number>), script::Reason> {
-        let (robot, list) = (self.robot, self.list);
-        let places = robot.places();
-        if !places.certain {
+        let (robot, list, order) = (self.robot, self.list, &self.order);
+        if !order.certain {
             return Err(script::Reason::unclear_axes(&robot.axis_names()));
         }
-        let (axes, rest) = all.split_at(robot.dof());
+        let lead = key.first().map(|&k| list.positions.numbers(k).len()).unwrap_or_default();
+        let on_line = order.on_line(lead);
         // listed after the arm they follow it in a position, too
-        if places.arm.iter().copied().eq(0..places.arm.len()) {
+        if order.is_plain() && (order.numbered || on_line.is_some()) {
+            let (axes, rest) = all.split_at(robot.dof());
             return Ok((axes.to_vec(), rest.to_vec()));
         }
+        let Some((of_arm, taken)) = on_line else {
+            return Err(script::Reason::unclear_numbers(&robot.axis_names()));
+        };
         let kind = |n: &Number| list.positions[n.0 as usize].kind;
-        let lead = key.first().map(|&k| list.positions.numbers(k).len()).unwrap_or_default();
         let base: Vec<Number> = all.iter().filter(|n| matches!(kind(n), Kind::Bc | Kind::Bp)).copied().collect();
-        let arm_from = places.arm.first().copied().unwrap_or_default();
-        let carrying = places.external.iter().filter(|e| e.1 < arm_from).count();
+        let arm_from = order.arm.iter().map(|a| a.0).min().unwrap_or_default();
+        let carrying = order.external.iter().filter(|e| **e < arm_from).count();
         // further numbers of the C line are further axes of the group
-        let beyond = lead.saturating_sub(places.arm.len());
-        if carrying != base.len() || carrying + places.arm.len() > all.len() || carrying > 0 && beyond > 0 {
+        let beyond = lead.saturating_sub(taken);
+        if carrying != base.len() || carrying + taken > all.len() || carrying > 0 && beyond > 0 {
             return Err(Reason::OtherBaseAxes.into());
         }
-        let mut after = all.iter().skip(places.arm.len()).filter(|n| !matches!(kind(n), Kind::Bc | Kind::Bp)).copied();
+        let mut after = all.iter().skip(taken).filter(|n| !matches!(kind(n), Kind::Bc | Kind::Bp)).copied();
         let mut base = base.into_iter();
         let mut of_axis = vec![None; robot.dof()];
-        for (n, &axis) in all.iter().zip(&places.arm) {
-            of_axis[axis] = Some(*n);
+        for (axis, place) in &of_arm {
+            of_axis[*axis] = all.get(*place).copied();
         }
-        for &(_, axis) in &places.external {
+        for &axis in &order.external {
             of_axis[axis] = if axis < arm_from { base.next() } else { after.next() };
         }
         let axes: Option<Vec<Number>> = of_axis.into_iter().collect();
         let axes = axes.ok_or(Reason::FewExternalAxes)?;
-        Ok((axes, after.chain(base).collect()))
+        let without_joint = (0..taken).filter(|k| of_arm.iter().all(|a| a.1 != *k)).filter_map(|k| all.get(k).copied());
+        Ok((axes, without_joint.chain(after).chain(base).collect()))
     }
 
     fn value(&self, axis: usize, n: Number) -> Result<Value> {

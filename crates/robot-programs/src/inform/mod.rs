@@ -3,7 +3,7 @@
 //! ```text
 //! ///NPOS 2,0,0,0,0,0                          counts of C, BC, EC, P, BP, EX lines
 //! ///POSTYPE PULSE                             what the numbers of the lines below are; may switch again
-//! C00000=-49439,115900,90850,0,-52300,1200     S, L, U, R, B, T in pulses of the controller
+//! C00000=-49439,115900,90850,0,-52300,1200     S, L, U, R, B, T (and E) in pulses of the controller
 //! MOVL C00000 V=50.0 PL=0                      a straight TCP path to joint values
 //! ```
 //!
@@ -20,7 +20,7 @@
 //!
 //! Modules: [`job`] what is known of a job; [`words`] of instructions; [`list`] positions and headers; [`read`] instructions; [`facts`]
 //! what they say of the whole job; [`flow`] jumps, blocks and calls; [`shared`] which position variables are certain; [`movement`] moves;
-//! [`goals`] where they lead; [`circles`] arcs through three positions; [`mod@write`] edits to patches.
+//! [`goals`] where they lead; [`order`] which number is which joint; [`circles`] arcs through three positions; [`mod@write`] edits to patches.
 
 mod circles;
 mod facts;
@@ -29,6 +29,7 @@ mod goals;
 mod job;
 mod list;
 mod movement;
+mod order;
 mod read;
 pub(crate) mod reason;
 mod shared;
@@ -43,6 +44,7 @@ use super::script::{self, Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
 use job::Job;
+pub use order::places_on_line;
 pub use reason::{Reason, Uncertain};
 use std::path::{Path, PathBuf};
 

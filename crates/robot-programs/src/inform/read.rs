@@ -6,6 +6,7 @@ use super::flow::{self, Flow};
 use super::job::{self, Job, Kind, Parts, Section, Statement};
 use super::list::{List, shown};
 use super::movement::Model;
+use super::order::Order;
 use super::reason::Reason;
 use super::shared::Shared;
 use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_frame, upper, words};
@@ -93,7 +94,9 @@ pub(super) struct Reader<'a> {
     /// Lines of calls of jobs that may begin with a relative move.
     counted_calls: BTreeSet<u64>,
     pub(super) base_axes: bool,
-    /// The numbers of a position are those of the axes, in their order.
+    /// Which numbers are which axes'.
+    pub(super) order: Order,
+    /// The numbers of a position that has one for each axis are those of the axes, in their order.
     pub(super) in_order: bool,
     /// The move that was read last, where others may be like it.
     pub(super) model: Option<Model>,
@@ -110,7 +113,7 @@ impl<'a> Reader<'a> {
         let run = flow::run_by(text, beside);
         let overlaid = flow::overlaid_before(text, begin, &run);
         let jobs = flow::beside(text, beside, &robot.no_motion);
-        let places = robot.places();
+        let order = Order::of(robot);
         Self {
             text,
             robot,
@@ -137,7 +140,8 @@ impl<'a> Reader<'a> {
             overlaid,
             counted_calls: BTreeSet::new(),
             base_axes: list.base_axes,
-            in_order: places.certain && places.arm.iter().copied().eq(0..places.arm.len()),
+            in_order: order.is_in_order(),
+            order,
             model: None,
             room: Vec::new(),
             still: None,

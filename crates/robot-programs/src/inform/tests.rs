@@ -2,6 +2,7 @@ mod arcs;
 mod flow;
 mod groups;
 mod left_alone;
+mod order;
 mod random;
 
 use super::Inform;

@@ -53,11 +53,11 @@ impl Machine {
     pub fn limits(&self, robot: &Axes) -> Vec<Option<[f64; 2]>> {
         let places = robot.places();
         let number = |axis: usize| {
-            let of_arm = places.arm.iter().position(|a| *a == axis);
+            let of_arm = places.number(axis).map(|n| n - 1);
             of_arm.or_else(|| Some(places.external.iter().find(|e| e.1 == axis)?.0 + 5))
         };
         let of = |(axis, joint): (usize, &crate::axes::Axis)| {
-            let ends = *self.ends.get(number(axis).filter(|_| places.certain)?)?;
+            let ends = *self.ends.get(number(axis).filter(|_| places.certain && places.numbered)?)?;
             ends.map(|ends| ends.map(|v| v * joint.kind.si_per_user_unit()))
         };
         robot.axis_joints().enumerate().map(of).collect()

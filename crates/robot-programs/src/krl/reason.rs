@@ -60,7 +60,7 @@ pub enum Reason {
     #[error("axis values in a motion that takes a Cartesian position")]
     AxesForPose,
     /// An axis of the robot file may be any of KRL's.
-    #[error("which axes of the robot file are external is not certain: name them E1, E2, ...")]
+    #[error("which of A1 to A6 and E1 to E6 the joints of the robot file are is not certain: name them so")]
     UnclearAxes,
     /// It names other axes alone.
     #[error("it moves none of the robot's axes")]

@@ -10,7 +10,7 @@ use crate::script::{At, OtherWay, PathKind, Step, StepKind, Target, Text};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// KRL's names of the robot's axes: by the robot file where it uses them, else by their places; empty where these are not certain, so
+/// KRL's names of the robot's axes: by the robot file where it uses them, else by their numbers; empty where these are not certain, so
 /// that no value is any axis'.
 pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
     let own: Vec<String> = robot.axis_names().iter().map(|n| n.to_ascii_uppercase()).collect();
@@ -20,7 +20,7 @@ pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
     let places = robot.places();
     let name = |axis: usize| {
         let external = places.external.iter().find(|e| e.1 == axis);
-        let of_arm = || places.arm.iter().position(|a| *a == axis).map(|k| format!("A{}", k + 1));
+        let of_arm = || places.number(axis).filter(|_| places.numbered).map(|n| format!("A{n}"));
         external.map(|e| format!("E{}", e.0)).or_else(of_arm).filter(|_| places.certain).unwrap_or_default()
     };
     (0..robot.dof()).map(name).collect()

@@ -388,3 +388,22 @@ fn an_arc_is_split_into_arcs() {
         assert!(moves(d.as_ref())[1].1.closed.is_some(), "{before}{arc}");
     }
 }
+
+#[test]
+fn joints_of_other_names_are_found_by_their_numbers() {
+    use crate::axes::{Axes, Axis, JointKind};
+    let source = "DEF p( )\nPTP {A1 1,A2 2,A3 3,A4 0,A5 0,A6 6}\nEND\n";
+    let of = |names: &[&str]| {
+        let robot = Axes::new("arm", names.iter().map(|n| Axis::new(*n, JointKind::Revolute)).collect());
+        let script = harness::script_of(&Krl, source, &robot);
+        let (step, m) = harness::moves(&script).remove(0);
+        let deg = |v: f64| (v.to_degrees() * 1e6).round() / 1e6;
+        match m.goal {
+            Goal::Opaque(why) => Err(why.to_string()),
+            _ => Ok(harness::values(&script, step).into_iter().map(deg).collect::<Vec<f64>>()),
+        }
+    };
+    assert_eq!(of(&["J1", "J2", "J3", "J6"]), Ok(vec![1.0, 2.0, 3.0, 6.0]));
+    assert_eq!(of(&["A1", "A2", "A3", "A6"]), Ok(vec![1.0, 2.0, 3.0, 6.0]));
+    assert!(of(&["a", "b", "c"]).unwrap_err().contains("name them so"));
+}

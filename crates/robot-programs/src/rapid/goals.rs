@@ -86,7 +86,9 @@ impl Builder<'_> {
                     self.targets.push(Target { name: None, at, values, pose: None });
                     self.external_axes(External::of(text, node.get(1)));
                     self.literals.push(Literal { bytes: node.bytes().into(), owner: None, foreign: None });
-                    Goal::Joints(self.targets.len() - 1)
+                    let t = self.targets.len() - 1;
+                    self.keep_numbers(t, &node);
+                    Goal::Joints(t)
                 }
                 Err(why) => Goal::Opaque(why),
             });
@@ -106,8 +108,19 @@ impl Builder<'_> {
             return Ok(Goal::opaque(Reason::NoNumbers(shown.into())));
         };
         match value::joints(text, &node, self.robot)? {
-            Ok(values) => Ok(Goal::Joints(self.declared_target(d, indices, &node, values, None))),
+            Ok(values) => {
+                let t = self.declared_target(d, indices, &node, values, None);
+                self.keep_numbers(t, &node);
+                Ok(Goal::Joints(t))
+            }
             Err(why) => Ok(Goal::Opaque(why.of_declared(&shown))),
+        }
+    }
+
+    /// Keeps the numbers of a joint target for which the robot file has no joint.
+    fn keep_numbers(&mut self, target: usize, node: &Node) {
+        if let Some(without) = &mut self.without_joint {
+            without.keep(target, value::of_arm(node));
         }
     }
 

@@ -63,7 +63,7 @@ mod props;
 #[cfg(test)]
 mod tests;
 
-use crate::axes::{Axes, JointKind};
+use crate::axes::{Axes, JointKind, OF_ARM};
 use crate::error::{Error, Place, Result};
 use crate::files::Folders;
 use crate::script::cursor::unmarked;
@@ -134,7 +134,7 @@ impl Format for Rapid {
             words.insert("z0 declared".into());
         }
         let kinds = robot.axis_joints().map(|j| j.kind).collect();
-        Ok(Box::new(Doc { built, words, kinds }))
+        Ok(Box::new(Doc { built, words, kinds, numbers: all_numbers(robot) }))
     }
 }
 
@@ -142,6 +142,14 @@ struct Doc {
     built: built::Built,
     words: HashSet<String>,
     kinds: Vec<JointKind>,
+    numbers: Option<Vec<usize>>,
+}
+
+/// Numbers of the axes in a target, where the robot has no others: all six, or those of a palletizer, whose other numbers are 0.
+fn all_numbers(robot: &Axes) -> Option<Vec<usize>> {
+    let places = robot.places();
+    let all = places.numbers.len() == OF_ARM || places.keeps_upright();
+    (places.numbered && places.external.is_empty() && all).then(|| places.numbers.clone())
 }
 
 impl Document for Doc {
@@ -150,7 +158,8 @@ impl Document for Doc {
     }
 
     fn patches(&self, edits: &Edits) -> Result<Patches> {
-        write::Writer { built: &self.built, kinds: &self.kinds, words: &self.words, edits }.patches()
+        let numbers = self.numbers.as_deref();
+        write::Writer { built: &self.built, kinds: &self.kinds, numbers, words: &self.words, edits }.patches()
     }
 
     fn takes_joints_for_poses(&self) -> bool {

@@ -24,6 +24,7 @@ use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
 use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
+use crate::script::without_joint::WithoutJoint;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -50,6 +51,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         targets: Targets::of_text(text),
         literals: Vec::with_capacity(text.likely_steps()),
         externals: Vec::with_capacity(text.likely_steps()),
+        without_joint: WithoutJoint::of(robot),
         external: None,
         external_before: Vec::new(),
         configured: Configured::default(),
@@ -86,9 +88,12 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         return Ok(None);
     }
     b.steps.pragmas(text, &p.comments, own_end);
-    let Builder { steps, targets, literals, notes, named_calls, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
+    if let Some(without) = without_joint {
+        without.close(&mut out.script.steps);
+    }
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     named_calls.report_to(&mut out.script);
@@ -108,6 +113,8 @@ pub struct Builder<'a> {
     pub literals: Vec<Literal>,
     /// External axes of each target.
     pub externals: Vec<Arc<External>>,
+    /// Numbers of each joint target for which the robot file has no joint.
+    pub without_joint: Option<WithoutJoint>,
     /// ... and of the goal before, on the same stretch.
     pub external: Option<Arc<External>>,
     /// The same before each block that is open: there its branches begin.

@@ -2,6 +2,7 @@
 
 mod added;
 mod clones;
+mod fewer;
 mod flow;
 mod in_force;
 mod led;

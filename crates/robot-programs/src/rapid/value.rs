@@ -126,7 +126,8 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
     Some((node, k))
 }
 
-/// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, the external axes as axes 7 and on.
+/// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, those of the arm by their numbers, the external axes as axes 7 and
+/// on.
 ///
 /// `Ok(Err(reason))`: the values cannot be determined from the text.
 ///
@@ -171,9 +172,12 @@ pub fn joints(
     if !places.certain {
         return Ok(Err(script::Reason::unclear_axes(&robot.axis_names())));
     }
+    if !places.numbered {
+        return Ok(Err(script::Reason::unclear_numbers(&robot.axis_names())));
+    }
     for (axis, joint) in robot.axis_joints().enumerate() {
         let external = places.external.iter().find(|e| e.1 == axis).map(|e| (extax, e.0 - 1));
-        let of_arm = || (robax, places.arm.iter().position(|a| *a == axis).unwrap_or(usize::MAX));
+        let of_arm = || (robax, places.number(axis).map_or(usize::MAX, |n| n - 1));
         let (part, k) = external.unwrap_or_else(of_arm);
         let Some(item) = part.get(k) else { return Ok(Err(Reason::NoList.into())) };
         let Node::Number(v, style, b) = item else {
@@ -187,6 +191,11 @@ pub fn joints(
         out.push(Some(axis_value(joint.kind, *v, *style, b.clone())));
     }
     Ok(Ok(out))
+}
+
+/// The six numbers of the arm in a joint target; `None`: one that is computed.
+pub fn of_arm(node: &Node) -> impl Iterator<Item = Option<f64>> {
+    node.get(0).and_then(Node::list).unwrap_or_default().iter().map(Node::number)
 }
 
 /// A number of an axis.

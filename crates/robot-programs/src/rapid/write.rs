@@ -9,7 +9,7 @@
 use super::built::{Built, Owner, Placed, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
-use crate::axes::JointKind;
+use crate::axes::{JointKind, OF_ARM};
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
 use crate::script::number::{self, Own};
@@ -26,6 +26,8 @@ const LONGEST_NAME: usize = 32;
 pub struct Writer<'a> {
     pub built: &'a Built,
     pub kinds: &'a [JointKind],
+    /// Numbers of the axes, from 1, where they are all of the arm's; `None`: others are beside them.
+    pub numbers: Option<&'a [usize]>,
     /// Every word of the file in lower case.
     pub words: &'a HashSet<String>,
     pub edits: &'a Edits,
@@ -86,16 +88,21 @@ impl OneText for Writer<'_> {
     fn plain(&self, k: usize, site: &Placed, q: &[f64]) -> Result<String> {
         let external =
             site.model().external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
-        if q.len() != 6 {
-            return Err(self.refused(k, "Cartesian moves are written as joint moves for six axes only"));
-        }
+        let Some(numbers) = self.numbers.filter(|n| n.len() == q.len()) else {
+            return Err(self.refused(k, "Cartesian moves are written as joint moves for arms of six axes only"));
+        };
         let style = number::Style { decimals: 4, point: true, ..number::Style::default() };
         let axes = q.iter().zip(self.kinds).enumerate().map(|(axis, (q, kind))| {
             let si = kind.si_per_user_unit();
             number::write(q / si, style, number::decimals_for(style, self.digit(axis) / si, 6))
         });
-        let axes: Vec<String> = axes.collect();
-        Ok(format!("[[{}],{}]", axes.join(","), in_utf8(flat(external.as_bytes()))?))
+        let mut list: [String; OF_ARM] = std::array::from_fn(|_| "0".into());
+        for (number, text) in numbers.iter().zip(axes) {
+            if let Some(place) = list.get_mut(number - 1) {
+                *place = text;
+            }
+        }
+        Ok(format!("[[{}],{}]", list.join(","), in_utf8(flat(external.as_bytes()))?))
     }
 
     fn via(&self, site: &Placed) -> Option<Span> {

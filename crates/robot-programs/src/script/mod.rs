@@ -12,7 +12,8 @@
 //! statements share; [`held`] what may be on where control comes from several places, [`processes`] where a process may be; [`kept`] ends of moves that stay, [`last`] which of them come last before a place; [`cursor`] how
 //! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps, `by_steps` values of some of them; `joins` and `routines` from where control comes to
 //! them;
-//! [`fold`] expressions of plain numbers; [`called`] programs that a program calls.
+//! [`fold`] expressions of plain numbers; [`called`] programs that a program calls; [`without_joint`] numbers of axes that the robot file
+//! does not have.
 //!
 //! # Example
 //!
@@ -61,6 +62,7 @@ pub mod step;
 pub mod targets;
 pub mod text;
 pub mod thin;
+pub mod without_joint;
 
 use super::files::{Files, Folders};
 use crate::axes::Axes;

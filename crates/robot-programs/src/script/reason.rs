@@ -39,6 +39,14 @@ pub enum Reason {
     /// Names and kinds of the robot's axes do not tell the external ones: the names.
     #[error("which axes of the robot file ({0}) are external is not certain: name them E1, E2, ...")]
     UnclearAxes(Box<str>),
+    /// The arm has fewer joints than a list of the controller, and their names do not tell their numbers: the names.
+    #[error(
+        "which of the six numbers of a target the joints of the robot file ({0}) have is not certain: name them J1, J2, ... by these numbers"
+    )]
+    UnclearNumbers(Box<str>),
+    /// A number of the target for which the robot file has no joint changes.
+    #[error("axes that the robot file does not have may move along")]
+    OtherNumbers,
     /// What holds of a declared target, by its name.
     #[error("`{}`: {}", .0.0, .0.1)]
     Declared(Box<(Box<str>, Reason)>),
@@ -69,6 +77,11 @@ impl Reason {
     /// Names and kinds of the axes do not tell the external ones.
     pub fn unclear_axes(names: &[&str]) -> Self {
         Self::UnclearAxes(names.join(", ").into())
+    }
+
+    /// Names of the joints do not tell their numbers in a target.
+    pub fn unclear_numbers(names: &[&str]) -> Self {
+        Self::UnclearNumbers(names.join(", ").into())
     }
 
     /// The same of a declared target of that name.

@@ -11,7 +11,7 @@ use super::words;
 use crate::error::{Result, one_line};
 use crate::script::pose::Frame;
 use crate::script::reach::FIRST;
-use crate::script::{self, At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
+use crate::script::{At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -303,9 +303,11 @@ impl Builder<'_> {
                     self.targets.push(Target { name: None, at, values, pose: None });
                     let units = self.units(&units);
                     self.literals.push(Literal { bytes: self.bytes(span).into(), units, owner: None });
-                    Goal::Joints(self.targets.len() - 1)
+                    let t = self.targets.len() - 1;
+                    self.keep_numbers(t, span);
+                    Goal::Joints(t)
                 }
-                Err(why) => Goal::opaque(why),
+                Err(why) => Goal::Opaque(why),
             });
         }
         let (value, n) = match self.assigned(span, item) {
@@ -322,7 +324,7 @@ impl Builder<'_> {
         }
         let (values, units) = match value::joints(text, &p.tokens, &p.words, &value, robot)? {
             Ok(found) => found,
-            Err(why) => return Ok(Goal::Opaque(script::Reason::from(why).of_declared(&name))),
+            Err(why) => return Ok(Goal::Opaque(why.of_declared(&name))),
         };
         let statement = p.items[n].span.clone();
         let qualifier = p.words.at(statement.start);
@@ -334,7 +336,16 @@ impl Builder<'_> {
         let units = self.units(&units);
         self.literals.push(Literal { bytes: self.bytes(&value).into(), units, owner: Some(Box::new(owner)) });
         let t = self.targets.len() - 1;
+        self.keep_numbers(t, &value);
         self.known.insert(key, t);
         Ok(Goal::Joints(t))
+    }
+
+    /// Keeps the numbers of a list for which the robot file has no joint.
+    fn keep_numbers(&mut self, target: usize, list: &Span) {
+        if let Some(without) = &mut self.without_joint {
+            let numbers = value::in_order(self.text, &self.p.tokens, &self.p.words, list);
+            without.keep(target, numbers.unwrap_or_default().into_iter().map(Some));
+        }
     }
 }

@@ -54,7 +54,7 @@ mod props;
 #[cfg(test)]
 mod tests;
 
-use crate::axes::{Axes, JointKind};
+use crate::axes::{Axes, OF_ARM};
 use crate::error::{Error, Place, Result};
 use crate::script::cursor::unmarked;
 use crate::script::{Document, Edits, Format, Patches, Script, Text};
@@ -98,15 +98,15 @@ impl Format for UrScript {
             None => whole(Like::Read)?.ok_or_else(|| text.bad(0, "a script", "lines that are read"))?,
         };
         let words = words.different().filter(|w| !w.is_empty()).map(String::from).collect();
-        let kinds = robot.axis_joints().map(|j| j.kind).collect();
-        Ok(Box::new(Doc { built, words, kinds }))
+        let numbers = value::numbers(robot).filter(|_| robot.dof() >= OF_ARM);
+        Ok(Box::new(Doc { built, words, numbers }))
     }
 }
 
 struct Doc {
     built: steps::Built,
     words: HashSet<String>,
-    kinds: Vec<JointKind>,
+    numbers: Option<Vec<usize>>,
 }
 
 impl Document for Doc {
@@ -115,7 +115,7 @@ impl Document for Doc {
     }
 
     fn patches(&self, edits: &Edits) -> Result<Patches> {
-        write::Writer { built: &self.built, kinds: &self.kinds, words: &self.words, edits }.patches()
+        write::Writer { built: &self.built, numbers: self.numbers.as_deref(), words: &self.words, edits }.patches()
     }
 
     fn takes_joints_for_poses(&self) -> bool {

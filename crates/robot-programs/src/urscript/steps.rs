@@ -14,6 +14,7 @@ use crate::script::blocks::{BySteps, Steps, is_entered};
 use crate::script::called::{NamedCalls, Needs, strikes};
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
+use crate::script::without_joint::WithoutJoint;
 use crate::script::{self, At, Break, Note, Script, Span as Bytes, StepKind, Targets, Text};
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
@@ -83,6 +84,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         steps: Steps::of_text(&text),
         targets: Targets::of_text(&text),
         literals: Vec::with_capacity(text.likely_steps()),
+        without_joint: WithoutJoint::of(robot),
         notes: Vec::new(),
         known: HashMap::new(),
         led: None,
@@ -112,9 +114,12 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let Builder { steps, targets, literals, notes, named_calls, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
+    if let Some(without) = without_joint {
+        without.close(&mut out.script.steps);
+    }
     out.script.targets = targets;
     out.script.notes = notes;
     named_calls.report_to(&mut out.script);
@@ -140,6 +145,8 @@ pub struct Builder<'a> {
     pub steps: Steps<Site>,
     pub targets: Targets,
     pub literals: Vec<Literal>,
+    /// Numbers of each joint target for which the robot file has no joint.
+    pub without_joint: Option<WithoutJoint>,
     notes: Vec<Note>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,

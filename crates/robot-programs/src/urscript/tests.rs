@@ -1,6 +1,7 @@
 //! Every trap of URScript programs that we know of.
 
 mod added;
+mod fewer;
 mod flow;
 mod in_force;
 

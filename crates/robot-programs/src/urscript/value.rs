@@ -8,10 +8,10 @@
 use super::lex::{Kind, Token, Words};
 use super::read::Span;
 use super::reason::Reason;
-use crate::axes::{Axes, JointKind};
+use crate::axes::{Axes, JointKind, OF_ARM};
 use crate::error::Result;
 use crate::script::number::last_digit;
-use crate::script::{Text, Value, fold, number};
+use crate::script::{self, Text, Value, fold, number};
 use std::ops::Range;
 
 const FINEST: f64 = 1e-9;
@@ -133,6 +133,21 @@ pub fn plain(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number:
 /// Values of a target, one per axis, and what one unit of each written number is in SI.
 pub type Joints = (Vec<Option<Value>>, Vec<f64>);
 
+/// Numbers, from 1, of the robot's axes in a list: by their names on an arm of six or fewer; `None`: which they are is not certain.
+pub fn numbers(robot: &Axes) -> Option<Vec<usize>> {
+    let places = robot.places();
+    if robot.dof() > OF_ARM {
+        return Some((1..=robot.dof()).collect());
+    }
+    (places.numbered && places.external.is_empty()).then(|| places.numbers.clone())
+}
+
+/// Numbers of a list in order, in rad; `None`: it is none, or one is computed.
+pub fn in_order(text: &Text, tokens: &[Token], words: &Words, span: &Span) -> Option<Vec<f64>> {
+    let list = elements(text, tokens, words, span)?.ok()?;
+    Some(list.iter().map(|e| if e.degrees { e.value.to_radians() } else { e.value }).collect())
+}
+
 /// Joint values of a list; `Ok(Err(reason))`: it is none, or they cannot be determined.
 ///
 /// # Errors
@@ -143,22 +158,27 @@ pub fn joints(
     words: &Words,
     span: &Span,
     robot: &Axes,
-) -> Result<std::result::Result<Joints, Reason>> {
+) -> Result<std::result::Result<Joints, script::Reason>> {
     let list = match elements(text, tokens, words, span) {
-        None => return Ok(Err(Reason::NoList)),
-        Some(Err(why)) => return Ok(Err(why)),
+        None => return Ok(Err(Reason::NoList.into())),
+        Some(Err(why)) => return Ok(Err(why.into())),
         Some(Ok(list)) => list,
     };
-    if list.len() < robot.dof() {
+    let Some(numbers) = numbers(robot) else {
+        return Ok(Err(script::Reason::unclear_numbers(&robot.axis_names())));
+    };
+    let least = numbers.iter().copied().max().unwrap_or_default().max(robot.dof());
+    if list.len() < least {
         let found = format!("a joint target of {} numbers", list.len());
-        let expected = format!("{}, one for every axis of {}", robot.dof(), robot.name);
+        let expected = format!("{least}, one for every axis of {}", robot.name);
         return Err(text.bad(tokens[span.start].start(), found, expected));
     }
     let mut out = Vec::with_capacity(robot.dof());
     let mut units = Vec::with_capacity(robot.dof());
-    for (joint, e) in robot.axis_joints().zip(&list) {
+    for (joint, number) in robot.axis_joints().zip(numbers) {
+        let Some(e) = number.checked_sub(1).and_then(|k| list.get(k)) else { continue };
         if e.degrees && joint.kind == JointKind::Prismatic {
-            return Ok(Err(Reason::NotInDegrees(joint.name.as_str().into())));
+            return Ok(Err(Reason::NotInDegrees(joint.name.as_str().into()).into()));
         }
         let unit = if e.degrees { JointKind::Revolute.si_per_user_unit() } else { 1.0 };
         units.push(unit);

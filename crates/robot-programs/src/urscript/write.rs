@@ -8,7 +8,6 @@
 use super::moves::CYCLE_S;
 use super::steps::{Built, Site};
 use super::words;
-use crate::axes::JointKind;
 use crate::decimal::Decimal;
 use crate::error::{Error, Result};
 use crate::script::blocks::BySteps;
@@ -28,7 +27,8 @@ const SHORT_CYCLE_S: f64 = 0.002;
 
 pub struct Writer<'a> {
     pub built: &'a Built,
-    pub kinds: &'a [JointKind],
+    /// Numbers of the axes in a list, from 1, where it has no others; `None`: others are beside them.
+    pub numbers: Option<&'a [usize]>,
     /// Every word of the file.
     pub words: &'a HashSet<String>,
     pub edits: &'a Edits,
@@ -72,20 +72,29 @@ impl OneText for Writer<'_> {
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
-        let list = flat(self.text()?.substituted(literal.bytes.range(), numbers.iter().map(|(s, n)| (s.clone(), n))));
+        // the joints of the robot file may stand in another order
+        let mut numbers: Vec<&Number> = numbers.iter().collect();
+        numbers.sort_by_key(|(span, _)| span.start);
+        let list =
+            flat(self.text()?.substituted(literal.bytes.range(), numbers.into_iter().map(|(s, n)| (s.clone(), n))));
         String::from_utf8(list).map_err(|_| Error::Refused("a list that is no UTF-8 cannot be copied".into()))
     }
 
     /// `[..]` for a move whose own target is a pose.
     fn plain(&self, k: usize, _: &Site, q: &[f64]) -> Result<String> {
-        if q.len() != self.kinds.len() {
-            return Err(self.refused(k, "a point with another number of axes"));
-        }
+        let Some(numbers) = self.numbers.filter(|n| n.len() == q.len()) else {
+            return Err(self.refused(k, "Cartesian moves are written as joint moves for arms of six axes only"));
+        };
         let style = number::Style { decimals: 6, point: true, ..number::Style::default() };
         let axis =
             |(axis, q): (usize, &f64)| number::write(*q, style, number::decimals_for(style, self.digit(axis), 9));
-        let axes: Vec<String> = q.iter().enumerate().map(axis).collect();
-        Ok(format!("[{}]", axes.join(", ")))
+        let mut list = vec![String::new(); q.len()];
+        for (number, text) in numbers.iter().zip(q.iter().enumerate().map(axis)) {
+            if let Some(place) = list.get_mut(number - 1) {
+                *place = text;
+            }
+        }
+        Ok(format!("[{}]", list.join(", ")))
     }
 
     fn via(&self, site: &Site) -> Option<Span> {

@@ -47,7 +47,11 @@ impl Site {
 impl Builder<'_> {
     /// Adds the lines after the item that was read last; `None`: they may be more than its numbers.
     pub(super) fn again(&mut self, item: &Item, lines: &Passed) -> Option<()> {
+        // numbers without a joint are in no list of values
         let ItemKind::Call { alone: false } = item.kind else { return None };
+        if self.without_joint.is_some() {
+            return None;
+        }
         let (text, bytes) = (self.f.text, self.f.text.bytes.as_slice());
         let mut numbers = Vec::new();
         let [before, model] = lines.anchors(bytes, &mut numbers)?;

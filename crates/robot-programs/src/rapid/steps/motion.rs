@@ -50,7 +50,7 @@ impl Builder<'_> {
         if calls {
             self.push(token, StepKind::Break(Break::Call));
         }
-        if motion.leads == Leads::External && self.robot.dof() <= 6 {
+        if motion.leads == Leads::External && self.robot.places().external.is_empty() {
             self.external = Some(Arc::default());
             self.push(token, StepKind::Dwell(None));
             return Ok(());
