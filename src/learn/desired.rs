@@ -39,10 +39,12 @@ pub fn check(robot: &Robot, log: &Log, program: &Program) -> Result<()> {
     }
     let whole_s = log.t_s[log.len() - 1] - log.t_s[0];
     let (shift_s, left) = clock::best(whole_s, |shift| both.worst(shift).left);
-    if shift_s.abs() >= both.row_s && left <= LEFT * as_read.left {
+    if shift_s.abs() >= both.row_s && left <= (LEFT * as_read.left).min(OTHER_PROGRAM) {
+        // known to a part of a row
+        let decimals = (-both.row_s.max(1e-3).log10()).ceil().clamp(1.0, 3.0) as usize;
         let side = if shift_s > 0.0 { "ahead of" } else { "behind" };
-        let found = format!("commands about {:.2} s {side} those of {}", shift_s.abs(), program.name);
-        let expected = format!("a log on the clock of the program: `t_s` {shift_s:+.2} s");
+        let found = format!("commands about {:.decimals$} s {side} those of {}", shift_s.abs(), program.name);
+        let expected = format!("a log on the clock of the program: `t_s` {shift_s:+.decimals$} s");
         return Err(Error::bad(Place::file(&log.name), found, expected));
     }
     if as_read.left > OTHER_PROGRAM || as_read.constant > 0.0 {
@@ -133,7 +135,8 @@ impl<'a> Both<'a> {
     /// Side of the program, and how far the command is from it.
     fn pair(&self, axis: usize, q: &[f64], command: f64, row: usize, shift_s: f64) -> Option<(f64, f64)> {
         let t = self.log.t_s[row] + shift_s;
-        let segment = self.times.partition_point(|v| *v <= t).clamp(1, self.times.len() - 1) - 1;
+        // at a point of the program the joint has arrived and does not move on yet
+        let segment = self.times.partition_point(|v| *v < t).clamp(1, self.times.len() - 1) - 1;
         let side = *self.sides.get(axis)?.get(segment)?;
         Some((side, command - clock::at(self.times, q, t)?))
     }
@@ -220,11 +223,11 @@ mod tests {
         for late in [0.4, 2.0, 5.0, -2.0] {
             let said = checked(&run(late, 0.0), &program(0.0)).unwrap_err().to_string();
             let by = format!(
-                "about {:.2} s {} those of p.csv",
+                "about {:.1} s {} those of p.csv",
                 f64::abs(late),
                 if late > 0.0 { "behind" } else { "ahead of" }
             );
-            assert!(said.contains(&by) && said.contains(&format!("`t_s` {:+.2} s", -late)), "{late}: {said}");
+            assert!(said.contains(&by) && said.contains(&format!("`t_s` {:+.1} s", -late)), "{late}: {said}");
         }
     }
 

@@ -361,7 +361,8 @@ fn hygiene_refuses_joint_sensors_that_do_not_follow_their_commands_one_to_one() 
         let mut log = good.clone();
         log.tcp_m.fill(None);
         log.meas = vec![None; 6];
-        log.meas[1] = Some(log.cmd[1].iter().map(|v| Some(v * factor)).collect());
+        let zero = log.cmd[1][0];
+        log.meas[1] = Some(log.cmd[1].iter().map(|v| Some(zero + (v - zero) * factor)).collect());
         plausibility::check(&log, &robot()).map(|found| found.notes)
     };
     for (factor, says) in [
