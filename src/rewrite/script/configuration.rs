@@ -258,7 +258,7 @@ mod tests {
             let q = deg([at(0), 0.5 * at(1) - 45.0, 0.8 * at(2), 1.9 * at(3), 0.7 * at(4), 1.9 * at(5)]);
             for like in &makers {
                 let own = of(like, &arm, &q, None).unwrap();
-                assert!(allows(&own, &arm, &q, 1e-5) && prefers(&own, &arm, &q), "{own} of {q:?}");
+                assert!(allows(&own, &arm, &q, 1e-5) && prefers(&own, &arm, &q, None), "{own} of {q:?}");
             }
         }
     }
