@@ -68,7 +68,7 @@ impl Mimics {
         match self {
             Self::Elsewhere { .. } => "a chain of revolute and prismatic joints",
             Self::OtherKind { .. } => {
-                "a mimic joint of the same kind as the joint that it follows: a robot file has no others (--tip names a link before it)"
+                "a mimic joint of the same kind as the joint that it follows: a robot file has no others; a tip before it leaves it out"
             }
         }
     }
