@@ -270,7 +270,9 @@ impl<'a> Reader<'a> {
     fn registered(&mut self, n: u64, line: u64) -> Goal {
         // a register holds values of the other groups, too
         let alone = self.taught.positions.iter().all(|p| p.others.is_empty());
-        if !(alone && self.robot.places().certain && self.robot.dof() == 6 && self.robot.places().external.is_empty()) {
+        let places = self.robot.places();
+        // the six values of a register are those of the axes in their order
+        if !(alone && places.certain && places.external.is_empty() && places.numbers.iter().copied().eq(1..=6)) {
             return Goal::opaque(Reason::Register);
         }
         let goal = match self.registers.value(n) {
