@@ -16,6 +16,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 const PARTS: usize = 64;
 /// Longest step, s, whose readings are looked at although the fit left them out.
 const LONGEST_S: f64 = 0.5;
+/// Those are looked at where they are so many at least, and one of so many readings: fewer are gross errors.
+const FEWEST: usize = 50;
+/// See [`FEWEST`].
+const ONE_OF: usize = 50;
 /// Shortest step that is one, s: shorter ones are the business of jitter.
 const SHORTEST_S: f64 = 3e-4;
 /// Share of what is left that makes a step worth a note, and the share from which on it is certain.
@@ -67,7 +71,10 @@ impl Reading {
 /// explains a share worth a note.
 pub(super) fn find(readings: &[Reading]) -> Option<Step> {
     let used = best(readings.iter().filter(|r| r.kept).collect());
-    let all = best(readings.iter().filter(|r| r.kept || r.is_late()).collect());
+    let late = readings.iter().filter(|r| !r.kept && r.is_late()).count();
+    let all = (late >= FEWEST.max(readings.len() / ONE_OF))
+        .then(|| best(readings.iter().filter(|r| r.kept || r.is_late()).collect()))
+        .flatten();
     let found = used.into_iter().chain(all).max_by(|a, b| a.share.total_cmp(&b.share))?;
     (found.share >= SEEN && found.by_s.abs() >= SHORTEST_S).then_some(found)
 }
