@@ -126,7 +126,7 @@ fn moves_of_a_robot_on_a_track_get_new_points() {
     let track = "joints:\n  - {name: eax_a, kind: prismatic, theta_deg: 0, d_mm: 0.0, a_mm: 0.0, alpha_deg: 0, direction: 1, limits_mm: [-1000, 1000], max_speed_mm_s: 500, max_accel_mm_s2: 2000}\n";
     desk.write("robot.yaml", &text.replace("joints:\n", track));
     let to = |j1: f64, track: f64| {
-        format!("MoveAbsJ [[{j1},-20,25,10,50,5],[{track},9E9,9E9,9E9,9E9,9E9]],v200,fine,tool0;\n")
+        format!("MoveAbsJ [[{j1},-20,25,10,50,{j1}],[{track},9E9,9E9,9E9,9E9,9E9]],v200,fine,tool0;\n")
     };
     let program =
         format!("MODULE m\nPROC main()\n{}{}{}ENDPROC\nENDMODULE\n", to(0.0, 0.0), to(10.0, 100.0), to(4.0, 50.0));

@@ -56,8 +56,13 @@ fn rewritten(desk: &Desk, text: &str) -> (String, String) {
     desk.write("p.ls", text);
     let run = desk.run("rewrite --model model.yaml p.ls --frames frames.yaml --output out.ls --force").success();
     let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
-    desk.run("undo out.ls --output back.ls").success();
-    assert_eq!(desk.read("back.ls"), text.as_bytes());
+    // what stays as it was has no note
+    if desk.path("out.ls.lostmotion.json").exists() {
+        desk.run("undo out.ls --output back.ls").success();
+        assert_eq!(desk.read("back.ls"), text.as_bytes());
+    } else {
+        assert_eq!(desk.read("out.ls"), text.as_bytes());
+    }
     (String::from_utf8(desk.read("out.ls")).unwrap(), said)
 }
 

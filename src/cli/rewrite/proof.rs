@@ -33,6 +33,10 @@ const ASTRAY_TIMES: f64 = 10.0;
 /// Least error before the change that this growth refers to, m: a program in which hardly any joint reverses has almost none.
 const ASTRAY_FROM_M: f64 = 100e-6;
 
+/// Growth of the rms path error from which on a program is refused: a machine of which one knows the gaps to a tenth or so, and on which the
+/// ways between points may differ, does not tell smaller growth from none for certain.
+const HARMFUL: f64 = 1.5;
+
 /// The verdict, or why there is none.
 pub(super) enum Proof {
     Proven(Box<Proven>),
@@ -272,11 +276,11 @@ impl Proof {
         self.astray(program).or_else(|| self.harmful(program))
     }
 
-    /// Why the program must not be written: on the machine of the verdict its path error grows at every measure.
+    /// Why the program must not be written: on the machine of the verdict its path error grows at every measure, and by half or more.
     fn harmful(&self, program: &str) -> Option<String> {
         let Self::Proven(proven) = self else { return None };
         let [before, after] = proven.figures.rms_m.map(|v| v * 1e6);
-        (proven.concern() == Some(Concern::Grows)).then(|| {
+        (proven.concern() == Some(Concern::Grows) && after > HARMFUL * before).then(|| {
             format!(
                 "{program}: the path error would grow from {before:.1} to {after:.1} um rms; nothing was written (--force writes the program \
                  to another file)"

@@ -26,7 +26,7 @@ const SHARE_P: f64 = 1e-3;
 /// p above which the errors of the links are not needed.
 const LINKS_P: f64 = 0.05;
 /// The same of lags: higher, as a lag of one joint alone hides among those of all, and lags that are not there cost little.
-const LAGS_P: f64 = 0.3;
+const LAGS_P: f64 = 0.1;
 /// Lags are kept whatever the test says where they make the standard error of a gap this many times as large: a lag that the log hardly tells
 /// from a gap passes the test unseen.
 const LAGS_COST: f64 = 1.25;

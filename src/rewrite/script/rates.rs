@@ -98,13 +98,15 @@ impl Rates {
             return Ok((emitted, stats));
         }
         let gap = |axis: usize| task.compensator.on(axis).and_then(smallest).unwrap_or(0.0);
-        let found = match by_reversal(&options, &stats, &gap, through)? {
-            Some(found) => Some(found),
-            None => by_axis(&options, &first, &gap, through)?,
-        };
-        let Some((options, ramps, done)) = found else { return Ok((emitted, stats)) };
-        let worse = first.keys().copied().filter(|&axis| spread::is_worse(task, run, &done.0, axis));
+        let left = |found: &Found, axis: usize| spread::left(task, run, &found.2.0, axis).unwrap_or(0.0);
+        let of_all = |found: &Found| first.keys().map(|&axis| left(found, axis)).sum::<f64>();
+        let ways = [by_reversal(&options, &stats, &gap, through)?, by_axis(&options, &first, &gap, through)?];
+        // the first of those that leave least: a reversal that has to wait for the next one may need a travel that none alone needs
+        let found = ways.into_iter().flatten().min_by(|a, b| of_all(a).total_cmp(&of_all(b)));
+        let Some(found) = found else { return Ok((emitted, stats)) };
+        let worse = first.keys().copied().filter(|&axis| left(&found, axis) > 1.0);
         let worse: BTreeSet<usize> = worse.collect();
+        let (options, ramps, done) = found;
         if worse.is_empty() {
             self.note(&ramps, &first, &worse);
             return Ok(done);

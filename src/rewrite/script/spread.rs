@@ -14,14 +14,13 @@ use crate::rewrite::points::Origin;
 /// Parts of a line between two points at which the joint is looked at.
 const PARTS: u32 = 8;
 
-/// Whether the joint is further from the program's positions, rms over the run, with what came out than with the program itself.
-pub(super) fn is_worse(task: &Task, run: &Run, out: &OutputPoints, axis: usize) -> bool {
-    let Some(joint) = task.compensator.on(axis).filter(|_| !task.robot.has_sums()) else { return false };
-    let offset = Offset::new(joint);
-    let own: Option<Vec<f64>> = out.origin.iter().map(|origin| own(run, *origin, axis)).collect();
-    let Some(own) = own else { return false };
+/// Mean square distance of the joint from the program's positions with what came out, over that with the program itself. `None`: not known.
+pub(super) fn left(task: &Task, run: &Run, out: &OutputPoints, axis: usize) -> Option<f64> {
+    let offset = Offset::new(task.compensator.on(axis).filter(|_| !task.robot.has_sums())?);
+    let own: Vec<f64> = out.origin.iter().map(|origin| own(run, *origin, axis)).collect::<Option<_>>()?;
     let commands: Vec<f64> = (0..out.len()).map(|i| out.row(i)[axis]).collect();
-    error(&offset, &commands, &own, &out.t_s) > error(&offset, &own, &own, &out.t_s)
+    let before = error(&offset, &own, &own, &out.t_s);
+    (before > 0.0).then(|| error(&offset, &commands, &own, &out.t_s) / before)
 }
 
 /// Position of the program itself at a point that comes out, rad or m.
