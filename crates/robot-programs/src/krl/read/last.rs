@@ -52,7 +52,7 @@ pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &S
 /// Lines of the text that call routines of other files which read where the robot stands, themselves or by others.
 fn calls_reading(texts: &[Text]) -> Vec<usize> {
     let Some((text, beside)) = texts.split_first() else { return Vec::new() };
-    let found: BTreeSet<String> = beside.iter().flat_map(|t| (*t.known(Reading::of)).0.clone()).collect();
+    let found: BTreeSet<String> = beside.iter().flat_map(|t| t.known(Reading::of).0.clone()).collect();
     if found.is_empty() {
         return Vec::new();
     }
