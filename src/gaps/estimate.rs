@@ -99,6 +99,8 @@ pub enum Why {
     NotBeyondDoubt,
     /// As much error is predicted with compensation as without it.
     NoLess,
+    /// The lost motion may be zero: something else explains it as well.
+    NotTold,
     /// No reversal of the joint can be judged.
     NoReversal,
     /// The lost motion of the joint hardly moves the TCP.
@@ -111,11 +113,12 @@ pub enum Why {
 
 impl Why {
     /// The reasons that have fixed words.
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Helps,
         Self::HelpsInTheMean,
         Self::NotBeyondDoubt,
         Self::NoLess,
+        Self::NotTold,
         Self::NoReversal,
         Self::TooSmall,
         Self::NothingGained,
@@ -128,6 +131,9 @@ impl Why {
             Self::HelpsInTheMean => "helps in the mean of its reversals, which scatter too much to tell by how much",
             Self::NotBeyondDoubt => "does not help beyond doubt on parts of the logs that were not fitted",
             Self::NoLess => "would leave as much error after its reversals, which scatter too much",
+            Self::NotTold => {
+                "would take a lag of the servo or a late clock for lost motion, which one speed does not tell apart: record a second speed, or one that varies"
+            }
             Self::NoReversal => "cannot be judged: none of its reversals is far enough from others and from dwells",
             Self::TooSmall => "moves the TCP by less than 0.5 um at its reversals, which is not worth an offset",
             Self::NothingGained => {

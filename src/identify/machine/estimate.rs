@@ -147,7 +147,7 @@ pub fn joint(
         windup_ci95: [-Z95, Z95].map(|z| response.windup() + z * wound),
         spikes_ci95: (0..SPIKES).map(|k| around(knots + k, law.spikes[k])).collect(),
         scatter,
-        trust: trust(&own, &ratio),
+        trust: told(trust(&own, &ratio), lost_motion(problem, evidence, axis)),
         agreement: agreement(problem, evidence, axis, &ratio),
     };
     let points = (0..knots)
@@ -176,9 +176,15 @@ pub fn joint(
 /// Each reversal is judged by an estimate that did not use its stretch of the log, as a multiple of that estimate's lost motion; the
 /// mean of the multiples is a random effect. Of the fit the sum counts: gap, spikes and wind-up are known together far better than each.
 fn agreement(problem: &Problem, evidence: &Evidence, axis: usize, ratio: &Ratio) -> Option<Agreement> {
+    let (lost, sigma) = lost_motion(problem, evidence, axis)?;
+    ratio.sigma.is_finite().then(|| compared(lost, sigma, ratio))
+}
+
+/// Lost motion of a joint just after a reversal (half gap, spikes and wind-up together) and its standard deviation, rad or m.
+fn lost_motion(problem: &Problem, evidence: &Evidence, axis: usize) -> Option<(f64, f64)> {
     let law = problem.laws[axis].as_ref()?;
     let (weights, _, n) = mean_weights(problem, axis);
-    if n == 0 || !ratio.sigma.is_finite() {
+    if n == 0 {
         return None;
     }
     let mut each = DVector::zeros(law.parameters());
@@ -187,8 +193,7 @@ fn agreement(problem: &Problem, evidence: &Evidence, axis: usize, ratio: &Ratio)
     let lost = each.dot(&DVector::from_vec(law.to_vec()));
     let at = problem.offset(axis);
     let within = evidence.within.view((at, at), (each.len(), each.len()));
-    let sigma = each.dot(&(within * &each)).max(0.0).sqrt();
-    Some(compared(lost, sigma, ratio))
+    Some((lost, each.dot(&(within * &each)).max(0.0).sqrt()))
 }
 
 /// Lost motion by all logs, with its standard deviation, against the multiple of it that single reversals show.
@@ -262,6 +267,16 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
         true => Why::Helps,
         false => Why::NotBeyondDoubt,
     };
+    trust
+}
+
+/// Trust where the lost motion as a whole may be zero: single reversals show an error that something else may make. On a motion of one speed a
+/// lag does, and every reversal shows it alike.
+fn told(mut trust: Trust, lost: Option<(f64, f64)>) -> Trust {
+    if trust.compensate && lost.is_some_and(|(lost, sigma)| Z95 * sigma >= lost.abs()) {
+        trust.compensate = false;
+        trust.reason = Why::NotTold;
+    }
     trust
 }
 
@@ -453,6 +468,16 @@ mod tests {
         let (good, wild) = (of(0.1), of(1.2));
         assert!(good.compensate && good.after_m < 0.2 * good.before_m, "{good:?}");
         assert!(!wild.compensate && wild.reason == Why::NoLess && wild.after_m == wild.before_m, "{wild:?}");
+    }
+
+    #[test]
+    fn lost_motion_that_a_lag_makes_as_well_is_not_compensated() {
+        let all = even(1.0, 0.02, 0.005);
+        let own: Vec<&Reversal> = all.iter().collect();
+        let found = || trust(&own, &random_effect(&own));
+        assert!(told(found(), Some((2e-5, 0.9e-5))).compensate);
+        let open = told(found(), Some((2e-5, 1.1e-5)));
+        assert!(!open.compensate && open.reason == Why::NotTold, "{open:?}");
     }
 
     #[test]
