@@ -107,7 +107,10 @@ fn a_joint_that_is_proved_at_the_tcp_is_compensated_with_or_without_friction() {
     .unwrap();
     let robot = file("configs/kuka-kr120-r2500-pro.yaml");
     let told = folder
-        .run(&format!("rewrite --robot {} --compensator c.yaml p.csv --output done.csv --speed-mm-s 50", robot.display()))
+        .run(&format!(
+            "rewrite --robot {} --compensator c.yaml p.csv --output done.csv --speed-mm-s 50",
+            robot.display()
+        ))
         .success();
     assert!(!told.stderr.contains("may be zero"), "{}", told.stderr);
 }

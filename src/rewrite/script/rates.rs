@@ -152,7 +152,7 @@ impl Rates {
                 n => format!("{n} of its reversals"),
             };
             let text = format!(
-                "the step of {} is spread over {over} {unit} after {after}, so that its speed and acceleration stay within the limits at the times of the program; until then, a part of the gap is not compensated",
+                "the step of {} is spread over {over} {unit} after {after}, so that its mean speeds between points, and their changes, stay within the limits at the times of the program; until then, a part of the gap is not compensated",
                 joint.name,
                 unit = joint.kind.unit()
             );

@@ -3,7 +3,9 @@
 mod before;
 
 use crate::error::{Error, Place, Result};
-use crate::program::script::{At, Document, Edits, Format, Goal, Move, PathKind, Quantity, Script, StepKind, Text};
+use crate::program::script::{
+    At, Break, Document, Edits, Format, Goal, Move, PathKind, Quantity, Script, StepKind, Text,
+};
 use crate::robot::Robot;
 pub use before::Before;
 use before::{Kind, Own};
@@ -101,10 +103,15 @@ pub fn read_again(
         let edit = edits.steps.get(i);
         let own = match &step.kind {
             Kind::Move(own) => before.values(own),
-            Kind::Other(_) => &[],
+            Kind::Other(_) | Kind::LostAxes => &[],
         };
         let mut stops = 0;
+        if matches!(step.kind, Kind::LostAxes) {
+            k += usize::from(loses_axes(after, k));
+            continue;
+        }
         for (n, point) in edit.iter().flat_map(|e| e.before).enumerate() {
+            k += usize::from(loses_axes(after, k));
             let m = moved(after, k).ok_or_else(|| before.fault(i, "a new point is missing"))?;
             // a quadrant that is already a part of the way may stay inside its arc
             compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault_after(k, &what.to_string()))?;
@@ -117,6 +124,7 @@ pub fn read_again(
         if stops > 0 && matches!(&step.kind, Kind::Move(m) if of_tcp(m)) {
             written.stops.push(Stops { at: step.at(), points: stops });
         }
+        k += usize::from(loses_axes(after, k));
         let Some(here) = after.steps.get(k) else { return Err(before.fault(i, "a step is missing")) };
         if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
             stops += u64::from(a.blend_m != 0.0 && m.blend_m == Some(0.0));
@@ -191,6 +199,11 @@ fn piece(m: &Move, want: Option<&[f64]>) -> std::result::Result<(), Difference> 
         }
         _ => Err(Difference::Piece),
     }
+}
+
+/// The step says of some axes that it is not known any more where they are.
+fn loses_axes(script: &Script, k: usize) -> bool {
+    matches!(script.steps.get(k).map(|s| &s.kind), Some(StepKind::Break(Break::Axes(_))))
 }
 
 fn moved(script: &Script, k: usize) -> Option<&Move> {

@@ -95,7 +95,7 @@ pub enum Reason {
     #[error("a label or a word to this tool stands before it in its line")]
     SharedLine,
     /// `A10` after `A350`.
-    #[error("a rotary axis turns by 180 deg or more, and a control with rollover takes the shorter way")]
+    #[error("a rotary axis turns by 179 deg or more, and a control with rollover takes the shorter way")]
     RollsOver,
     /// G93.
     #[error("inverse time feed G93: its time is that of the whole move")]
@@ -291,7 +291,7 @@ pub enum After {
     #[error("a line that may read where the machine stands")]
     ReadsPlace,
     /// `A10` after `A350`.
-    #[error("a turn by 180 deg or more, where a control with rollover takes the shorter way")]
+    #[error("a turn by 179 deg or more, where a control with rollover takes the shorter way")]
     RollOver,
     /// G28.1, G30.1, M428.
     #[error("a word that stores where the machine stands")]

@@ -10,8 +10,8 @@ use crate::axes::JointKind;
 use crate::script::{At, AxisSet, Break, Note, StepKind};
 use std::f64::consts::TAU;
 
-/// From this on the shorter way may be the other one, deg; the rest is rounding.
-const HALF_TURN: f64 = 180.0 - 1e-6;
+/// From this on the shorter way may be the other one, deg. The rest is for offsets: none turns a way that is shorter into one that is longer.
+const HALF_TURN: f64 = 179.0;
 
 impl Reader<'_> {
     /// A way of an axis from and to these places, deg, may be another one on a control with rollover.
@@ -41,7 +41,7 @@ impl Reader<'_> {
         self.step(k, StepKind::Break(Break::Axes(axes)), None);
         if !self.has_noted_rollover {
             self.has_noted_rollover = true;
-            let text = "a rotary axis turns by 180 deg or more to an absolute angle: a control with rollover takes the shorter way, so from \
+            let text = "a rotary axis turns by 179 deg or more to an absolute angle: a control with rollover takes the shorter way, so from \
                         which side it comes is not known: if it turns as it is counted, assume no-rollover (an option), or write \
                         `control: [no-rollover]` into the robot file";
             self.script.notes.push(Note { place: At::of_line(k), text: text.into() });

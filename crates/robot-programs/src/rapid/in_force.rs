@@ -100,7 +100,7 @@ impl Found {
 
 /// Whether an item takes on where the robot stands: into the program, not into a message or a file.
 ///
-/// `reading = ("CRobT" | "CJointT" | "CPos") "(" ... ")" | ("PDispOn" | "EOffsOn") ...` without `\ExeP`: these displace by where the robot stands
+/// `reading = ("CRobT" | "CJointT" | "CPos" | "ReadMotor") "(" ... ")" | ("PDispOn" | "EOffsOn") ...` without `\ExeP`: these displace by where the robot stands
 /// (ABB, Technical reference manual, RAPID Instructions)
 fn reads_place(p: &Parsed, item: &Item) -> bool {
     const WRITES: [&str; 7] = ["tpwrite", "errwrite", "write", "writeanybin", "writestrbin", "socketsend", "tpshow"];
@@ -112,7 +112,7 @@ fn reads_place(p: &Parsed, item: &Item) -> bool {
         ItemKind::Call { .. } if WRITES.contains(&name) => return false,
         _ => {}
     }
-    ["crobt", "cjointt", "cpos"].into_iter().any(says)
+    ["crobt", "cjointt", "cpos", "readmotor"].into_iter().any(says)
 }
 
 /// Events of the items of a task.

@@ -202,10 +202,11 @@ pub fn may_differ(p: &Parsed, def: Option<usize>, span: std::ops::Range<usize>) 
 
 /// Whether an item takes on where the robot stands, or where its last move leads: into the program, not into a message or to another device.
 pub fn reads_place(p: &Parsed, item: &Item) -> bool {
-    const PLACES: [&str; 7] = [
+    const PLACES: [&str; 8] = [
         "get_actual_tcp_pose",
         "get_target_tcp_pose",
         "get_actual_joint_positions",
+        "get_actual_joint_positions_history",
         "get_target_joint_positions",
         "get_actual_tool_flange_pose",
         "get_joint_positions",

@@ -2,7 +2,7 @@
 
 use super::{fault, via};
 use crate::error::Error;
-use crate::program::script::{At, Edits, Goal, Move, PathKind, PoseGoal, Script, StepKind, Value};
+use crate::program::script::{At, Break, Edits, Goal, Move, PathKind, PoseGoal, Script, StepKind, Value};
 use nalgebra::Vector3;
 use std::mem::{Discriminant, discriminant};
 
@@ -32,6 +32,8 @@ impl Step {
 pub(super) enum Kind {
     Move(Own),
     Other(Discriminant<StepKind>),
+    /// Of some axes it is not known any more where they are. Whether it is so may hang on numbers: a turn by half a turn or more.
+    LostAxes,
 }
 
 #[derive(Debug)]
@@ -101,6 +103,7 @@ impl Before {
                 StepKind::Move(m) => {
                     Kind::Move(all.own(script, m, edits.steps.get(k).is_some_and(|e| e.goal.is_some())))
                 }
+                StepKind::Break(Break::Axes(_)) => Kind::LostAxes,
                 other => Kind::Other(discriminant(other)),
             };
             all.steps.push(Step { line: step.at.line as u32, file: step.at.file as u32, kind });

@@ -120,10 +120,12 @@ pub(super) fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
 /// interrupt or a trigger.
 ///
 /// `reading = name "=" {any} place | ("IF" | "WHILE" | "UNTIL" | "SWITCH" | "WAIT" | "RETURN" | name "(") {any} place`,
-/// `place = "$POS_ACT" | "$AXIS_ACT" | "$POS_INT" | "$AXIS_INT" | "$POS_FOR" | "$AXIS_FOR" | "$POS_RET" | "$AXIS_RET"`
+/// `place = "$" ("POS" | "AXIS") "_" ("ACT" | "INT" | "FOR" | "RET" | "BACK")`
 pub(super) fn reads_place(text: &Text) -> BTreeSet<usize> {
-    const PLACES: [&[u8]; 8] =
-        [b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET"];
+    #[rustfmt::skip]
+    const PLACES: [&[u8]; 10] = [
+        b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET", b"$POS_BACK", b"$AXIS_BACK",
+    ];
     const NONE: [&str; 7] = ["INTERRUPT", "GLOBAL", "TRIGGER", "DECL", "CWRITE", "SWRITE", "SIGNAL"];
     let is = |at: usize| {
         let rest = text.bytes.get(at..).unwrap_or_default();
