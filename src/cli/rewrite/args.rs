@@ -296,6 +296,13 @@ pub enum FailOn {
     None,
 }
 
+impl Args {
+    /// The result goes over points of approach.
+    pub(super) fn goes_aside(&self) -> bool {
+        self.approach_from.is_some() || self.approach_unknown
+    }
+}
+
 /// A wrong use of the options.
 pub(super) fn usage(found: &str, expected: &str) -> anyhow::Error {
     bad(Place::file("command line"), found, expected)

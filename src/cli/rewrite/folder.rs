@@ -126,7 +126,10 @@ pub(super) fn asks_verdict(args: &Args) -> bool {
 /// The verdict of a program, as a line has it. A program that leaves its path, or whose error grows, is refused as a single one is.
 pub(super) fn judged(args: &Args, proof: Proof, original: &Path) -> Option<Judged> {
     let minds = !args.force && matches!(args.law, LawArg::SymmetricHalfGap);
-    Some(Judged { path_error: proof.of_line(), refused: proof.refused(&shown(original)).filter(|_| minds) })
+    Some(Judged {
+        path_error: proof.of_line(),
+        refused: proof.refused(&shown(original), args.goes_aside()).filter(|_| minds),
+    })
 }
 
 /// What `--json` prints of a folder.

@@ -183,7 +183,9 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         true => proof::of_plan(args, source, job, &ready.outcome),
         false => proof::of(args, source, job, &mut ready),
     };
-    if let Some(why) = proof.as_ref().filter(|_| minds_path(args)).and_then(|p| p.refused(&shown(&args.input))) {
+    if let Some(why) =
+        proof.as_ref().filter(|_| minds_path(args)).and_then(|p| p.refused(&shown(&args.input), args.goes_aside()))
+    {
         ready.refuse(why);
     }
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;

@@ -271,9 +271,10 @@ impl Proof {
         }
     }
 
-    /// Why the program must not be written: it leaves the path of the given one, or its error grows.
-    pub(super) fn refused(&self, program: &str) -> Option<String> {
-        self.astray(program).or_else(|| self.harmful(program))
+    /// Why the program must not be written: it leaves the path of the given one, or its error grows; `aside`: it goes over points of approach,
+    /// which are no error.
+    pub(super) fn refused(&self, program: &str, aside: bool) -> Option<String> {
+        self.astray(program).or_else(|| self.harmful(program).filter(|_| !aside))
     }
 
     /// Why the program must not be written: on the machine of the verdict its path error grows at every measure, and by half or more.
@@ -395,7 +396,7 @@ mod tests {
         let of = |rms_m: [f64; 2], largest_m: [f64; 2]| {
             let Proof::Proven(mut p) = proof(largest_m) else { return None };
             p.figures.rms_m = rms_m;
-            Proof::Proven(p).refused("weave.json")
+            Proof::Proven(p).refused("weave.json", false)
         };
         let why = of([154e-6, 241e-6], [315e-6, 543e-6]).unwrap();
         assert!(why.contains("weave.json") && why.contains("154.0 to 241.0 um") && why.contains("--force"), "{why}");

@@ -29,7 +29,7 @@ fn lost(text: &str, axes: &Axes) -> Vec<usize> {
 
 #[test]
 fn a_turn_by_half_a_turn_or_more_comes_from_no_known_side() {
-    let text = "G21 G90\nG0 X0.0 A350.0\nG1 X1.0 A10.0 F100\nA189.9\nA9.9\nA100.0\n";
+    let text = "G21 G90\nG0 X0.0 A350.0\nG1 X1.0 A10.0 F100\nA188.9\nA9.8\nA100.0\n";
     assert_eq!(lost(text, &table(None, &[])), [1, 3]);
     assert_eq!(lost(text, &table(Some([-360.0, 360.0]), &[])), [1, 3]);
     // as it is counted, as there is no other way, or as the user says
