@@ -65,7 +65,7 @@ fn ways_of_about_half_a_turn_stay_and_what_follows_them_is_written() {
     let axis = "  - {name: A, kind: revolute, theta_deg: 0, d_mm: 0, a_mm: 0, alpha_deg: 0, direction: 1, limits_deg: [-9999, 9999], max_speed_deg_s: 100, max_accel_deg_s2: 500}\n";
     for (to, next) in [(270.0, 0.0), (269.98, 0.0), (268.99, 0.0), (269.02, 180.0)] {
         let work = folder(&format!(
-            "G21 G90 G94\nG0 X10. Y10. Z10. A0.\nG1 X20. F500.\nG1 A90.\nG1 X10.\nG1 A{to:.3}\nG1 X20.\nG1 A{next:.3}\nG1 X15.\nM30\n"
+            "G21 G90 G94\nG0 X10. Y10. Z-10. A0.\nG1 X20. F500.\nG1 A90.\nG1 X10.\nG1 A{to:.3}\nG1 X20.\nG1 A{next:.3}\nG1 X15.\nM30\n"
         ));
         let robot = std::fs::read_to_string(work.join("robot.yaml")).unwrap();
         let (joints, rest) = robot.split_once("base:").unwrap();
