@@ -82,7 +82,7 @@ pub struct ScriptPath {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Assumed {
     /// The speed that was asked for.
-    Asked(f64),
+    Requested(f64),
     /// The middle one of the speeds that the program states.
     OfProgram(f64),
     /// No speed is known: the fastest that a robot may move in manual mode ([`MANUAL_M_S`]).
@@ -97,7 +97,7 @@ impl Assumed {
     /// The speed, m/s.
     pub fn m_s(self) -> f64 {
         match self {
-            Self::Asked(v) | Self::OfProgram(v) => v,
+            Self::Requested(v) | Self::OfProgram(v) => v,
             Self::Manual => MANUAL_M_S,
         }
     }
@@ -106,7 +106,7 @@ impl Assumed {
 impl std::fmt::Display for Assumed {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let why = match self {
-            Self::Asked(_) => "as asked",
+            Self::Requested(_) => "as asked",
             Self::OfProgram(_) => "the middle one of the speeds that the program states",
             Self::Manual => "no other speed is given",
         };
@@ -131,7 +131,7 @@ impl ScriptPath {
         if !self.starts.is_empty() {
             notes.push(Note::UnknownStart { ways: self.starts.len() });
         }
-        if unknown_speed > 0 && !matches!(self.assumed, Assumed::Asked(_)) {
+        if unknown_speed > 0 && !matches!(self.assumed, Assumed::Requested(_)) {
             notes.push(Note::UnknownSpeed { moves: unknown_speed, assumed: self.assumed });
         }
         notes

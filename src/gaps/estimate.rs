@@ -125,7 +125,7 @@ impl Why {
     ];
 
     /// The reason in words.
-    pub fn words(&self) -> &str {
+    pub fn format_text(&self) -> &str {
         match self {
             Self::Helps => "helps on parts of the logs that were not fitted",
             Self::HelpsInTheMean => "helps in the mean of its reversals, which scatter too much to tell by how much",
@@ -144,7 +144,7 @@ impl Why {
     }
 
     fn read(words: &str) -> Self {
-        Self::ALL.into_iter().find(|w| w.words() == words).unwrap_or_else(|| Self::Words(words.into()))
+        Self::ALL.into_iter().find(|w| w.format_text() == words).unwrap_or_else(|| Self::Words(words.into()))
     }
 }
 
@@ -169,7 +169,7 @@ pub struct LocalReversal {
 
 impl std::fmt::Display for Why {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(self.words())
+        f.write_str(self.format_text())
     }
 }
 
@@ -244,7 +244,7 @@ impl<'a> JointFields<'a> {
                 before_um: number(t.before_m * 1e6),
                 after_um: number(t.after_m * 1e6),
                 reversals: t.reversals,
-                reason: t.reason.words(),
+                reason: t.reason.format_text(),
             },
             agreement: e.agreement.as_ref().map(|a| AgreementFields::new(a, kind)),
         }

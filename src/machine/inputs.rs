@@ -50,7 +50,7 @@ impl Inputs for CommandTrajectory {
 
     fn direction(&self, axis: usize) -> &[f64] {
         self.axes[axis].direction.get_or_init(|| {
-            if self.rests(axis) {
+            if self.is_stationary(axis) {
                 return vec![0.0; self.rows()];
             }
             let (dir, rows) = (&self.axes[axis].dir, self.samples(axis).2);

@@ -300,12 +300,12 @@ impl CommandTrajectory {
     }
 
     /// Movement of an axis that counts as none, rad or m.
-    pub fn quiet(&self, axis: usize) -> f64 {
+    pub fn deadband(&self, axis: usize) -> f64 {
         self.axes[axis].deadband
     }
 
     /// The axis stands still over all rows.
-    pub fn rests(&self, axis: usize) -> bool {
+    pub fn is_stationary(&self, axis: usize) -> bool {
         matches!(self.axes[axis].samples, Samples::Rest)
     }
 

@@ -26,7 +26,7 @@ use std::path::Path;
 const CONVERTED_UP_TO: u64 = 64 << 20;
 
 /// A file that is about to be put in place, with the SHA-256 of its original and of the new content.
-pub(super) struct Placed<'a> {
+pub(super) struct PendingFile<'a> {
     pub(super) path: &'a Path,
     pub(super) sha256_in: Option<&'a str>,
     pub(super) sha256_out: &'a str,
@@ -47,7 +47,7 @@ enum Standing {
 ///
 /// # Errors
 /// A refusal that names the first such file.
-pub(super) fn refuse(job: &Job, files: &mut [File], placed: &[Placed]) -> Result<()> {
+pub(super) fn refuse(job: &Job, files: &mut [File], placed: &[PendingFile]) -> Result<()> {
     let Some(to) = placed.first().map(|p| p.path) else { return Ok(()) };
     if is_stdio(to) || std::fs::metadata(to).is_ok_and(|m| !m.is_file()) {
         return Ok(());
@@ -85,7 +85,7 @@ pub(super) fn refuse(job: &Job, files: &mut [File], placed: &[Placed]) -> Result
 }
 
 /// What stands at a file of a result that has a note.
-fn by_note(note: &Note, file: &mut File, placed: &Placed, is_program: bool) -> Result<Standing> {
+fn by_note(note: &Note, file: &mut File, placed: &PendingFile, is_program: bool) -> Result<Standing> {
     let name = placed.path.file_name();
     let companion = note.companions.iter().find(|c| path_of(&c.output).is_some_and(|p| p.file_name() == name));
     let written = match (is_program, companion) {
@@ -98,7 +98,7 @@ fn by_note(note: &Note, file: &mut File, placed: &Placed, is_program: bool) -> R
 }
 
 /// What stands beside a program where no note mentions it: it is known by its content alone, or by its beginning and zeros after it.
-fn beside(file: &mut File, placed: &Placed) -> Result<Standing> {
+fn beside(file: &mut File, placed: &PendingFile) -> Result<Standing> {
     let is_ours = |bytes: &[u8], ours: &[u8]| remains::before_zeros(bytes).is_some_and(|b| ours.starts_with(b));
     Ok(match without_note(placed, Foreign::NoCompanion)? {
         Standing::Free if is_lost(placed.path) => {
@@ -112,13 +112,13 @@ fn beside(file: &mut File, placed: &Placed) -> Result<Standing> {
     })
 }
 
-fn without_note(placed: &Placed, why: Foreign) -> Result<Standing> {
+fn without_note(placed: &PendingFile, why: Foreign) -> Result<Standing> {
     standing(placed, None, None, why)
 }
 
 /// What stands at a file whose note says that `written` was written; contents beside it that may be replaced are that of `former` and those
 /// of the file that is placed.
-fn standing(placed: &Placed, written: Option<&str>, former: Option<&str>, why: Foreign) -> Result<Standing> {
+fn standing(placed: &PendingFile, written: Option<&str>, former: Option<&str>, why: Foreign) -> Result<Standing> {
     let path = placed.path;
     if !path.is_file() || is_lost(path) {
         return Ok(Standing::Free);

@@ -246,7 +246,7 @@ impl Summed {
 
 /// The line of a program in a summary.
 #[derive(Debug, Clone)]
-pub struct Told {
+pub struct SummaryLine {
     /// The line itself.
     pub text: String,
     /// `None`: it is of a former content of the program, or of a run that wrote nothing.
@@ -258,7 +258,7 @@ pub struct Told {
 #[derive(Debug, Default)]
 pub struct Merged {
     /// Lines of the summaries; `None`: no summary holds the program.
-    pub lines: Vec<Option<Told>>,
+    pub lines: Vec<Option<SummaryLine>>,
     /// The first line that is not of this job.
     fault: Option<BadInput>,
     /// By what the first program was rewritten, and where that is said.
@@ -302,7 +302,7 @@ impl Merged {
         summaries: impl Iterator<Item = Result<(&'a Path, R)>>,
     ) -> Result<Self> {
         let places: HashMap<&str, usize> = entries.iter().enumerate().map(|(k, e)| (e.key.as_str(), k)).collect();
-        let mut lines: Vec<Option<Told>> = vec![None; entries.len()];
+        let mut lines: Vec<Option<SummaryLine>> = vec![None; entries.len()];
         let (mut fault, mut by, mut mixed) = (None, None, None);
         for summary in summaries {
             let (path, text) = summary?;
@@ -331,7 +331,7 @@ impl Merged {
                         expected: ONE_JOB.into(),
                     });
                 }
-                lines[place] = Some(Told { text: line, status, sha256_out: summed.sha256_out });
+                lines[place] = Some(SummaryLine { text: line, status, sha256_out: summed.sha256_out });
             }
         }
         Ok(Self { lines, fault, by, mixed })
@@ -382,7 +382,7 @@ impl Merged {
     /// Counts. With the folder of the results, every result is read: a program is done if its result is the one that its line of a
     /// summary or its note says, and of the listed content. A line of a former content, or of a run that wrote nothing, does not count.
     pub fn counts(&self, entries: &[Entry], results: Option<&Path>) -> Counts {
-        let status = |(entry, told): (&Entry, &Option<Told>)| {
+        let status = |(entry, told): (&Entry, &Option<SummaryLine>)| {
             let path = || Some(results?.join(below(&entry.key)?));
             match told.as_ref().and_then(|t| Some((t, t.status?))) {
                 Some((told, status @ (Status::Written | Status::Unchanged))) => match path() {

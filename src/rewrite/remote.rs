@@ -154,7 +154,7 @@ fn make_folder(folder: Option<&Path>) -> Result<()> {
 }
 
 /// Objects to be copied, by location.
-struct Wanted {
+struct ObjectsToCopy {
     /// Whether all bytes are wanted, or the name alone.
     beside: BTreeMap<String, bool>,
     /// The programs themselves.
@@ -178,8 +178,8 @@ fn is_beside(format: &str, location: &str) -> bool {
     endings_beside(format).is_none_or(|all| ending.is_some_and(|e| all.contains(&e.as_str())))
 }
 
-fn wanted(store: &Store, programs: &[(PathBuf, &str)]) -> Result<Wanted> {
-    let mut wanted = Wanted { beside: BTreeMap::new(), programs: BTreeMap::new() };
+fn wanted(store: &Store, programs: &[(PathBuf, &str)]) -> Result<ObjectsToCopy> {
+    let mut wanted = ObjectsToCopy { beside: BTreeMap::new(), programs: BTreeMap::new() };
     let mut folders: BTreeMap<String, BTreeSet<&str>> = BTreeMap::new();
     for (program, format) in programs {
         let Some(location) = store.location(program) else { continue };

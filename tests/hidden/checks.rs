@@ -1,7 +1,7 @@
 //! Checks of the generator and of the scorer themselves.
 
 use crate::case::{self, Kind};
-use crate::diagnose::Said;
+use crate::diagnose::Diagnosed;
 use crate::effects::Effect;
 use crate::kinematics::{Pose, apply, forward, frames, gravity_load, rigid_fit, rpy, translation};
 use crate::noise::{MDB, Metric, Noise, Spoiled};
@@ -300,8 +300,8 @@ fn faults_outside_the_catalogue_are_no_effect_of_it() {
     assert_eq!(case.truth["right_verdict"], json!(["unknown"]));
 }
 
-fn said(document: Value) -> Said {
-    Said { document: Some(document), exit: 0, stderr: String::new(), seconds: 0.1 }
+fn said(document: Value) -> Diagnosed {
+    Diagnosed { document: Some(document), exit: 0, stderr: String::new(), seconds: 0.1 }
 }
 
 fn round(effect: &str, target: &str, set: &[(&str, &str)], value: f64, ci95: [f64; 2]) -> Value {
@@ -362,7 +362,7 @@ fn a_name_where_nothing_is_missing_and_a_bad_file_that_passes_score_wrong() {
     let s = score::judge(&null, &said(json!({"verdict": "named", "effects": rounds, "rounds": rounds})));
     assert!(!s.verdict_right && s.false_alarms == ["backlash a1"]);
     let bad = json!({"kind": "bad", "right_verdict": ["bad_data"], "effects": []});
-    let refused = |exit, stderr: &str| Said { document: None, exit, stderr: stderr.into(), seconds: 0.1 };
+    let refused = |exit, stderr: &str| Diagnosed { document: None, exit, stderr: stderr.into(), seconds: 0.1 };
     assert!(!score::judge(&bad, &said(json!({"verdict": "named", "rounds": []}))).verdict_right);
     assert!(score::judge(&bad, &refused(2, "train.csv: cmd_A1_deg looks like radians")).verdict_right);
     assert!(!score::judge(&bad, &refused(2, "error: unexpected argument; try '--help'")).verdict_right);

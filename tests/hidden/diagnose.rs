@@ -10,7 +10,7 @@ use std::process::Command;
 use std::time::Instant;
 
 /// What `diagnose` said.
-pub struct Said {
+pub struct Diagnosed {
     pub document: Option<Value>,
     pub exit: i32,
     pub stderr: String,
@@ -22,13 +22,13 @@ fn program() -> Command {
     Command::new(std::env::var_os("LOSTMOTION_BIN").unwrap_or_else(|| env!("CARGO_BIN_EXE_lostmotion").into()))
 }
 
-pub fn run(folder: &Path, found: &Path) -> Said {
+pub fn run(folder: &Path, found: &Path) -> Diagnosed {
     let start = Instant::now();
     let mut command = program();
     command.arg("diagnose").arg("--json").arg("--model").arg(folder.join("model.yaml"));
     command.arg("--log").arg(folder.join("train.csv")).arg("--model-out").arg(found);
     let output = command.output().expect("the program starts");
-    Said {
+    Diagnosed {
         document: serde_json::from_slice(&output.stdout).ok(),
         exit: output.status.code().unwrap_or(-1),
         stderr: String::from_utf8_lossy(&output.stderr).trim().to_string(),

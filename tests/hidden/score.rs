@@ -5,7 +5,7 @@
 //! (known^2 - found^2)/(known^2 - truth^2) of rms against the measurement, as an oracle that knows the effect would have it;
 //! `closed_exact` is 1 - rms(found - truth)/rms(known - truth), without the noise, which is the harder figure.
 
-use crate::diagnose::{self, Said};
+use crate::diagnose::{self, Diagnosed};
 use crate::effects::{Effect, is_size};
 use crate::kinematics::{apply, rigid_fit};
 use crate::physics::rms_um;
@@ -91,7 +91,7 @@ pub fn folder(path: &Path) -> Score {
 }
 
 /// All but the gap's closure: from the truth and the diagnosis alone.
-pub fn judge(truth: &Value, said: &Said) -> Score {
+pub fn judge(truth: &Value, said: &Diagnosed) -> Score {
     let mut score = Score { class: class_of(truth), seconds: said.seconds, ..Score::default() };
     let nothing = Value::Null;
     let document = said.document.as_ref().unwrap_or(&nothing);

@@ -206,7 +206,7 @@ fn an_axis_at_rest_and_an_empty_list_of_effects_change_nothing() {
     for (axis, command) in cmd.iter().enumerate() {
         assert_eq!(&drive.gear(axis, &[], 0), command);
         assert_eq!(&drive.servo(axis, &[], 1), command);
-        assert_eq!(drive.rests(axis), axis != 2);
+        assert_eq!(drive.is_stationary(axis), axis != 2);
     }
     let ideal = predict(&Model::ideal(robot.clone()), &drive);
     assert!((ideal.points_m[0][7] - robot.tcp_m(&cmd.iter().map(|c| c[7]).collect::<Vec<_>>())).norm() < 1e-12);

@@ -78,7 +78,7 @@ struct JointBasis<'a> {
 
 impl<'a> JointBasis<'a> {
     fn new(problem: &'a Problem, state: &'a State, axis: usize) -> Self {
-        let track = |d: &'a CommandTrajectory| Track::new(d.t_s(), d.command(axis), d.quiet(axis).max(1e-9));
+        let track = |d: &'a CommandTrajectory| Track::new(d.t_s(), d.command(axis), d.deadband(axis).max(1e-9));
         let tracks = problem.logs.iter().map(|l| track(&l.drive)).collect();
         Self { problem, state, axis, tracks }
     }

@@ -184,7 +184,7 @@ fn joint_trace(outcome: &Outcome, axis: usize, own: &[&Vec<f64>]) -> Option<Join
     let mut samples: [Vec<[f64; 3]>; 2] = [Vec::new(), Vec::new()];
     for (l, log) in p.logs.iter().enumerate() {
         let command = log.drive.command(axis);
-        if log.drive.rests(axis) || log.log.travel(axis) <= 1e-3 * p.robot.axis(axis).kind.si_per_user_unit() {
+        if log.drive.is_stationary(axis) || log.log.travel(axis) <= 1e-3 * p.robot.axis(axis).kind.si_per_user_unit() {
             continue;
         }
         let track = Track::new(log.drive.t_s(), command, 1e-9);

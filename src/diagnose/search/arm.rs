@@ -6,7 +6,7 @@ use crate::diagnose::search::direction;
 use crate::diagnose::search::finding::{Refined, Step};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::{Asked, CHANCE, Search};
+use crate::diagnose::search::{CHANCE, RefineRequest, Search};
 
 /// Joints that yield to gravity, at most.
 const MOST_GRAVITY: usize = 4;
@@ -19,7 +19,7 @@ impl Search<'_> {
         whitening: &Whitening,
     ) -> Option<(geometry::Group, Fit)> {
         let (group, fit) = geometry::group(self.problem, base, whitening, self.candidates)?;
-        let single = self.refine(base, whitening, &Asked::default());
+        let single = self.refine(base, whitening, &RefineRequest::default());
         let best = single.first().map_or(0.0, |r| r.merit(self.price));
         (group.gain - self.price * group.parameters as f64 > best).then_some((group, fit))
     }
@@ -52,7 +52,7 @@ impl Search<'_> {
         (fit, noise) = again(&fit);
         self.only = Some(geometry::is_gravity);
         for _ in 0..MOST_GRAVITY {
-            let refined = self.refine(&fit, &noise, &Asked::default());
+            let refined = self.refine(&fit, &noise, &RefineRequest::default());
             let stands = |r: &&Refined| {
                 let own = r.placed.last();
                 self.believed(&fit, r)

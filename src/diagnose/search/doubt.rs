@@ -11,7 +11,7 @@ use crate::diagnose::search::direction;
 use crate::diagnose::search::finding::{Refined, Step, flat};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::{Asked, Search};
+use crate::diagnose::search::{RefineRequest, Search};
 use crate::effects::{EffectInstance, Nature, Target, ThermalDrift, TrackerFrame, tracker_frame};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
@@ -153,7 +153,7 @@ impl Search<'_> {
                 let apart = axis(a) != axis(b);
                 let but = if apart { vec![self.name_of(fit, a), self.name_of(fit, b)] } else { Vec::new() };
                 let aim = Some(now - price * values(&bare));
-                let asked = Asked { also: None, aim, promise: Some((SHARED, fit.cost)), but: &but };
+                let asked = RefineRequest { also: None, aim, promise: Some((SHARED, fit.cost)), but: &but };
                 for r in self.refine(&bare, whitening, &asked).into_iter().take(3) {
                     let then = worth(&r.fit);
                     if then < now - BETTER && best.as_ref().is_none_or(|o| then < o.0) {
@@ -282,8 +282,8 @@ impl Search<'_> {
 }
 
 /// A found effect in doubt: what takes its place must leave as little.
-fn in_place_of(old: &EffectInstance, cost: f64) -> Asked<'_> {
-    Asked { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: None, but: &[] }
+fn in_place_of(old: &EffectInstance, cost: f64) -> RefineRequest<'_> {
+    RefineRequest { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: None, but: &[] }
 }
 
 /// Notes on the step that named an effect what has taken its place.

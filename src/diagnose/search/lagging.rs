@@ -33,7 +33,7 @@ fn clock_behind(fit: &Fit) -> Option<(usize, f64)> {
 /// effects are new.
 fn add_lags(problem: &Problem, h: &mut Hypothesis, known: usize, lag_s: f64) -> Vec<usize> {
     let mut new = Vec::new();
-    for axis in (0..problem.robot.dof()).filter(|a| problem.logs.iter().any(|l| !l.drive.rests(*a))) {
+    for axis in (0..problem.robot.dof()).filter(|a| problem.logs.iter().any(|l| !l.drive.is_stationary(*a))) {
         let target = Target::Joint(axis);
         let own = h.effects.iter_mut().skip(known).find(|e| e.target == target && e.effect.get::<ServoLag>().is_some());
         if let Some(own) = own {

@@ -139,7 +139,7 @@ pub(in crate::diagnose) struct Search<'a> {
 
 /// What a refinement is for.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::diagnose) struct Asked<'a> {
+pub(in crate::diagnose) struct RefineRequest<'a> {
     /// What stood there before: it is refined, too.
     pub(in crate::diagnose) also: Option<&'a [EffectInstance]>,
     /// The cost that is to be reached; else what the screening promises of the best.
@@ -237,7 +237,12 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
 
 impl Search<'_> {
     /// Screens and refines; the refined candidates, best first.
-    pub(in crate::diagnose) fn refine(&mut self, base: &Fit, whitening: &Whitening, asked: &Asked) -> Vec<Refined> {
+    pub(in crate::diagnose) fn refine(
+        &mut self,
+        base: &Fit,
+        whitening: &Whitening,
+        asked: &RefineRequest,
+    ) -> Vec<Refined> {
         let p = self.problem;
         let sensitivities = Sensitivities::new(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = ScreeningContext::new(p, &base.hypothesis, &base.state, whitening, sensitivities.to_columns());
@@ -296,7 +301,7 @@ impl Search<'_> {
     /// Which candidates are refined, and from which values: of every effect on every target the best shape, of gaps over
     /// position the best number of knots; also what stood there before. `best` is the largest gain of the screening, `least` that
     /// which must be promised.
-    fn trials(&self, scored: &[(Score, &Candidate)], (best, least): (f64, f64), asked: &Asked) -> Vec<Trial> {
+    fn trials(&self, scored: &[(Score, &Candidate)], (best, least): (f64, f64), asked: &RefineRequest) -> Vec<Trial> {
         let p = self.problem;
         let near = match asked.also {
             Some(_) => NEAR_IN_DOUBT,
@@ -428,7 +433,7 @@ impl Search<'_> {
 
     /// One round: the best candidate that is believed, and the fit with it.
     pub(in crate::diagnose) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
-        let refined = self.refine(fit, whitening, &Asked::default());
+        let refined = self.refine(fit, whitening, &RefineRequest::default());
         let supported = |r: &&Refined| supported::supported(self.problem, fit, r, whitening);
         let mut believed = refined.iter().filter(|r| self.believed(fit, r)).filter(supported).peekable();
         // where a clock offset may be lags of all joints, what is needed beside it must be needed beside them

@@ -64,7 +64,7 @@ use crate::robot::Robot;
 use evidence::Evidence;
 use problem::Problem;
 use readings::Readings;
-use solve::Kept;
+use solve::FixedLaws;
 use spline::Spline;
 
 /// Knots of a gap over the travel of its joint.
@@ -178,7 +178,7 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
     for k in 0..ROUNDS {
-        solve::round(&mut problem, if k == 0 { Kept::Friction } else { Kept::Nothing });
+        solve::round(&mut problem, if k == 0 { FixedLaws::Friction } else { FixedLaws::Nothing });
         solve::refresh_unused(&mut problem);
         solve::refresh_noise(&mut problem);
         if k > 0 {
@@ -191,7 +191,7 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<
         }
     }
     let apart = rest::apart(&mut problem);
-    solve::round(&mut problem, Kept::Nothing);
+    solve::round(&mut problem, FixedLaws::Nothing);
     let open = || {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
         Error::bad(Place::file(name), "logs that do not determine the estimate", "finite measurements of moving joints")
@@ -199,7 +199,7 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<
     let within = evidence::covariances(&problem).ok_or_else(open)?[1].clone();
     let varies = estimate::constant_axes(&problem, &within);
     problem.constant = varies.iter().map(|v| v.0).collect();
-    solve::round(&mut problem, Kept::Nothing);
+    solve::round(&mut problem, FixedLaws::Nothing);
     let half = views::middle(&mut problem);
     let mut evidence = evidence::evaluate(&problem).ok_or_else(open)?;
     evidence.covariance += &half * half.transpose();

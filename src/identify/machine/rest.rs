@@ -14,7 +14,7 @@ use super::evidence;
 use super::law::{SPIKES, turns};
 use super::nuisance::{Column, Name};
 use super::problem::Problem;
-use super::solve::{self, Kept};
+use super::solve::{self, FixedLaws};
 use crate::gaps::note::machine::Note;
 use nalgebra::{DMatrix, DVector, Vector3};
 use std::ops::Range;
@@ -40,7 +40,7 @@ pub fn apart(problem: &mut Problem) -> Vec<usize> {
         taken.push(axis);
         add_columns(problem, axis);
         for _ in 0..ROUNDS {
-            solve::round(problem, Kept::Nothing);
+            solve::round(problem, FixedLaws::Nothing);
             solve::refresh_unused(problem);
             refresh_columns(problem);
             solve::refresh_noise(problem);

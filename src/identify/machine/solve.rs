@@ -31,7 +31,7 @@ const OUTLIER: f64 = 6.0;
 
 /// What a round leaves as it stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kept {
+pub enum FixedLaws {
     Nothing,
     /// Gap and wind-up explain nearly the same, so a fit that starts with both may end with a wind-up instead of a gap.
     Friction,
@@ -40,7 +40,7 @@ pub enum Kept {
 }
 
 /// Runs one round; returns the cost.
-pub fn round(problem: &mut Problem, kept: Kept) -> f64 {
+pub fn round(problem: &mut Problem, kept: FixedLaws) -> f64 {
     steps(problem, kept, STEPS)
 }
 
@@ -60,20 +60,20 @@ pub fn other_valleys(problem: &mut Problem) {
         }
         law.gap.iter_mut().for_each(|g| *g += windup);
         law.windups = [0.0; WINDUPS];
-        if steps(problem, Kept::Nothing, TRIAL_STEPS) > cost * (1.0 - SETTLED) {
+        if steps(problem, FixedLaws::Nothing, TRIAL_STEPS) > cost * (1.0 - SETTLED) {
             problem.set_values(&values);
         }
     }
 }
 
 /// Gauss-Newton steps, `most` of them; returns the cost.
-fn steps(problem: &mut Problem, kept: Kept, most: usize) -> f64 {
+fn steps(problem: &mut Problem, kept: FixedLaws, most: usize) -> f64 {
     problem.refresh_sizes();
     let bounds = problem.not_negative();
     let frozen = match kept {
-        Kept::Nothing => Vec::new(),
-        Kept::Friction => problem.friction(),
-        Kept::Laws => (0..problem.lost()).collect(),
+        FixedLaws::Nothing => Vec::new(),
+        FixedLaws::Friction => problem.friction(),
+        FixedLaws::Laws => (0..problem.lost()).collect(),
     };
     let mut damping = 1e-6;
     let mut cost = f64::INFINITY;

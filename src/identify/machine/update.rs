@@ -17,7 +17,7 @@ use super::measured;
 use super::predict::random_effect;
 use super::problem::{Part, Problem, SHARE};
 use super::readings::Readings;
-use super::solve::{self, Kept};
+use super::solve::{self, FixedLaws};
 use super::spline::Spline;
 use crate::compensator::note::Change;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
@@ -87,7 +87,7 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
         // by single reversals of a run that nothing was fitted to
         gains.iter_mut().zip(&scales).filter(|(_, s)| **s != 1.0).for_each(|(g, _)| *g = Some(f64::INFINITY));
     }
-    solve::round(&mut problem, Kept::Nothing);
+    solve::round(&mut problem, FixedLaws::Nothing);
     let evidence = evidence::evaluate(&problem).ok_or_else(|| {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
         Error::bad(
@@ -119,11 +119,11 @@ fn stand_at(problem: &mut Problem, laws: &[Option<JointLaw>]) {
     problem.laws = laws.to_vec();
     problem.centre = Some(laws.iter().flatten().flat_map(JointLaw::to_vec).collect());
     for _ in 0..ROUNDS {
-        solve::round(problem, Kept::Laws);
+        solve::round(problem, FixedLaws::Laws);
         solve::refresh_unused(problem);
         solve::refresh_noise(problem);
     }
-    solve::round(problem, Kept::Laws);
+    solve::round(problem, FixedLaws::Laws);
 }
 
 /// The lost motion of a run as a multiple of the compensator's, where it is so far from it, beyond doubt, that small corrections about the

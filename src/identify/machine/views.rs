@@ -8,7 +8,7 @@
 
 use super::noise::Noise;
 use super::problem::Problem;
-use super::solve::{self, Kept};
+use super::solve::{self, FixedLaws};
 use nalgebra::DVector;
 
 /// Rounds of fitting with uncorrelated noise.
@@ -22,7 +22,7 @@ pub fn middle(problem: &mut Problem) -> DVector<f64> {
             .map(|l| Noise::uncorrelated(&problem.residual(l, &problem.responses(l, false)), &problem.unused[l]))
             .collect();
         problem.whiten_columns();
-        solve::round(problem, Kept::Nothing);
+        solve::round(problem, FixedLaws::Nothing);
     }
     let mut half = (problem.values() - &coloured) * 0.5;
     let lost = problem.lost();
@@ -30,6 +30,6 @@ pub fn middle(problem: &mut Problem) -> DVector<f64> {
     problem.set_values(&(coloured + &half));
     problem.noise = noise;
     problem.whiten_columns();
-    solve::round(problem, Kept::Laws);
+    solve::round(problem, FixedLaws::Laws);
     half
 }

@@ -137,7 +137,7 @@ impl Track {
     }
 
     pub fn moves(&self, axis: usize) -> bool {
-        self.sees(axis) && !self.drive.rests(axis)
+        self.sees(axis) && !self.drive.is_stationary(axis)
     }
 
     /// Whether the readings can change with an axis: a joint sensor sees its own joint alone.

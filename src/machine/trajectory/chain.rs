@@ -21,13 +21,13 @@ impl CommandTrajectory {
         if effects.iter().any(|e| e.uses_tcp_speed()) {
             track.tcp_speed_m_s = self.sample_speed(axis);
         }
-        if self.between == Between::Smooth && !self.rests(axis) && effects.iter().any(|e| e.filters_in_time()) {
+        if self.between == Between::Smooth && !self.is_stationary(axis) && effects.iter().any(|e| e.filters_in_time()) {
             track.cubics = self.axes[axis].cubics.get_or_init(|| cubics(&track));
         }
         let loaded = last == Stage::Gear && effects.iter().any(|e| e.uses_load());
         let still;
         if loaded {
-            if self.rests(axis) {
+            if self.is_stationary(axis) {
                 // the load may change while the joint is stationary
                 still = vec![0i8; self.rows()];
                 track = Track::known(self.clock(), &self.cmd[axis], &still[..], &[][..])
@@ -45,7 +45,7 @@ impl CommandTrajectory {
         if last == Stage::Gear {
             apply_stage(Stage::Gear, &track, effects.iter().copied(), &mut signal);
         }
-        if self.rests(axis) && !loaded {
+        if self.is_stationary(axis) && !loaded {
             signal.resize(self.rows(), signal.first().copied().unwrap_or(0.0));
             return signal;
         }

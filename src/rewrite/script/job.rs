@@ -9,7 +9,7 @@ use crate::io::{input, memory};
 use crate::program::files::Files;
 use crate::program::script::{Format, Text};
 use crate::rewrite::Refine;
-use crate::rewrite::foreign::{self, Placed};
+use crate::rewrite::foreign::{self, PendingFile};
 use crate::rewrite::guard::{self, Companion, Note};
 use crate::rewrite::job::Job;
 use crate::rewrite::original;
@@ -72,9 +72,13 @@ impl Job<'_> {
             sums.push(file.sha256());
             files.push(file);
         }
-        let placed =
-            |k: usize, path| Placed { path, sha256_in: source.hashes.get(k).map(String::as_str), sha256_out: &sums[k] };
-        let placed: Vec<Placed> = paths.iter().enumerate().take(sums.len()).map(|(k, path)| placed(k, path)).collect();
+        let placed = |k: usize, path| PendingFile {
+            path,
+            sha256_in: source.hashes.get(k).map(String::as_str),
+            sha256_out: &sums[k],
+        };
+        let placed: Vec<PendingFile> =
+            paths.iter().enumerate().take(sums.len()).map(|(k, path)| placed(k, path)).collect();
         foreign::refuse(self, &mut files, &placed)?;
         outcome.sha256_out = sums.first().cloned();
         let note = self.note_beside(input, path, &outcome, &sums, || {

@@ -167,7 +167,7 @@ impl Reading<'_> {
     /// the same before and after a rewrite.
     fn assumed(&self, script: &Script) -> Assumed {
         if let Some(v) = self.tcp_speed_m_s {
-            return Assumed::Asked(v);
+            return Assumed::Requested(v);
         }
         let stated = script.moves().filter_map(|(_, m)| match m.speed {
             Speed::Tcp(v) if v > 0.0 => Some(v),

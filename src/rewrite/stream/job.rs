@@ -7,7 +7,7 @@ use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};
 use crate::rewrite::deadband::deadbands;
-use crate::rewrite::foreign::{self, Placed};
+use crate::rewrite::foreign::{self, PendingFile};
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Ready, Target};
 use crate::rewrite::rewritten::{Digits, Evidence, Rows};
@@ -83,7 +83,7 @@ impl Job<'_> {
                 // a full disk shows here, while neither the program nor its note is in place
                 sink.prepare()?;
                 let sha256_in = result.sha256_in.as_deref();
-                let placed = Placed { path, sha256_in, sha256_out: &sha256_out };
+                let placed = PendingFile { path, sha256_in, sha256_out: &sha256_out };
                 foreign::refuse(self, std::slice::from_mut(&mut sink), &[placed])?;
                 let written = [sha256_out];
                 result.sha256_out = written.first().cloned();

@@ -118,7 +118,7 @@ fn on_arc(start: &[Option<f64>], goal: &[Option<f64>], arc: &Arc, share: f64) ->
 /// The statements of a program, by step; moves that lead to a known place have one.
 #[derive(Debug, Default)]
 pub(super) struct Statements {
-    kept: BySteps<Kept>,
+    kept: BySteps<PackedStatement>,
     /// Rows of places, NaN: not known.
     places: Vec<f64>,
     /// Units and shifts.
@@ -142,7 +142,7 @@ pub(super) struct Places<'a> {
 const NONE: u32 = u32::MAX;
 
 #[derive(Debug)]
-struct Kept {
+struct PackedStatement {
     line: u32,
     /// First number of its rows in the places.
     start: u32,
@@ -181,15 +181,16 @@ impl Statements {
             self.rest.push(Rest { arc: s.arc, words: s.folded.then_some(s.words) });
         }
         let frame = self.frames.len() as u32 - 1;
-        let kept = Kept { line: s.line as u32, start, goal, frame, motion: s.motion, absolute: s.absolute, rest };
+        let kept =
+            PackedStatement { line: s.line as u32, start, goal, frame, motion: s.motion, absolute: s.absolute, rest };
         self.kept.push(step, kept);
     }
 
     /// Adds the statement of a step that is a straight move like the last one, in line `line`.
     pub fn push_like_last(&mut self, step: usize, line: usize, start: &[Option<f64>], goal: &[Option<f64>]) {
-        let Some(&Kept { frame, motion, absolute, .. }) = self.kept.last() else { return };
+        let Some(&PackedStatement { frame, motion, absolute, .. }) = self.kept.last() else { return };
         let (start, goal) = (self.row(start), self.row(goal));
-        self.kept.push(step, Kept { line: line as u32, start, goal, frame, motion, absolute, rest: NONE });
+        self.kept.push(step, PackedStatement { line: line as u32, start, goal, frame, motion, absolute, rest: NONE });
     }
 
     /// A row of places; where it is the last one, that.

@@ -20,7 +20,7 @@ const MOST: usize = 16;
 
 /// What one file says.
 #[derive(Default)]
-struct Said {
+struct FileFacts {
     /// Values by the name of the axis, in the user's units.
     points: Vec<Vec<(String, f64)>>,
     status: Vec<u8>,
@@ -52,8 +52,8 @@ fn values(a: &Aggregate) -> Vec<(String, f64)> {
 /// What the aggregates of a text say.
 ///
 /// `line = {any} aggregate {any}`
-fn of_text(text: &Text) -> Said {
-    let (mut said, mut line) = (Said::default(), Vec::new());
+fn of_text(text: &Text) -> FileFacts {
+    let (mut said, mut line) = (FileFacts::default(), Vec::new());
     for k in 0..text.line_count() {
         if memchr::memchr(b'{', text.line(k)).is_none() {
             continue;
@@ -78,7 +78,7 @@ fn is_of_controller(text: &Text, line: &[Token]) -> bool {
 }
 
 /// Adds the aggregates of a line.
-fn aggregates(text: &Text, line: &[Token], said: &mut Said) {
+fn aggregates(text: &Text, line: &[Token], said: &mut FileFacts) {
     let open = line.iter().enumerate().filter(|(_, t)| t.is(b'{')).map(|(k, _)| k).take(MOST);
     for a in open.filter_map(|k| aggregate(text, 0, line, k).ok()).map(|(a, _)| a) {
         if !a.has_axes() {

@@ -107,7 +107,7 @@ fn each_change(
 }
 
 /// A changed goal: its step, its target, and its new joints or the numbers of its pose.
-struct Wanted<'a> {
+struct TargetEdit<'a> {
     step: usize,
     target: usize,
     numbers: &'a [f64],
@@ -125,7 +125,7 @@ fn goals<'a>(
     let uses = program.script.use_counts();
     let (mut taken, mut room) = (None, Vec::new());
     for of_one in wanted.chunk_by(|a, b| a.target == b.target) {
-        let Some(&Wanted { target, .. }) = of_one.first() else { continue };
+        let Some(&TargetEdit { target, .. }) = of_one.first() else { continue };
         if let [one] = of_one
             && let (file, true) = place_of_numbers(program, target)?
             && uses.get(target) == Some(&1)
@@ -150,7 +150,7 @@ fn goals<'a>(
 }
 
 /// The goals that the chosen edits change; refused where the program does not hold their numbers.
-fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a>)>) -> Result<Vec<Wanted<'a>>> {
+fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a>)>) -> Result<Vec<TargetEdit<'a>>> {
     let mut all = Vec::new();
     for (step, edit) in chosen {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
@@ -165,7 +165,7 @@ fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a
             let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", program.place(step))));
         };
-        all.push(Wanted { step, target, numbers });
+        all.push(TargetEdit { step, target, numbers });
     }
     Ok(all)
 }

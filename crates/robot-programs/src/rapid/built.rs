@@ -54,7 +54,7 @@ pub struct Site {
 
 /// Where a move stands, in little memory: moves that differ in their numbers alone have one site in common.
 #[derive(Debug, Clone)]
-pub struct Placed {
+pub struct SharedSite {
     model: Arc<(Site, Anchors)>,
     /// Its own places instead of those of the model.
     start: u32,
@@ -62,7 +62,7 @@ pub struct Placed {
     last: u32,
 }
 
-impl Placed {
+impl SharedSite {
     /// Where the model itself stands.
     pub fn of(site: Site) -> Self {
         Self::new(&Arc::new((site, Anchors { start: 0, first: 0, last: 0 })), Anchors { start: 0, first: 0, last: 0 })
@@ -105,7 +105,7 @@ impl From<Arg> for Written {
 #[derive(Default)]
 pub struct Built {
     pub script: Script,
-    pub sites: BySteps<Placed>,
+    pub sites: BySteps<SharedSite>,
     /// One per target of the script.
     pub literals: Vec<Literal>,
 }

@@ -90,7 +90,7 @@ pub struct LeftOut {
 }
 
 /// What is known of such a file.
-struct Said {
+struct FileFacts {
     /// Its words in lower case, less what it declares for its own task alone.
     words: HashSet<String>,
     /// Names that it may set; `None`: all its words, it is no RAPID.
@@ -103,7 +103,7 @@ struct Said {
     routines: HashSet<String>,
 }
 
-impl Said {
+impl FileFacts {
     fn of(text: &Text) -> Self {
         let is_word = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_' || *b >= 0x80;
         let words = text.bytes.split(|b| !is_word(b)).filter(|w| !w.is_empty());
@@ -127,8 +127,8 @@ impl Said {
 
 impl LeftOut {
     /// What can be read: an empty file says nothing.
-    fn read(&self) -> impl Iterator<Item = (&Text, Arc<Said>)> {
-        self.files.iter().filter(|t| !t.unread).map(|t| (t, t.known(Said::of)))
+    fn read(&self) -> impl Iterator<Item = (&Text, Arc<FileFacts>)> {
+        self.files.iter().filter(|t| !t.unread).map(|t| (t, t.known(FileFacts::of)))
     }
 
     /// The file that names a name.
@@ -143,7 +143,7 @@ impl LeftOut {
 
     /// Why the value of a global name that is no constant is not certain; `value`: as the module declares it.
     pub fn sets(&self, name: &str, value: &[u8]) -> Option<Elsewhere> {
-        let names = |said: &Said| !name.is_ascii() || said.words.contains(name);
+        let names = |said: &FileFacts| !name.is_ascii() || said.words.contains(name);
         for (file, said) in self.read().filter(|(_, said)| names(said)) {
             if said.sets.as_ref().is_none_or(|sets| !name.is_ascii() || sets.contains(name)) {
                 return Some(Elsewhere::Sets(file.name.as_str().into()));

@@ -7,7 +7,7 @@ mod alike;
 mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
-use super::built::{Built, Literal, Placed};
+use super::built::{Built, Literal, SharedSite};
 use super::facts::{self, Facts};
 use super::in_force::InForce;
 use super::led::Led;
@@ -108,7 +108,7 @@ pub struct Builder<'a> {
     pub project: &'a Project,
     pub robot: &'a Axes,
     pub displaced: bool,
-    steps: Steps<Placed>,
+    steps: Steps<SharedSite>,
     pub targets: Targets,
     pub literals: Vec<Literal>,
     /// External axes of each target.

@@ -6,7 +6,7 @@
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
 
-use super::built::{Built, Owner, Placed, Site, Written};
+use super::built::{Built, Owner, SharedSite, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::{JointKind, OF_ARM};
@@ -34,13 +34,13 @@ pub struct Writer<'a> {
 }
 
 impl OneText for Writer<'_> {
-    type Site = Placed;
+    type Site = SharedSite;
 
     fn asked(&self) -> EditRequest<'_> {
         EditRequest { script: &self.built.script, edits: self.edits }
     }
 
-    fn sites(&self) -> &BySteps<Placed> {
+    fn sites(&self) -> &BySteps<SharedSite> {
         &self.built.sites
     }
 
@@ -85,7 +85,7 @@ impl OneText for Writer<'_> {
     }
 
     /// `[[..],[..]]` for a move whose own target is Cartesian.
-    fn plain(&self, k: usize, site: &Placed, q: &[f64]) -> Result<String> {
+    fn plain(&self, k: usize, site: &SharedSite, q: &[f64]) -> Result<String> {
         let external =
             site.model().external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
         let Some(numbers) = self.numbers.filter(|n| n.len() == q.len()) else {
@@ -105,7 +105,7 @@ impl OneText for Writer<'_> {
         Ok(format!("[[{}],{}]", list.join(","), in_utf8(flat(external.as_bytes()))?))
     }
 
-    fn via(&self, site: &Placed) -> Option<Span> {
+    fn via(&self, site: &SharedSite) -> Option<Span> {
         let via = site.model().via?;
         site.shown().args.get(usize::from(via)).map(|via| via.bytes)
     }
@@ -176,7 +176,7 @@ impl Writer<'_> {
     }
 
     /// Writes the new points of a move, and its share of a time.
-    fn points(&self, k: usize, m: &Move, placed: &Placed, edit: EditRef, out: &mut Patches) -> Result<()> {
+    fn points(&self, k: usize, m: &Move, placed: &SharedSite, edit: EditRef, out: &mut Patches) -> Result<()> {
         if !self.has_new_points(k, m, placed, edit, out)? {
             return Ok(());
         }

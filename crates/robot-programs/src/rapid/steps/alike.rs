@@ -4,7 +4,7 @@
 //! external axes, and to leave nothing behind: no step beside them, no note.
 
 use super::Builder;
-use crate::rapid::built::{Literal, Placed, Site, Written};
+use crate::rapid::built::{Literal, SharedSite, Site, Written};
 use crate::rapid::read::{Item, ItemKind};
 use crate::rapid::value::axis_value;
 use crate::script::alike::{Anchors, Moves, Passed};
@@ -97,7 +97,7 @@ impl Builder<'_> {
             self.externals.push(Arc::clone(&external));
             self.literals.push(Literal { bytes: by.span(literal), owner: None, foreign: None });
             let step = self.steps.push(at, StepKind::Move(motion.alike(goal)));
-            self.steps.place(step, Placed::new(&of_model, anchors));
+            self.steps.place(step, SharedSite::new(&of_model, anchors));
         }
         Some(())
     }

@@ -14,7 +14,7 @@ use super::super::value::Node;
 use super::super::words::{self, Leads, Motion};
 use super::{Builder, plain};
 use crate::error::Result;
-use crate::rapid::built::{Placed, Site, Written};
+use crate::rapid::built::{SharedSite, Site, Written};
 use crate::script::{self, Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
@@ -77,7 +77,7 @@ impl Builder<'_> {
         site.args = args.into_iter().map(Written::from).collect();
         let how = How { path: motion.path, closed, speed, blend_m, other_way, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
-        self.steps.place(k, Placed::of(site));
+        self.steps.place(k, SharedSite::of(site));
         self.after_motion(token, &motion, switched_on);
         Ok(())
     }
