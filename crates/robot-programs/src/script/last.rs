@@ -65,22 +65,29 @@ fn of<'a, I: Iterator<Item = &'a String>>(event: &Event, labels: &dyn Fn() -> I)
 mod tests {
     use super::*;
 
+    /// Moves, places that are asked for, and what comes last before these.
+    type Places<'a> = [&'a [usize]; 3];
+
     #[test]
     fn the_move_before_a_place_is_found_along_control() {
         let to = |name: &str| Event::Jump(Some(name.into()));
         let at = |name: &str| Event::Label(name.into());
         let other = || Event::Other;
-        // one event per place; moves, places that are asked for, and what comes last before these, worked out by hand
-        let cases: [(&str, Vec<Event>, &[usize], &[usize], &[usize]); 7] = [
-            ("straight", vec![other(), other(), other(), other()], &[0, 1, 3], &[2], &[1]),
-            ("around a jump", vec![other(), to("A"), other(), at("A"), other()], &[0, 2], &[4], &[0, 2]),
-            ("round a loop", vec![other(), Event::Open(true), other(), other(), Event::Close], &[0, 3], &[2], &[0, 3]),
-            ("a jump back", vec![at("A"), other(), other(), to("A")], &[2], &[1], &[2]),
-            ("when it is run again", vec![other(), other(), other()], &[1, 2], &[0], &[2]),
-            ("the move of the place", vec![other(), other()], &[0, 1], &[1], &[0, 1]),
-            ("to any label", vec![other(), Event::Jump(None), other(), at("A"), other()], &[0, 2], &[4], &[0, 2]),
+        // one event per place; worked out by hand
+        let cases: [(&str, Vec<Event>, Places<'_>); 7] = [
+            ("straight", vec![other(), other(), other(), other()], [&[0, 1, 3], &[2], &[1]]),
+            ("around a jump", vec![other(), to("A"), other(), at("A"), other()], [&[0, 2], &[4], &[0, 2]]),
+            (
+                "round a loop",
+                vec![other(), Event::Open(true), other(), other(), Event::Close],
+                [&[0, 3], &[2], &[0, 3]],
+            ),
+            ("a jump back", vec![at("A"), other(), other(), to("A")], [&[2], &[1], &[2]]),
+            ("when it is run again", vec![other(), other(), other()], [&[1, 2], &[0], &[2]]),
+            ("the move of the place", vec![other(), other()], [&[0, 1], &[1], &[0, 1]]),
+            ("to any label", vec![other(), Event::Jump(None), other(), at("A"), other()], [&[0, 2], &[4], &[0, 2]]),
         ];
-        for (what, events, moves, asked, expected) in cases {
+        for (what, events, [moves, asked, expected]) in cases {
             let first: Vec<usize> = (0..events.len()).collect();
             let found = before(&events, &first, &moves.iter().copied().collect(), asked);
             assert_eq!(found.into_iter().collect::<Vec<_>>(), expected, "{what}");
