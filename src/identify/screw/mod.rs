@@ -276,3 +276,30 @@ fn joint(series: &Series) -> Option<JointGap> {
         stiction_p_value: None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_of_all_rows_is_that_of_the_joint_although_a_sensor_lags_and_another_scale_shows() {
+        // strokes of 40 mm at 20 mm/s with stops, a row each 40 ms; the sensor follows by a first-order lag of 20 ms
+        let (mut command, mut sensor) = (Vec::new(), Vec::new());
+        let (mut at, mut follows) = (0.0_f64, 0.0);
+        for k in 0..2000 {
+            let phase = k % 150;
+            at += match phase {
+                0..50 => 8e-4,
+                75..125 => -8e-4,
+                _ => 0.0,
+            };
+            follows += (at - follows) * (1.0 - (-0.04_f64 / 0.02).exp());
+            command.push(Some(at));
+            sensor.push(Some(follows));
+        }
+        let of = |scale: f64| -> Vec<Option<f64>> { sensor.iter().map(|s| s.map(|s: f64| scale * s)).collect() };
+        assert!((regression(&command, &of(1.0)).unwrap() - 1.0).abs() < 0.01);
+        assert!((regression(&command, &of(1.2)).unwrap() - 1.2).abs() < 0.012);
+        assert_eq!(regression(&[Some(1.0), Some(1.0)], &[Some(1.0), Some(2.0)]), None);
+    }
+}
