@@ -1,5 +1,5 @@
 //! Which moves of a program without routines may come last before places at which it reads where the robot stands, along control
-//! ([`reach`](super::reach)): through labels, jumps and blocks, and from the end of the program to its start, as it may be run again.
+//! ([`reach`]): through labels, jumps and blocks, and from the end of the program to its start, as it may be run again.
 
 use super::held::Event;
 use super::reach::{self, Atoms, BEFORE, Block, FIRST, Reach, Routine};
