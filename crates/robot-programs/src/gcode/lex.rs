@@ -1,7 +1,8 @@
 //! A line to words: letter and number, with or without spaces; comments, expressions and the words of flow control are
 //! recognised and not evaluated.
 
-use super::lathe::Across;
+use super::across::Across;
+use super::codes::AXES;
 use super::reason::Reason;
 use crate::error::Result;
 use crate::script::Text;
@@ -313,4 +314,14 @@ pub(super) fn takes_text(w: &Word) -> bool {
 fn flags(block: &Block) -> bool {
     let homing = |w: &Word| w.letter == b'G' && w.value.is_some_and(|v| matches!(v.0, 28.0 | 29.0 | 161.0 | 162.0));
     block.words.iter().any(|w| is_firmware(w) || homing(w))
+}
+
+/// Whether words of a block bear one of these letters.
+pub(super) fn names(block: &Block, letters: &[u8]) -> bool {
+    block.words.iter().any(|w| letters.contains(&w.letter))
+}
+
+/// Whether words name axes.
+pub(super) fn has_axes(block: &Block) -> bool {
+    block.words.iter().any(|w| AXES.contains(&w.letter))
 }

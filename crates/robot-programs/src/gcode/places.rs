@@ -7,10 +7,9 @@
 
 use super::assignments::Assignments;
 use super::certain::Carried;
-use super::lex::Block;
+use super::lex::{Block, has_axes};
 use super::read::Reader;
 use super::reason::{After, Elsewhere};
-use super::survey::has_axes;
 use crate::script::Break;
 use crate::script::cursor::{Cursor, integer};
 

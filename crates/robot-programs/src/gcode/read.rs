@@ -1,14 +1,15 @@
 //! Modal state and steps: the reader, and what each line is. What is certain of the position is in [`certain`](super::certain).
 
+use super::across::Across;
 use super::alike::Alike;
 use super::assignments::Assignments;
 use super::certain::Carried;
 use super::codes::AXES;
-use super::lathe::Across;
+use super::flow::{assignments_of, flow_hides, is_flow};
 use super::lex::{self, Block};
 use super::reason::{After, Doubt};
 use super::statements::{Program, Statement, Statements};
-use super::survey::{Survey, assignments_of, flow_hides, is_flow};
+use super::survey::Survey;
 use super::variables::Variables;
 use crate::axes::Axes;
 use crate::error::{Error, Result};

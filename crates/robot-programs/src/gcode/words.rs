@@ -1,11 +1,11 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
+use super::across::Across;
 use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, is_work_frame};
-use super::lathe::Across;
-use super::lex::{self, Block, Word};
+use super::lex::{self, Block, Word, has_axes};
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
-use super::survey::{Survey, has_axes, homes, is_numbered_call, moves_offsets, work_frame};
+use super::survey::{Survey, homes, is_numbered_call, moves_offsets, work_frame};
 use crate::error::Result;
 use crate::script::{AxisSet, Break, StepKind};
 
