@@ -5,16 +5,8 @@
 //! (`gap_of: {J3: J2 + J3}`). The elbow then reverses where that sum does, and a command that must move its gear by an offset moves
 //! J3 by the offset less what J2's own offset already does.
 
+pub use super::joint::GapOf;
 use super::{Convention, Robot};
-
-/// The gear of an axis turns by the axis' own value and those of others.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GapOf {
-    /// The axis that bears the joint's name.
-    pub axis: usize,
-    /// Further axes of the sum, +1 or -1 each. Empty: the gear turns by the axis alone, and the robot file says so.
-    pub others: Vec<(usize, f64)>,
-}
 
 /// A method takes joints alone although a gear turns by a sum of axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -53,8 +53,3 @@ pub use document::Origin;
 pub use follow::{Method, Options, Tracked, follow};
 pub use kinematics::Kinematics;
 pub use path::Path;
-
-/// Distance of two points with as many coordinates.
-pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}

@@ -109,7 +109,7 @@ impl Path {
         let mut t = 0.0;
         let mut times = vec![0.0];
         for w in self.points_m.windows(2) {
-            t += (super::distance(&w[0], &w[1]) / speed_m_s).max(SHORTEST_S);
+            t += (distance(&w[0], &w[1]) / speed_m_s).max(SHORTEST_S);
             times.push((t * 1e6).round() / 1e6);
         }
         times
@@ -147,6 +147,11 @@ impl Columns {
         }
         Ok(columns)
     }
+}
+
+/// Distance of two points with as many coordinates.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

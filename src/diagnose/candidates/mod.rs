@@ -12,6 +12,7 @@
 //!   to the next
 //! - `held`: functions over the measured torque of joints that are held, for the test without the catalogue
 //! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
+//! - `spectral`: candidates whose frequency or time is found in what is left; `waves`: ripples
 //! - `steps`: steps of the tracker's frame, where the level of what is left jumps
 //! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
@@ -20,15 +21,19 @@ pub(crate) mod cache;
 pub(crate) mod held;
 pub(crate) mod screen;
 pub(crate) mod sensitivities;
+mod spectral;
 pub(crate) mod spectrum;
 pub(crate) mod steps;
 pub(crate) mod structure;
+mod waves;
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::effects::candidate::AxisSurvey;
-use crate::effects::{Family, Inputs, Survey, catalogue, transmission_error};
+use crate::effects::{Family, Inputs, Survey, catalogue};
 
 pub use crate::effects::Candidate;
+pub use spectral::fading;
+pub use waves::ripple;
 
 impl Candidate {
     /// Sensitivities, one per coefficient.
@@ -134,29 +139,6 @@ pub fn clock(problem: &Problem) -> Option<(f64, f64)> {
         length = length.max(span);
     }
     (length > 0.0).then_some((step, length))
-}
-
-/// Ripple of an axis at a number of cycles per revolution (of its lead, for a prismatic one).
-pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
-    transmission_error::ripple(&problem.robot, axis, cycles_per_rev)
-}
-
-/// A ripple at the frequency of a plain one that fades with the speed of its joint, for a few speeds. A slow wave that fades is any
-/// curve over position and speed: not tried.
-pub fn fading(problem: &Problem, plain: &Candidate) -> Vec<Candidate> {
-    let ripples = plain.form.is_empty() && plain.effect == transmission_error::INFO.name;
-    let Some(axis) = plain.axis().filter(|_| ripples) else { return Vec::new() };
-    if !plain.at(&[1e-6, 0.0]).iter().all(|ripple| spectrum::identifiable(problem, ripple)) {
-        return Vec::new();
-    }
-    let fastest =
-        problem.motions().flat_map(|l| Inputs::speed(&l.drive, axis).iter()).fold(0.0, |m: f64, v| m.max(v.abs()));
-    transmission_error::fading(&problem.robot, axis, plain, fastest)
-}
-
-/// The same with its own phase in each log.
-pub fn ripple_by_log(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
-    transmission_error::ripple_by_log(&problem.robot, axis, cycles_per_rev, problem.logs.len())
 }
 
 pub use crate::effects::vibration::swing as vibration;

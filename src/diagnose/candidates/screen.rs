@@ -4,7 +4,7 @@
 //! a frame can swallow an effect; a small least-squares problem per candidate then gives its gain in 2 ln L and its first
 //! values. The same projected norms say how small an effect the log would show: the minimal detectable bias.
 
-use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::Candidate;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::{dot, gram, orthonormal, project_off};
@@ -123,17 +123,5 @@ impl<'a> ScreeningContext<'a> {
         let mut back = self.residual.clone();
         self.whitening.adjoint(self.problem, &mut back);
         back
-    }
-
-    /// Best ripples (per axis) and vibrations, at the peaks of their spectra, the highest wobbles, and the largest
-    /// steps of the tracker.
-    pub fn spectral(&self) -> Vec<Candidate> {
-        let back = self.back();
-        let mut found = crate::diagnose::candidates::spectrum::ripples(self, &back);
-        let vibration = |hz| candidates::vibration(&self.problem.robot, hz);
-        found.extend(crate::diagnose::candidates::spectrum::vibrations(self, &back).into_iter().map(vibration));
-        found.extend(crate::diagnose::candidates::steps::steps(self, &back));
-        found.extend(crate::diagnose::candidates::spectrum::wobbles(self, &back));
-        found
     }
 }

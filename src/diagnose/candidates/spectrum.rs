@@ -7,7 +7,7 @@
 
 use crate::diagnose::candidates::basis::MOST_SPLINES;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::{self, Candidate, steps};
+use crate::diagnose::candidates::{Candidate, steps, waves};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
@@ -147,7 +147,7 @@ pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
             };
             let all = spectrum(ground, back, axis, &g, None, Lever::Turn);
             let mut found: Vec<Candidate> =
-                at(&all).into_iter().map(|cycles| candidates::ripple(ground.problem, axis, cycles)).collect();
+                at(&all).into_iter().map(|cycles| waves::ripple(ground.problem, axis, cycles)).collect();
             if own_phases(ground.problem) {
                 // without a common phase the powers add up, not the sums
                 let mut sum = vec![0.0; all.len()];
@@ -158,7 +158,7 @@ pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
                 let slow = (least_wave(ground.problem, axis) / g.step).ceil() as usize;
                 sum.iter_mut().take(slow.saturating_sub(g.from)).for_each(|p| *p = 0.0);
                 let told = at(&sum).into_iter();
-                found.extend(told.map(|cycles| candidates::ripple_by_log(ground.problem, axis, cycles)));
+                found.extend(told.map(|cycles| waves::ripple_by_log(ground.problem, axis, cycles)));
             }
             found
         })

@@ -6,7 +6,7 @@ use crate::diagnose::search::direction;
 use crate::diagnose::search::finding::{Refined, Step};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::{CHANCE, RefineRequest, Search};
+use crate::diagnose::search::rounds::{CHANCE, RefineRequest, Search};
 
 /// Joints that yield to gravity, at most.
 const MOST_GRAVITY: usize = 4;

@@ -19,7 +19,7 @@ use crate::diagnose::search::doubt::BETTER;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::prepared::Prepared;
-use crate::diagnose::search::{CHANCE, LEAST_GAIN, Limits, Search, alike};
+use crate::diagnose::search::rounds::{CHANCE, LEAST_GAIN, Limits, Search, alike};
 use crate::effects::EffectInstance;
 
 /// Joints on which wider forms are tried.

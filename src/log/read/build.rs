@@ -1,6 +1,6 @@
 //! The columns of a table, put together as a [`Log`]: which quantities are there, whole or in part.
 
-use super::*;
+use super::table::{Cells, Table};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::log::columns::{Column, Meaning};

@@ -1,6 +1,5 @@
 //! The head of a table: separator, header row, and where the rows begin; what a file is, where it is no log.
 
-use super::*;
 use crate::error::{Error, Place, Result, one_line};
 use crate::log::columns::{Column, Meaning, listed};
 use crate::robot::Robot;
@@ -148,4 +147,28 @@ impl Head {
         }
         Ok(())
     }
+}
+
+pub(crate) fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .delimiter(separator)
+        .buffer_capacity(1 << 16)
+        .from_reader(bytes)
+}
+
+/// Blank lines and comments where a record begins: the reader passes over them without counting.
+pub(super) fn passed_over(bytes: &[u8], from: u64) -> u64 {
+    let mut lines = 0;
+    let mut rest = bytes.get(from as usize..).unwrap_or_default();
+    while let Some(end) = memchr::memchr(b'\n', rest) {
+        if rest[0] != b'#' && !matches!(rest[..end], [] | [b'\r']) {
+            break;
+        }
+        lines += 1;
+        rest = &rest[end + 1..];
+    }
+    lines
 }

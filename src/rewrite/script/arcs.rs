@@ -11,8 +11,8 @@
 
 use super::cause::Cause;
 use super::circles::{DIGITS_M, LEAVES};
-use super::edits::Unplaced;
 use super::run::{Run, Vertex};
+use super::unplaced::Unplaced;
 use super::way::Line;
 use crate::program::script::{Edit, EditRef, Edits, Goal, LeastArc, Move, NewPoint, PathKind, Script, StepKind};
 use nalgebra::Vector3;

@@ -1,10 +1,11 @@
 //! Runs through the engine, and what comes out of it as edits of the program's steps.
 
-use super::edits::{self, Unplaced};
+use super::edits;
 use super::fading::ByClock;
 use super::rates::Rates;
 use super::run::{Run, Vertex};
 use super::task::{Choices, Task};
+use super::unplaced::Unplaced;
 use crate::error::Result;
 use crate::program::script::{At, Document, Edits, Goal, Script, StepEdits, StepKind, processes};
 use crate::rewrite::engine::Engine;

@@ -3,6 +3,7 @@
 use super::approach;
 use super::arcs;
 use super::run::{Role, Run, Vertex};
+use super::unplaced::Unplaced;
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Reason, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
@@ -10,43 +11,6 @@ use crate::robot::Robot;
 
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;
-
-/// What of the engine's work found no place in the program.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Unplaced {
-    /// New points on moves that take none, or that are left as they are: the step is spread over the whole move.
-    pub points: u64,
-    /// Lines of these moves.
-    pub lines: Vec<u64>,
-    /// Why a move takes no point, where the format says so, and the lines.
-    pub why: Vec<(Reason, Vec<u64>)>,
-    /// New points that are no others than their neighbours once they are rounded.
-    pub rounded: u64,
-    /// Steps of loops that would be written otherwise on each pass.
-    pub differing: Vec<usize>,
-}
-
-impl Unplaced {
-    /// New points of a step that find no place.
-    pub fn lose(&mut self, script: &Script, step: usize, points: u64) {
-        self.points += points;
-        let Some(lost) = script.steps.get(step).filter(|_| points > 0) else { return };
-        self.lines.push(lost.at.line);
-        if let StepKind::Move(m) = &lost.kind
-            && let Some(why) = &m.closed
-        {
-            self.because(why, &[lost.at.line]);
-        }
-    }
-
-    /// Moves on these lines take no point for this reason.
-    pub fn because(&mut self, why: &Reason, lines: &[u64]) {
-        match self.why.iter_mut().find(|(known, _)| known == why) {
-            Some((_, known)) => known.extend(lines),
-            None => self.why.push((why.clone(), lines.to_vec())),
-        }
-    }
-}
 
 /// A point that came out, with its place among the vertices.
 struct Out<'a> {

@@ -13,7 +13,7 @@
 //! - [`rates`]: speed and acceleration limits; `spread`: whether spread steps are worth it; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
-//! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
+//! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `wrists`: what is edited alike whatever letters for the wrist mean.
 //! - `asked`: calls that nobody knows and moves wait for.
@@ -54,6 +54,7 @@ pub(crate) mod run;
 mod spread;
 pub(crate) mod stops;
 pub(crate) mod task;
+pub(crate) mod unplaced;
 pub(crate) mod verify;
 pub(crate) mod way;
 mod wrists;
@@ -66,10 +67,10 @@ use crate::robot::frames::Missing;
 use change::Change;
 use coverage::Coverage;
 use edited::Edited;
-use edits::Unplaced;
 use run::{Choice, Gap};
 use std::collections::BTreeMap;
 pub use task::{Choices, Task};
+use unplaced::Unplaced;
 
 /// A rewritten program, in memory.
 pub struct Done {

@@ -6,7 +6,7 @@
 //! points that would stand elsewhere are not added.
 
 use super::cause::Cause;
-use super::edits::Unplaced;
+use super::unplaced::Unplaced;
 use crate::program::script::{Edit, EditRef, Edits, Goal, NewPoint, Script, StepKind};
 use std::collections::BTreeMap;
 

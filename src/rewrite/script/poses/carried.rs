@@ -2,22 +2,16 @@
 //!
 //! A pose determines six joints. Where the robot file has axes before the six of its arm, a target gives their positions itself (`E1`,
 //! `eax_a`), and the arm is solved from where they put it: they are given, never solved. An axis that a target does not name stays where it
-//! stood. Robots with further axes elsewhere in their chain are not solved.
+//! stood. Robots with further axes elsewhere in their chain are not solved. [`external`](super::external) solves targets with it.
 
 use super::super::cause::Cause;
-use super::super::way;
-use super::{Place, Tooled};
-use crate::program::script::PathKind;
-use crate::program::script::pose::{PoseGoal, Solution};
+use crate::program::script::pose::PoseGoal;
 use crate::robot::arm::{self, Arm};
-use crate::robot::{GapOf, JointKind, Robot};
+use crate::robot::{GapOf, Robot};
 use nalgebra::Isometry3;
-use std::sync::Arc;
 
 /// Joints of an arm.
-const OF_ARM: usize = 6;
-/// External axes that differ by less stand at one place, rad or m.
-const STANDS: f64 = 1e-9;
+pub(super) const OF_ARM: usize = 6;
 
 /// The arm behind external axes.
 #[derive(Debug)]
@@ -75,7 +69,7 @@ impl Carried {
     ///
     /// # Errors
     /// One is not known.
-    fn positions(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Result<Vec<f64>, Cause> {
+    pub(super) fn positions(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Result<Vec<f64>, Cause> {
         let of = |axis: usize| {
             let own = goal.placed().iter().find(|p| p.axis == axis).map(|p| p.si);
             own.or_else(|| from.and_then(|q| q.get(axis)).copied()).ok_or(Cause::ExternalUnknown)
@@ -87,82 +81,4 @@ impl Carried {
 /// The further axes of a sum, counted in the arm; `None`: one carries it.
 fn others(gap: &GapOf, count: usize) -> Option<Vec<(usize, f64)>> {
     gap.others.iter().map(|&(axis, c)| Some((axis.checked_sub(count)?, c))).collect()
-}
-
-impl Tooled {
-    /// The arm, the robot of which it is all, and its joints among those of the whole robot.
-    pub fn arm_of<'q>(&'q self, q: &'q [f64]) -> Option<(&'q Arm, &'q Robot, &'q [f64])> {
-        match (&self.arm, &self.carried) {
-            (Some(arm), _) => Some((arm, &self.robot, q)),
-            (None, Some(carried)) => Some((&carried.arm, &carried.robot, carried.of_arm(q))),
-            (None, None) => None,
-        }
-    }
-
-    /// A pose alone does not determine the joints.
-    pub fn is_redundant(&self) -> bool {
-        let turning = self.robot.axis_joints().any(|j| j.kind == JointKind::Revolute);
-        let external = turning && !self.robot.axes().places().external.is_empty();
-        self.arm.is_none() && self.carried.is_none() && (self.robot.dof() > OF_ARM || external)
-    }
-}
-
-impl Place {
-    /// The same for the arm alone where external axes put it; `q`: joints whose first ones are these.
-    fn of_arm(&self, carried: &Carried, q: &[f64]) -> Self {
-        let mut robot = carried.robot.clone();
-        robot.base = carried.base(&self.tooled.robot, q);
-        let tooled = Arc::new(Tooled::new(&robot, robot.tool));
-        let posture = self.posture.as_deref().map(|p| Arc::from(carried.of_arm(p)));
-        Self { tooled, posture, ..self.clone() }
-    }
-
-    /// The same, and how many external axes there are; `None`: no axes carry the arm.
-    pub(super) fn alone(&self, q: &[f64]) -> Option<(Self, usize)> {
-        let carried = self.tooled.carried.as_ref()?;
-        Some((self.of_arm(carried, q), carried.count))
-    }
-
-    /// The same for a target, from the joints before.
-    pub(super) fn alone_at(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Option<(Self, usize)> {
-        let carried = self.tooled.carried.as_ref()?;
-        let at = carried.positions(goal, from).ok()?;
-        Some((self.of_arm(carried, &at), carried.count))
-    }
-
-    /// [`Place::joints`] of a robot on external axes.
-    ///
-    /// # Errors
-    /// Why they cannot be determined.
-    pub(super) fn joints_carried(
-        &self,
-        carried: &Carried,
-        goal: &PoseGoal,
-        from: Option<&[f64]>,
-        path: PathKind,
-        hint: Option<&[f64]>,
-    ) -> Result<Vec<f64>, Cause> {
-        let external = carried.positions(goal, from)?;
-        let alone = self.of_arm(carried, &external);
-        let of_arm = |q: &[f64]| carried.of_arm(q).to_vec();
-        let [start, hint] = [from, hint].map(|q| q.map(of_arm));
-        let moves = |q: &[f64]| external.iter().zip(q).any(|(a, b)| (a - b).abs() > STANDS);
-        let follows = path != PathKind::Joint;
-        let ordered = matches!(goal.solution, Solution::Near(_)) && goal.binding;
-        let q = match from.filter(|q| follows && !ordered && moves(q)) {
-            Some(from) => {
-                let arc = path == PathKind::Curve || goal.via_m.is_some();
-                let end = self.world(goal, Some(from)).filter(|_| !arc).ok_or(Cause::Curve)?;
-                let q = way::follow_carried(&self.tooled, from, &end, &external).ok_or(Cause::NotReached)?;
-                alone.fits(goal, carried.of_arm(&q), &end, carried.of_arm(from))?;
-                q
-            }
-            None => {
-                let arm = alone.joints(goal, start.as_deref(), path, hint.as_deref())?;
-                external.into_iter().chain(arm).collect()
-            }
-        };
-        super::solve::within(&self.tooled.robot, &q)?;
-        Ok(q)
-    }
 }

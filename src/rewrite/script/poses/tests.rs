@@ -5,10 +5,13 @@ use super::borders::Rounding;
 use super::solve::distance;
 use super::*;
 use crate::program::script::PathKind;
-use crate::program::script::pose::{Configuration, PoseForm, Quantity, Solution};
-use crate::robot::GapOf;
-use nalgebra::{Translation3, UnitQuaternion};
+use crate::program::script::pose::{Configuration, Frame, PoseForm, PoseGoal, Quantity, Solution};
+use crate::rewrite::script::cause::Cause;
+use crate::robot::frames::Frames;
+use crate::robot::{Flip, GapOf, Robot};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 const ARMS: [&str; 5] = [
     include_str!("../../../../configs/kuka-kr120-r2500-pro.yaml"),

@@ -2,8 +2,8 @@
 
 use super::super::cause::Cause;
 use super::super::configuration::{CLEAR, prefers, stands};
-use super::super::edits::Unplaced;
 use super::super::run::Run;
+use super::super::unplaced::Unplaced;
 use super::Place;
 use super::borders::{Held, Rounding};
 use super::solve::within;

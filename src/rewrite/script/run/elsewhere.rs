@@ -1,7 +1,8 @@
 //! Axes that stand elsewhere from one step on, or count from elsewhere (a work frame, a tool length, a reference position): where they are is
 //! not known until they are named again. The other axes go on in their run.
 
-use super::{Cause, Cutter, Gap, Joints};
+use super::super::cause::Cause;
+use super::{Cutter, Gap, Joints};
 use crate::program::script::{At, AxisSet};
 
 impl Cutter<'_> {

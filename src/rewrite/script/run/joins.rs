@@ -7,7 +7,9 @@
 //!
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
-use super::{Cause, Cut, Cutter, Joints, LastFrame, Role, Run, Vertex, empty_run};
+use super::super::cause::Cause;
+use super::stretch::empty_run;
+use super::{Cut, Cutter, Joints, LastFrame, Role, Run, Vertex};
 use crate::program::script::{At, Join, Round, Script, StepKind};
 use crate::rewrite::script::approach::Directions;
 use std::collections::{BTreeMap, BTreeSet};

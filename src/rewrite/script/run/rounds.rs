@@ -5,20 +5,12 @@
 //! as nothing but the end of the pass before leads into a pass. Loops with a branch, a label, a call or a target that is not known inside
 //! are none of these, nor those in which a way cannot be followed: they end the run, as every other loop does.
 
-use super::{Cutter, Role};
+use super::cutter::{Cutter, Pass};
+use super::stretch::Role;
 use crate::program::script::{Round, Script, StepKind};
 
 /// Joints that differ by less are the same on both passes, rad or m: what the solver leaves.
 const SAME: f64 = 1e-7;
-
-/// A run that goes through a loop.
-pub(super) struct Pass {
-    pub(super) round: Round,
-    /// Step of the first move in it.
-    pub(super) first: Option<usize>,
-    /// Vertices before it.
-    vertices: usize,
-}
 
 impl Cutter<'_> {
     /// The loop is entered; `false`: where the robot stands before it is not known, and it is not the first that moves.

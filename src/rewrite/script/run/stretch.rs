@@ -1,6 +1,6 @@
 //! The points of a run, and what is known of it as a whole.
 
-use super::Joints;
+use super::joints::Joints;
 use crate::program::script::{At, AxisSet, Script, StepKind};
 use crate::rewrite::script::poses::Place;
 use crate::rewrite::script::way;

@@ -1,7 +1,9 @@
 //! A move between two known places: its duration, the points at which joints turn on it, and its goal.
 
+use super::super::approach::Directions;
+use super::super::cause::Cause;
 use super::stretch::held;
-use super::{Cause, Cutter, Directions, Joints, Reached, Role, ToolAndMiddle, Vertex};
+use super::{Cutter, Joints, Reached, Role, ToolAndMiddle, Vertex};
 use crate::program::script::{At, Goal, Move, PathKind, Speed, Way};
 use crate::rewrite::script::{clock, way};
 use crate::robot::Robot;

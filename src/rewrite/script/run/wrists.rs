@@ -5,7 +5,9 @@
 //! the border of a turn all the time. The runs of meanings that nothing refutes are all returned: what is edited has to be the same for each
 //! of them ([`super::super::wrists`]).
 
-use super::{Cause, Choice, Cut, Cutter, Reached, cut_by};
+use super::super::cause::Cause;
+use super::cuts::cut_by;
+use super::{Choice, Cut, Cutter, Reached, Tells};
 use crate::program::script::pose::{PoseGoal, Solution};
 use crate::program::script::{At, Goal, Note, PathKind, Script};
 use crate::rewrite::script::configuration::flips;
@@ -17,17 +19,6 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 const ON_BORDERS: usize = 3;
 /// So many times as much that speaks against a meaning refutes it.
 const TIMES: usize = 2;
-
-/// What a cut tells of the meaning that it was made with.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Tells {
-    /// Moves that would not be so with this meaning.
-    against: usize,
-    /// Targets at which a joint stands on the border of its turn.
-    on_border: usize,
-    /// Some run begins with joints that a letter alone chose.
-    by_letter: bool,
-}
 
 impl Tells {
     fn contradictions(self) -> usize {
@@ -45,8 +36,8 @@ fn meanings(script: &Script) -> Option<(At, &'static [Flip])> {
     })
 }
 
-/// The runs of a script, for what the letters of the wrist most probably mean; beside them those for other meanings that are as possible.
-pub(super) fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
+/// The runs of a script, and where directions are lost, for what the letters of the wrist most probably mean; beside them those for other meanings that are as possible.
+pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let Some((at, meanings)) = meanings(script) else { return cut_by(script, choice, poses) };
     let given = poses.flip;
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());

@@ -1,0 +1,119 @@
+//! The runs of a script for one meaning of the letters for the wrist: through loops whose passes are alike, and over breaks of which it is
+//! known from where control comes.
+
+use super::super::approach::Directions;
+use super::super::clock::LastTcp;
+use super::super::poses::{Poses, Tooled};
+use super::cutter::{Choice, Cut, Cutter, Tells};
+use super::joints::Joints;
+use super::stretch::empty_run;
+use super::{arm, joins};
+use crate::program::script::{AxisSet, Break, Goal, Round, Script, StepKind};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// The runs for one meaning of the letters for the wrist.
+pub(super) fn cut_by(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
+    let given = poses.posture.is_some();
+    if !given {
+        poses.posture = arm::by_project(script, choice.robot).map(Arc::from);
+    }
+    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let (mut cut, over) = cut_rounds(script, choice, poses);
+    if arm::mostly_goes_over(script, &over) {
+        // no arm changes its configuration all the time: frames, tool or robot are others, and orders tell nothing
+        (poses.missing, poses.posture, poses.by_order) = (missing, posture, false);
+        cut = cut_rounds(script, choice, poses).0;
+        poses.by_order = true;
+    }
+    poses.posture = poses.posture.take().filter(|_| given);
+    cut
+}
+
+/// The same through those loops of which every pass leads to the same joints, and the motions that go over into another configuration of
+/// the arm because they order it.
+fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<usize>) {
+    /// Loops may depend on loops before them; few do.
+    const TRIES: usize = 4;
+    let mut rounds: Vec<Round> = script.rounds.iter().filter(|_| choice.rounds).copied().collect();
+    let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let mut tried = 0;
+    loop {
+        let (cut, over, failed) = cut_once(script, choice, poses, &rounds);
+        if failed.is_empty() || rounds.is_empty() {
+            return (cut, over);
+        }
+        (poses.missing, poses.posture) = (missing.clone(), posture.clone());
+        rounds.retain(|r| !failed.contains(&r.open) && tried < TRIES);
+        tried += 1;
+    }
+}
+
+fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round]) -> (Cut, Vec<usize>, Vec<usize>) {
+    let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
+    let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
+    let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
+    let run = empty_run(entry.is_none());
+    // what joint targets say of the arm serves Cartesian ones alone
+    let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
+    let one_arm = !solves || arm::one_configuration(script, &plain);
+    let hint = script.targets.iter().find_map(|t| arm::joints_of(t, choice.robot.dof())).filter(|_| one_arm);
+    let hint = hint.map(Joints::from);
+    if !one_arm {
+        poses.posture = None;
+    }
+    let mut out = Cut::default();
+    if let Some(note) = arm::contradiction(script, &plain, poses.posture.as_deref()) {
+        poses.posture = None;
+        out.notes.push(note);
+    }
+    let mut cutter = Cutter {
+        choice,
+        poses,
+        plain,
+        out,
+        run,
+        known: Vec::new(),
+        free: AxisSet::default(),
+        rest: None,
+        hint,
+        one_arm,
+        named: 0,
+        over: Vec::new(),
+        lettered: false,
+        by_letter: false,
+        tells: Tells::default(),
+        by_joints: false,
+        last_frame: None,
+        stands: false,
+        tcp: LastTcp::default(),
+        directions: Directions::default(),
+        pass: None,
+        again: false,
+        failed: Vec::new(),
+    };
+    let join = choice.joins && script.joins.len() <= joins::MOST;
+    let wanted = if join { joins::places(&script.joins) } else { BTreeSet::new() };
+    let mut places = joins::Places::default();
+    for k in 0..script.steps.len() {
+        if wanted.contains(&k) {
+            places.extend(cutter.standing().map(|standing| (k, standing)));
+        }
+        cutter.follow(script, k, rounds, entry);
+    }
+    // the last routine ends after the last step
+    let last = script.steps.len();
+    places.extend(cutter.standing().filter(|_| wanted.contains(&last)).map(|standing| (last, standing)));
+    cutter.end(false);
+    let failed = std::mem::take(&mut cutter.failed);
+    if !wanted.is_empty() {
+        cutter.join(script, rounds, places);
+    }
+    let Cutter { mut out, mut over, tells, .. } = cutter;
+    out.tells = tells;
+    over.sort_unstable();
+    over.dedup();
+    out.notes.splice(0..0, arm::another_robot(script, &out.left));
+    out.notes.extend(arm::goes_over(script, &over));
+    (out, over, failed)
+}
