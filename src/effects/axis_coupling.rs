@@ -4,8 +4,8 @@
 //! Parameter: `ratio` (rad or m per rad or m; at the edges in the units of the two joints), at most 0.5 either way: hollow-shaft
 //! wrists couple by 1/100 or so, and only the error of the ratio is left. Action: correct the coupling ratio in the controller.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

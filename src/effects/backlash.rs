@@ -6,7 +6,7 @@
 //! Parameter: a half gap of 0 or more, at most 0.1 rad or 10 mm: more is a broken joint. Action: take up the gap (preload, shim,
 //! change the nut); an offset of half a gap in the direction of travel undoes it.
 
-use super::*;
+use super::common::*;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

@@ -5,9 +5,10 @@
 //! fits as a polynomial is written as 41 knots. Action: local wear; an offset scheduled over position compensates it.
 
 use super::backlash::play;
+use super::common::*;
 use super::curve::Pchip;
 use super::site::within;
-use super::*;
+use super::{Backlash, effect};
 use serde_yaml::{Mapping, Value};
 
 /// How the catalogue describes this effect.

@@ -6,8 +6,8 @@
 //! which the program runs.
 
 use super::backlash::play;
+use super::common::*;
 use super::site::within;
-use super::*;
 use serde_yaml::Value;
 
 /// How the catalogue describes this effect.

@@ -7,7 +7,7 @@
 //! Parameters: 0 or more (a floor gives way along its load), at most 1e-4 rad/Nm. Typical: 1e-8 rad/Nm bolted to concrete, 1e-6 on a
 //! mobile base. Without `links` it does nothing. Action: stiffen or regrout the base; level it again.
 
-use super::*;
+use super::common::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_yaml::Value;
 

@@ -8,8 +8,8 @@
 //! Parameters: amplitude at most 0.002 rad; cycles 0.05 to 10,000; phase within half a turn. Typical: 0.001 to 0.01 deg, 1 or 2
 //! cycles. Action: replace or preload the bearing. No offset of one joint undoes it.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use crate::robot::Robot;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_yaml::{Mapping, Value};

@@ -8,8 +8,8 @@
 //! units of the two joints). Row by row, with the turning points of the difference between rows estimated as those of a
 //! joint. `rewrite` leaves it: an offset at the reversals of one joint alone does not follow the difference.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use serde_yaml::Value;
 
 /// How the catalogue describes this effect.

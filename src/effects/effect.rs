@@ -3,7 +3,7 @@
 //! Only what an effect does differently from doing nothing has to be written: every hook of the chain has a default. Values are SI
 //! (rad or m, s, Nm or N).
 
-use super::{Clock, EffectInfo, GapCurve, Nature, Parameter, Site, Stage, Target, Track, stiction::Decay};
+use super::{Clock, Decay, EffectInfo, GapCurve, Nature, Parameter, Site, Stage, Target, Track};
 use super::{Geometry, Idle, Inputs, Row, WhyIdle};
 use crate::robot::Robot;
 use nalgebra::Vector3;

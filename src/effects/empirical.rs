@@ -12,9 +12,10 @@
 //! one over direction or times direction as a gap; the others are no function of the program's positions. Its trials:
 //! `crate::diagnose::search::unnamed`.
 
+use super::common::*;
+use super::effect;
 use super::site::within;
 use super::spline::Spline;
-use super::*;
 use nalgebra::Vector3;
 use serde_yaml::{Mapping, Value};
 

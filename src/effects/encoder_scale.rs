@@ -3,8 +3,8 @@
 //! Parameter: `scale_ppm`, within 5 %, beyond which a gear ratio is entered wrongly. It acts on the signal that arrives.
 //! Action: correct the gear ratio, or the scale of the encoder, in the controller; an offset `-scale * p` undoes it.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

@@ -10,8 +10,9 @@
 //! Parameters: either sign, at most 0.01 rad; typical 0.003 to 0.02 deg. A prismatic joint bears weight, not moments: it has none.
 //! `rewrite` undoes all of it, point by point.
 
+use super::common::*;
+use super::gravity_compliance;
 use super::site::within;
-use super::*;
 use crate::robot::JointKind;
 use serde_yaml::{Mapping, Value};
 

@@ -4,7 +4,8 @@
 //! one turns the joint positive. Parameter: compliance 0 or more (a spring gives way along its load), at most 1e-3 rad/Nm or
 //! 1e-4 m/N. Action: an elasto-static correction (most controllers have one, with load data); check the counterbalance.
 
-use super::*;
+use super::common::*;
+use super::free_mass_gravity;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

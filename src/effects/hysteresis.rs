@@ -7,7 +7,8 @@
 //! Method: `z = dir + (z0 - dir) exp(-travel/presliding)` on each monotone piece, exact between samples. Start: `z = 0`, or the
 //! initial side of the gap.
 
-use super::*;
+use super::common::*;
+use super::maxwell_slip;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

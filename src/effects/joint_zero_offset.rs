@@ -3,8 +3,8 @@
 //! Parameter: `offset` of either sign, at most 0.2 rad or 50 mm: a robot mastered worse than that does not reach its work.
 //! Action: master the joint again (or enter the offset in the controller).
 
+use super::common::*;
 use super::site::within;
-use super::*;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

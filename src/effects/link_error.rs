@@ -7,8 +7,8 @@
 //! Parameter: `delta` of either sign, at most 50 mm or 0.1 rad: a robot farther off is another robot. Action: enter the
 //! calibrated parameter, where the controller allows it; else correct poses with the calibrated inverse kinematics.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use crate::robot::JointKind;
 
 /// How the catalogue describes this effect.

@@ -10,7 +10,7 @@
 //! follow the load: `rewrite` leaves it.
 
 use super::backlash::play;
-use super::*;
+use super::common::*;
 use serde_yaml::Value;
 
 /// How the catalogue describes this effect.

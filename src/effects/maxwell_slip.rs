@@ -11,7 +11,8 @@
 //! there). A play is one element whose presliding is its half width. A diagnosis puts it in the place of several lost motions of one
 //! joint ([`crate::diagnose::search`]). An offset of the sum of the widths in the direction of travel undoes most of it.
 
-use super::*;
+use super::common::*;
+use super::hysteresis;
 use serde_yaml::{Mapping, Value};
 
 /// How the catalogue describes this form.

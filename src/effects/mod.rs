@@ -10,7 +10,8 @@
 //! through the addition of one. Read in this order:
 //! - [`effect`]: the trait [`EffectType`], which every effect implements, and [`Effect`], a value of any of them.
 //! - [`info`]: [`EffectInfo`], what holds for all values of an effect; [`catalogue`]: all of them, with one line each.
-//! - [`inputs`]: what effects look at; [`target`]: targets in words; [`entry`] and [`fields`]: the same in a model file; [`site`]: units
+//! - `common`: what the file of an effect needs beside itself; `stage`: places in the chain; `output`: what a gear makes of a command.
+//! - [`inputs`]: what effects look at; [`target`]: where they act, also in words; [`entry`] and [`fields`]: the same in a model file; [`site`]: units
 //!   and keys of a target.
 //! - [`candidate`]: what a diagnosis tries of an effect, and what it knows of the logs ([`candidate::Survey`]).
 //! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
@@ -26,8 +27,11 @@ pub mod base_tilt;
 pub mod bearing_wobble;
 pub mod candidate;
 pub mod catalogue;
+pub mod clock;
+mod common;
 pub mod coupled_play;
 pub mod curve;
+pub mod decay;
 pub mod effect;
 pub mod empirical;
 pub mod encoder_scale;
@@ -43,6 +47,7 @@ pub mod joint_zero_offset;
 pub mod link_error;
 pub mod loaded_play;
 pub mod maxwell_slip;
+mod output;
 pub mod presliding_stiction;
 pub mod process_force;
 pub mod response;
@@ -50,6 +55,7 @@ pub mod servo_lag;
 pub mod site;
 pub mod smooth;
 pub mod spline;
+mod stage;
 pub mod stiction;
 pub mod target;
 pub mod thermal_drift;
@@ -72,8 +78,10 @@ pub use backlash_speed::BacklashSpeed;
 pub use base_tilt::BaseTilt;
 pub use bearing_wobble::BearingWobble;
 pub use candidate::{Candidate, Survey};
+pub use clock::Clock;
 pub use coupled_play::CoupledPlay;
 pub use curve::GapCurve;
+pub use decay::Decay;
 pub use effect::{Effect, EffectInstance, EffectType, Undo, UndoContext, without_columns};
 pub use empirical::Empirical;
 pub use encoder_scale::EncoderScale;
@@ -88,14 +96,17 @@ pub use joint_zero_offset::JointZeroOffset;
 pub use link_error::LinkError;
 pub use loaded_play::LoadedPlay;
 pub use maxwell_slip::MaxwellSlip;
+pub use output::{apply_stage, joint_output};
 pub use presliding_stiction::PreslidingStiction;
 pub use process_force::ProcessForce;
 pub use servo_lag::ServoLag;
 pub use site::{Parameter, Site};
-pub use stiction::{Decay, Stiction};
+pub use stage::Stage;
+pub use stiction::Stiction;
+pub use target::{DhParameter, Target};
 pub use thermal_drift::ThermalDrift;
 pub use thermal_growth::ThermalGrowth;
-pub use time_offset::{Clock, TimeOffset};
+pub use time_offset::TimeOffset;
 pub use tool_error::ToolError;
 pub use torque_hysteresis::TorqueHysteresis;
 pub use torque_windup::TorqueWindup;
@@ -106,109 +117,4 @@ pub use tracker_scale::TrackerScale;
 pub use transmission_error::TransmissionError;
 pub use vibration::Vibration;
 
-use crate::error::Result;
 pub use crate::robot::JointFrame;
-
-/// Place in the chain; effects act in this order, and within a stage in the order of the model file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
-    /// Between command and motor.
-    Servo,
-    /// Between motor and output of the gear; acts in the order of movement.
-    Gear,
-    /// Between the gear and the joint's position.
-    Link,
-    /// Kinematic parameters.
-    Geometry,
-    /// The base of the robot.
-    Base,
-    /// The TCP, in the frame of the base.
-    Tcp,
-    /// The measuring system.
-    Measurement,
-}
-
-impl Stage {
-    /// As the documents print it.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Servo => "servo",
-            Self::Gear => "gear",
-            Self::Link => "link",
-            Self::Geometry => "geometry",
-            Self::Base => "base",
-            Self::Tcp => "TCP",
-            Self::Measurement => "measurement",
-        }
-    }
-}
-
-/// A DH parameter of a joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum DhParameter {
-    /// Distance along x.
-    A,
-    /// Distance along z.
-    D,
-    /// Angle about x.
-    Alpha,
-    /// Hayati's twist about y after alpha, for joints whose axes are nearly parallel.
-    Beta,
-}
-
-impl DhParameter {
-    /// As it stands after the dot of a target.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::A => "a",
-            Self::D => "d",
-            Self::Alpha => "alpha",
-            Self::Beta => "beta",
-        }
-    }
-}
-
-/// Where an effect acts. `Joint`, `to` and `from` count axes (joints with their own command); `joint` counts
-/// [`crate::robot::Robot::joints`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Target {
-    /// The joint of this axis.
-    Joint(usize),
-    /// A joint that another one moves.
-    Coupled {
-        /// Axis that is moved.
-        to: usize,
-        /// Axis that moves it.
-        from: usize,
-    },
-    /// A kinematic parameter of a joint.
-    Link {
-        /// Number of the joint.
-        joint: usize,
-        /// The parameter.
-        parameter: DhParameter,
-    },
-    /// The base of the robot.
-    Base,
-    /// The tool.
-    Tool,
-    /// The TCP, in the frame of the base.
-    Tcp,
-    /// The log as a whole.
-    Log,
-}
-
-/// Applies the effects of one stage to a signal, in their order.
-pub fn apply_stage<'a>(stage: Stage, track: &Track, effects: impl IntoIterator<Item = &'a Effect>, signal: &mut [f64]) {
-    for e in effects.into_iter().filter(|e| e.stage() == stage) {
-        e.apply(track, signal);
-    }
-}
-
-/// Output of a joint's gear for its command: servo, then gear, in the order given within each.
-pub fn joint_output<'a>(track: &Track, effects: impl IntoIterator<Item = &'a Effect> + Clone) -> Vec<f64> {
-    let mut signal = track.p.to_vec();
-    apply_stage(Stage::Servo, track, effects.clone(), &mut signal);
-    apply_stage(Stage::Gear, track, effects, &mut signal);
-    signal
-}

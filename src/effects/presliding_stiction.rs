@@ -19,7 +19,8 @@
 //! rise 1 ms to 10 s, and in a fit no longer than the decay: with another size, both exchanged are the same response.
 //! Typical: 0.0005 to 0.005 deg, rise 0.1 to 0.7 s, decay 0.3 to 5 s. `rewrite` undoes the plain spike.
 
-use super::*;
+use super::common::*;
+use super::stiction;
 
 /// How the catalogue describes this form.
 pub static FORM: EffectForm = EffectForm {

@@ -8,8 +8,8 @@
 //! Parameter: compliance 0 or more (a spring gives way along its load), at most 1e-3 rad/Nm or 1e-4 m/N. It is the spring of
 //! `gravity_compliance` under another load. Without the columns it does nothing.
 
+use super::common::*;
 use super::gravity_compliance::{PRISMATIC_KEY, REVOLUTE_KEY, key, parameter};
-use super::*;
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

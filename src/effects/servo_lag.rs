@@ -9,8 +9,8 @@
 //! between the points of a program. What earlier effects added to the command is filtered too (the equation is linear),
 //! straight between samples. Settled poses have no lag.
 
-use super::smooth::Samples;
-use super::*;
+use super::common::*;
+use super::smooth::{self, Samples};
 
 /// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {

@@ -7,7 +7,9 @@
 //! Parameters: spike 0 or more, at most 0.1 rad or 10 mm; decay above 0. Action: friction: grease, preload, integral gain of the
 //! servo; a fading offset after each reversal compensates it.
 
-use super::*;
+use super::common::*;
+pub use super::decay::Decay;
+use super::presliding_stiction;
 use serde_yaml::Value;
 
 /// How the catalogue describes this effect.
@@ -47,26 +49,6 @@ pub static INFO: EffectInfo = EffectInfo {
     candidates,
     further: presliding_stiction::further,
 };
-
-/// How the spike decays: `exp(-(t - t_rev) / s)`, or `exp(-|p - p_rev| / travel)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Decay {
-    /// Time constant, s.
-    Time(f64),
-    /// Travel constant, rad or m.
-    Travel(f64),
-}
-
-impl Decay {
-    /// Share of the spike that is left `since_s` seconds and `travel` (rad or m) after the reversal.
-    #[inline]
-    pub fn left(&self, since_s: f64, travel: f64) -> f64 {
-        match self {
-            Self::Time(tau) => (-since_s / tau).exp(),
-            Self::Travel(lambda) => (-travel.abs() / lambda).exp(),
-        }
-    }
-}
 
 /// Spike in rad or m, and its decay.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 //! Parameters: the three coordinates of `D`, at most 10 mm each; `tau_s` between 1 s and 1e6 s: faster is a settling servo,
 //! slower is no drift of one log. Where a log does not tell the time constant, a diagnosis holds it. Times count from the first row. Action: warm up before measuring and working; zero again.
 
-use super::*;
+use super::common::*;
 use nalgebra::Vector3;
 use serde_yaml::Mapping;
 

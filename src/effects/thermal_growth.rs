@@ -8,8 +8,8 @@
 //! Parameters: rates of either sign, at most 100 mm (0.1 rad) an hour, 1 mm (0.01 rad) a kelvin, 0.1 mm (1 mrad) a row; steel grows
 //! by 12 um a metre and kelvin. Typical: 10 to 100 um. A length moves the TCP along the link's axis; joints do not change.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use nalgebra::Vector3;
 
 /// How the catalogue describes this effect.

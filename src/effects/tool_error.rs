@@ -3,7 +3,7 @@
 //! Parameter: the three coordinates of the change, at most 200 mm each. It moves the TCP (the first reflector); further
 //! reflectors keep the positions of `tools:`. Action: measure the tool again and enter it.
 
-use super::*;
+use super::common::*;
 use nalgebra::Vector3;
 
 /// How the catalogue describes this effect.

@@ -10,7 +10,7 @@
 //! Parameters: half width 0 or more, at most 0.1 rad (10 mm); torque above 0. Typical: 0.1 to 2 deg of a printed cycloidal reducer,
 //! 0.01 deg of a harmonic drive. Without the column it does nothing.
 
-use super::*;
+use super::common::*;
 use serde_yaml::Value;
 
 /// How the catalogue describes this effect.

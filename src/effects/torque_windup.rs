@@ -8,8 +8,8 @@
 //! Parameters: compliance of either sign (columns differ in sign), at most 0.1 rad/Nm (1e-3 m/N); cubic at most 1e-4
 //! rad/Nm^3. Typical: 1e-6 to 1e-5 deg/Nm of a large gear, 0.1 deg/Nm of a printed one. Without the column it does nothing.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use serde_yaml::Value;
 
 /// How the catalogue describes this effect.

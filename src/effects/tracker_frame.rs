@@ -8,8 +8,8 @@
 //! where the level of what is left jumps (`diagnose::candidates::steps`). It acts in every log, or in the one that `log` names. Action:
 //! fix the tripod, wait for the tracker to warm up, measure fixed nests before and after.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_yaml::{Mapping, Value};
 

@@ -10,8 +10,8 @@
 //! 1 K/m in a hall. 1 K/m is 12 um at 5 m and 46 um at 10 m. A frame that is estimated takes it up, over the space that an arm fills, so
 //! that a diagnosis tries it where the model has the frame. Action: stir the air.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use nalgebra::Vector3;
 
 /// Fall of the index of air per kelvin, 1/K: 20 deg C, 1013 hPa, 633 nm.

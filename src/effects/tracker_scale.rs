@@ -7,8 +7,8 @@
 //! frame takes up the difference. Parameter: `scale_ppm` of either sign, at most 1000 ppm. Action: enter the weather, check the
 //! scale bar.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use nalgebra::Vector3;
 
 /// How the catalogue describes this effect.

@@ -8,8 +8,8 @@
 //! recording has its own phase: `phase_deg` is that of the first, `phase_2_deg` of the second, and so on. Action: service the gear (a
 //! tooth, the wave generator); an offset of the negative undoes it.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use crate::robot::{JointKind, Robot};
 use std::f64::consts::{PI, TAU};
 

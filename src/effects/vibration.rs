@@ -4,8 +4,8 @@
 //! frame. A log shows it at its alias where it has fewer than two rows a period. Action: find what vibrates (a fan, a
 //! pump, a resonance: see whether it stays when the robot stands); damp it, or avoid motions that contain its frequency.
 
+use super::common::*;
 use super::site::within;
-use super::*;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use serde_yaml::{Mapping, Value};
