@@ -2,7 +2,8 @@
 //!
 //! What a kind of test knows beyond them is appended to the document by that identification ([`super::file::extend`]).
 
-use super::file::{NameAndHash, SCHEMA, SIGNIFICANT_DIGITS, in_user_unit, keyed, keyed_list, number};
+use super::file::SCHEMA;
+use super::values::{NameAndHash, SIGNIFICANT_DIGITS, in_user_unit, keyed, keyed_list, number};
 use super::{Distrust, GapPoint, Gaps, JointGap, Note, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
 use crate::io::keyed::Keyed;

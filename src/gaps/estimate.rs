@@ -5,7 +5,7 @@
 //! document without them is one of a single kind of test.
 
 use crate::effects::response::{MOST_SPIKES, MOST_WINDUPS, Response, Spike, Windup};
-use crate::gaps::file::{in_user_unit, keyed, number};
+use crate::gaps::values::{in_user_unit, keyed, number};
 use crate::io::keyed::Keyed;
 use crate::robot::{JointKind, Robot};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! Notes on commands that are not known well enough.
 
-use super::edge;
+use super::unit::edge;
 use crate::robot::JointKind;
 
 /// A remark on the commands of a log. Values are in rad or m, as `kind` says.

@@ -1,6 +1,6 @@
 //! Notes of the identification by growing sweeps.
 
-use super::edge;
+use super::unit::edge;
 use crate::error::counted;
 use crate::robot::JointKind;
 

@@ -1,6 +1,6 @@
 //! Notes of an estimate of all logs of a machine.
 
-use super::edge;
+use super::unit::edge;
 use crate::gaps::estimate::{Agreement, Trust};
 use crate::robot::JointKind;
 

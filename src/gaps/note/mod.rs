@@ -9,9 +9,9 @@ pub mod path;
 pub mod scalar;
 pub mod screw;
 pub mod static_test;
+mod unit;
 
 use super::Distrust;
-use crate::robot::JointKind;
 use crate::robot::gap_of::JointsAlone;
 
 /// A remark on gaps.
@@ -87,16 +87,6 @@ impl Note {
 }
 
 crate::io::in_words!(Note);
-
-/// A value of a joint (rad or m) in the unit of the edges, without that unit.
-fn edge(value: f64, kind: JointKind) -> f64 {
-    kind.to_user_unit(value)
-}
-
-/// The unit in which a lever is shown: TCP over joint.
-fn lever_unit(kind: JointKind) -> &'static str {
-    if kind == JointKind::Revolute { "mm per radian" } else { "um per mm" }
-}
 
 #[cfg(test)]
 mod tests {

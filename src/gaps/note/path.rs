@@ -1,6 +1,6 @@
 //! Notes of the identification of a path.
 
-use super::{edge, lever_unit};
+use super::unit::{edge, lever_unit};
 use crate::error::counted;
 use crate::robot::JointKind;
 

@@ -1,6 +1,6 @@
 //! Notes of the identification by a ballbar or a dial gauge.
 
-use super::edge;
+use super::unit::edge;
 use crate::robot::JointKind;
 
 /// A remark on gaps by a scalar reading. Values of joints are in rad or m, as `kind` says.
