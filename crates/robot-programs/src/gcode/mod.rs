@@ -4,7 +4,7 @@
 //! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning; certain: what ends it)
 //!      -> goal: positions, steps (statements: what is kept of them); lathe: X as a diameter; places: who reads where the machine
 //!      stands; rotary: which way an axis turns
-//! edits -> write: words; pieces: arcs -> patches
+//! edits -> write: blocks; leg: words; pieces: arcs -> patches
 //! ```
 //!
 //! Words X, Y, Z, A, B, C, U, V, W meet the robot's axes by name. A word that a block does not have leaves its axis where it is.
@@ -32,6 +32,7 @@ mod flow;
 mod frame;
 mod goal;
 mod lathe;
+mod leg;
 mod lex;
 mod passed;
 mod pieces;

@@ -1,36 +1,10 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
 pub use super::by_steps::BySteps;
-use super::joins::{Join, Labels, through_still};
+use super::joins::{Labels, through_still};
+pub use super::order::{Round, is_entered};
 use super::routines::Routines;
-use super::{At, Break, Goal, Move, Reason, Script, Step, StepKind, Text, pragma};
-
-/// A loop that is certainly entered, and whose passes all run through the same steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Round {
-    /// Step of the break with which it begins.
-    pub open: usize,
-    /// Step of the break with which it ends.
-    pub close: usize,
-    /// What stands after it is reached from its end alone.
-    pub goes_on: bool,
-}
-
-/// Whether the head of a loop lets it be entered whatever the program does before: constant bounds, or none.
-///
-/// `head = "FOR" name ("FROM" | "=") integer "TO" integer ["DO"] | "WHILE" ["("] "TRUE" [")"] ["DO" | ":"] | "LOOP"`
-pub fn is_entered(head: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(head).to_ascii_uppercase().replace('=', " = ").replace(['(', ')', ':'], " ");
-    let words: Vec<&str> = text.split_ascii_whitespace().collect();
-    let bound = |w: &str| w.parse::<i32>().ok();
-    match words[..] {
-        ["FOR", _, "FROM" | "=", from, "TO", to] | ["FOR", _, "FROM" | "=", from, "TO", to, "DO"] => {
-            bound(from).zip(bound(to)).is_some_and(|(from, to)| from <= to)
-        }
-        ["WHILE", "TRUE"] | ["WHILE", "TRUE", "DO"] | ["LOOP"] => true,
-        _ => false,
-    }
-}
+use super::{At, Break, Goal, Join, Move, Reason, Script, Step, StepKind, Text, pragma};
 
 /// Steps, and the places `S` of their moves.
 pub struct Steps<S> {
@@ -401,22 +375,6 @@ impl<S> Steps<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn loops_are_entered_by_constant_bounds_and_without_a_condition() {
-        let entered =
-            ["FOR i FROM 1 TO 4 DO", "for i=1 to 4", "FOR R[1]=1 TO 3", "LOOP", "while (True):", "WHILE TRUE DO"];
-        assert!(entered.iter().all(|head| is_entered(head.as_bytes())));
-        let not = [
-            "FOR i FROM 1 TO n DO",
-            "FOR i=4 TO 1",
-            "FOR i=1 TO 9 STEP 2",
-            "WHILE x DO",
-            "while True and x:",
-            "FOR R[1]=4 DOWNTO 1",
-        ];
-        assert!(not.iter().all(|head| !is_entered(head.as_bytes())));
-    }
 
     #[test]
     fn rounds_are_loops_without_a_second_branch_and_know_whether_something_leads_out() {

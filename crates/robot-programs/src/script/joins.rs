@@ -1,17 +1,7 @@
 //! From where control comes to a break: the ways that lead to a branch, to the end of a block, and to a label.
 
-use super::{Script, StepKind};
+use super::{Join, Script, StepKind};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A break of which it is known from where alone control comes there.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Join {
-    /// Step of the break.
-    pub at: usize,
-    /// From the places before these steps: a condition that is looked at there, the end of a branch, a jump. Control stands there when all
-    /// steps before it have been done. None: nothing leads to the break.
-    pub from: Vec<usize>,
-}
 
 /// Labels of a routine, and the places from which something jumps to them.
 #[derive(Default)]

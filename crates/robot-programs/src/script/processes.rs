@@ -3,7 +3,7 @@
 //! It counts as on wherever one way through the program leaves it on: an end of it that may be passed by ends nothing for those who pass by,
 //! a loop may begin with what its last pass left on, and a routine with what was on where it is called.
 
-use super::joins::Join;
+use super::order::Join;
 use super::{Break, Script, Step, StepKind};
 
 /// For each step whether a process may be on before it; empty: none ever is.

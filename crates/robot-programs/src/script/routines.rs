@@ -3,7 +3,7 @@
 //! Where a routine ends does not depend on the place that calls it, if it moves on every way through it. A way on which nothing moves
 //! leads back to its start, of which nothing is known here.
 
-use super::joins::Join;
+use super::order::Join;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The routines of a file, where they end, and the calls of one by another.
