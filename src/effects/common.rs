@@ -1,6 +1,7 @@
 //! What the file of an effect needs beside itself: the trait and its types, none of the other effects.
 
 pub use super::candidate::{self, Candidate, Survey};
+pub use super::clock::Clock;
 pub use super::curve::GapCurve;
 pub use super::decay::Decay;
 pub use super::effect::{Effect, EffectInstance, EffectType, Undo, UndoContext};

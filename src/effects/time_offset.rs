@@ -4,7 +4,6 @@
 //! Parameters: `offset_s` of either sign, at most 10 s: clocks farther apart are set, not estimated; `drift_ppm` of either sign, at
 //! most 1000 (quartz: 1 to 50). One of them may be left out. Action: trigger both from one signal; shift the times of the log.
 
-pub use super::clock::Clock;
 use super::common::*;
 use super::site::within;
 

@@ -18,15 +18,17 @@
 //! Fails: an error where the recordings overlap too little, or do not move.
 
 use super::failure::Failure;
+use super::frame::Frame;
 use super::play::Play;
 use super::search::Seen;
 use super::step::{self, Reading, Step};
+use super::variance::long_run_variance;
 use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::normal::Z95;
 use crate::numerics::qr::Triangle;
 use crate::numerics::robust::MEDIAN_DISTANCE;
+use crate::numerics::robust::median_of;
 use crate::numerics::series::Series;
-use crate::numerics::{rigid, robust::median_of};
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
@@ -284,29 +286,6 @@ pub(super) fn fit_from<S: Estimated>(
     })
 }
 
-/// Where a fit begins: the frame of the tracker by a rigid fit of the paths, and the middle of the readings, s.
-pub(super) struct Frame {
-    pub rotation: Rotation3<f64>,
-    pub shift: Vector3<f64>,
-    pub middle_s: f64,
-}
-
-impl Frame {
-    fn of(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<Self> {
-        let n = commands.channels();
-        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
-        let mut pairs = Vec::with_capacity(rows.len());
-        for &k in rows {
-            if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
-                pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
-            }
-        }
-        let found = rigid::fit(pairs.iter().copied(), false)?;
-        let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
-        Some(Self { rotation: Rotation3::from_matrix_unchecked(found.rotation), shift: found.translation, middle_s })
-    }
-}
-
 /// The present estimate, and the readings that count.
 struct Clock<'a, S> {
     robot: &'a Robot,
@@ -450,34 +429,5 @@ fn drop_outliers(residual_m: &[Option<f64>], kept: &mut [bool]) -> bool {
 impl Solved {
     fn half_95(&self, stamps: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + self.by_priors[p] + stamps[p]).sqrt())
-    }
-}
-
-/// Variance of a sum of correlated terms: Bartlett kernel, its length by Andrews (1991) for a first-order autoregression.
-fn long_run_variance(u: &[f64]) -> f64 {
-    let n = u.len();
-    let lagged = |l: usize| -> f64 { u.iter().zip(&u[l..]).map(|(a, b)| a * b).sum() };
-    let zero = lagged(0).max(f64::MIN_POSITIVE);
-    let rho = (lagged(1) / zero).clamp(-0.97, 0.97);
-    let alpha = 4.0 * rho * rho / ((1.0 - rho).powi(2) * (1.0 + rho).powi(2));
-    let length = (1.1447 * (alpha * n as f64).cbrt()).ceil().max(12.0).min(n as f64 / 4.0) as usize;
-    let sum = (1..=length).map(|l| 2.0 * (1.0 - l as f64 / (length + 1) as f64) * lagged(l)).sum::<f64>();
-    (zero + sum).max(0.25 * zero)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_variance_of_a_sum_of_correlated_terms_is_found() {
-        use rand::{Rng, SeedableRng};
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
-        // a moving sum of five: variance of the sum is 25 times that of white terms
-        let white: Vec<f64> = (0..40_000).map(|_| rng.random_range(-1.0..1.0)).collect();
-        let u: Vec<f64> = white.windows(5).map(|w| w.iter().sum()).collect();
-        let want = 25.0 * u.len() as f64 / 3.0;
-        let found = long_run_variance(&u);
-        assert!((found / want - 1.0).abs() < 0.12, "{found} {want}");
     }
 }

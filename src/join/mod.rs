@@ -20,12 +20,14 @@
 mod clock;
 pub mod failure;
 pub mod fit;
+mod frame;
 pub mod note;
 mod play;
 mod rests;
 mod search;
 pub mod step;
 mod suspect;
+mod variance;
 pub mod write;
 
 pub use fit::Estimate;

@@ -6,7 +6,7 @@
 
 use super::corners;
 use super::law::JointRows;
-use super::readings::Readings;
+use super::readings::{Readings, moving};
 use super::spline::Spline;
 use crate::identify::following::rates;
 use crate::log::Log;
@@ -18,8 +18,6 @@ use nalgebra::Vector3;
 const BINS_PER_S: f64 = 10.0;
 const FEWEST_PER_S: f64 = 4.0;
 const MOST_BINS: f64 = 60_000.0;
-/// Travel (rad, m) above which a joint moves.
-const MOVES: [f64; 2] = [1e-5, 1e-6];
 
 /// A log in rows and bins.
 #[derive(Debug, Clone)]
@@ -80,12 +78,6 @@ impl BinnedLog {
             if n > 0.0 { s / n } else { rows[from..to].iter().sum::<f64>() / (to - from).max(1) as f64 }
         }));
     }
-}
-
-/// Axes of a log that move.
-pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
-    let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
-    (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
 }
 
 /// Bins a second for logs that are fitted together.

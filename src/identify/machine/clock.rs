@@ -58,7 +58,7 @@ pub fn aligned<'a>(robot: &Robot, logs: &'a [Log]) -> Result<Aligned<'a>> {
 /// By how much later the commands are to be taken, s; `None`: the clocks explain little of the deviation.
 fn apart(robot: &Robot, log: &Log, registered: &crate::gaps::Registered) -> Option<f64> {
     let to_base = frame::own_frame(robot, log, registered).ok()?;
-    let moving = super::bins::moving(log, robot);
+    let moving = super::readings::moving(log, robot);
     let each = (log.len() / ROWS).max(1);
     let rows: Vec<usize> = (1..log.len().saturating_sub(1))
         .step_by(each)

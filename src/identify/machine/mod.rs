@@ -6,7 +6,7 @@
 //! - [`clock`]: clocks of commands and measurement that are far apart, put together first.
 //! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
-//! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
+//! - [`problem`], [`prior`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
 //! - [`ripple`]: periods of the gears.
 //! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
 //! - [`jump`]: a frame of the tracker that jumped while a log was recorded.
@@ -14,7 +14,7 @@
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted; [`folds`]: which parts those are.
 //! - [`unseen`]: joints of which single readings tell nothing.
 //! - [`predict`]: what compensation will leave, without the noise of the instrument.
-//! - [`estimate`]: the document.
+//! - [`estimate`]: the document; [`trust`]: whether a joint is compensated.
 //! - [`update`]: a compensator corrected by runs of its own programs; `carried`: are they that; [`crossed`]: does a correction help strokes that did not see it;
 //!   [`measured`]: has the last correction helped.
 //!
@@ -40,12 +40,14 @@ pub(crate) mod measured;
 pub(crate) mod noise;
 pub(crate) mod nuisance;
 pub(crate) mod predict;
+mod prior;
 pub(crate) mod problem;
 pub(crate) mod readings;
 pub(crate) mod rest;
 pub(crate) mod ripple;
 pub(crate) mod solve;
 pub(crate) mod spline;
+mod trust;
 pub(crate) mod unseen;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod update;

@@ -11,7 +11,7 @@
 use super::frame;
 use crate::error::{Error, Place, Result, counted};
 use crate::gaps::{Note, Registered};
-use crate::identify::scalar::{self, LEAST_ROWS, Setup};
+use crate::identify::scalar::setup::{self, LEAST_ROWS, Setup};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::numerics::least_squares::{Function, Options, minimise};
@@ -28,6 +28,15 @@ const ELSE_M: f64 = 1e-4;
 const LEAST_LEVER_M: f64 = 0.1;
 /// Rows from which a lever is computed.
 const LEVERED_BY: usize = 200;
+
+/// Travel (rad, m) above which a joint moves.
+const MOVES: [f64; 2] = [1e-5, 1e-6];
+
+/// Axes of a log that move.
+pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
+    let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
+    (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
+}
 
 /// The instrument of a log, and its readings.
 pub struct Readings<'a> {
@@ -58,7 +67,7 @@ impl<'a> Readings<'a> {
             return Ok(vec![Self::new(robot, log, setup, registered)?]);
         }
         let sensed = |a: &usize| log.meas.get(*a).is_some_and(Option::is_some);
-        let moving: Vec<usize> = super::bins::moving(log, robot).into_iter().filter(sensed).collect();
+        let moving: Vec<usize> = moving(log, robot).into_iter().filter(sensed).collect();
         let all: Vec<Self> = moving.into_iter().filter_map(|a| Self::of_sensor(robot, log, a)).collect();
         if all.is_empty() {
             let found = if log.meas.iter().any(Option::is_some) {
@@ -124,8 +133,8 @@ impl<'a> Readings<'a> {
             let found = format!("{} with a reading", counted(rows.len(), "row"));
             return Err(Error::bad(Place::file(&log.name), found, format!("{LEAST_ROWS} or more")));
         }
-        scalar::plausible(robot, log, setup)?;
-        out.instrument = scalar::instrument(robot, log, setup)?;
+        setup::plausible(robot, log, setup)?;
+        out.instrument = setup::instrument(robot, log, setup)?;
         out.whole = log.instruments.distance_m.is_some();
         out.given = setup.centre_m.is_some();
         let each = (rows.len() / CENTRED_BY).max(1);

@@ -28,6 +28,7 @@ pub(crate) mod readings;
 pub(crate) mod schedule;
 mod stop;
 pub(crate) mod summary;
+mod tested;
 
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
@@ -140,7 +141,7 @@ fn of_axes(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
             scalar.then(read).transpose()
         })
         .collect::<Result<_>>()?;
-    let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
+    let tables = tested::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
     let mut gaps = Gaps { registration: frame.as_ref().map(|f| f.found.clone()), ..Gaps::new(robot, logs) };
     gaps.notes.extend(readings.notes.into_iter().map(gaps::Note::from));
     if let Some(f) = &frame {

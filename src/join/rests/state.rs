@@ -1,7 +1,8 @@
 //! What the fit estimates, the prediction of one reading with its derivatives, and the priors.
 
 use super::play::{Play, Stand};
-use crate::join::fit::{Estimated, Frame, Row};
+use crate::join::fit::{Estimated, Row};
+use crate::join::frame::Frame;
 use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::{Matrix3, Rotation3, Vector3};
