@@ -5,7 +5,7 @@
 //! step does not help settles in a few rounds.
 
 use super::bins::BinnedLog;
-use super::law::{FRICTION, JointLaw, Response, SPIKES, WINDUPS};
+use super::law::{JointLaw, Response, SPIKES, WINDUPS};
 use super::noise::Noise;
 use super::nuisance::{self, Column, Name, Ripple};
 use super::spline::Spline;

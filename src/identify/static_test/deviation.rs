@@ -5,24 +5,19 @@
 //! Where the log holds `meas_<joint>`, deviation is `meas - cmd` and no frame is needed. Everything that does not
 //! depend on the side of approach cancels in the difference.
 
-use super::creep::series::{DwellSeries, PairSeries};
-use super::drift::{self, Seen};
-use super::frame::Frame;
+use super::creep::series::DwellSeries;
+use super::drift::Seen;
 use super::readings::{Pair, Readings};
 use super::stop;
-use super::summary::{HalfGap, Table};
-use crate::gaps::note::static_test::{Note, Remark};
+use super::summary::HalfGap;
 use crate::identify::LEAST_LEVER;
 use crate::identify::machine::nuisance::TILT_RAD;
 use crate::log::Log;
-use crate::log::dwells::{Dwell, count};
+use crate::log::dwells::Dwell;
 use crate::machine::measurement::Instrument;
 use crate::numerics::normal::Z95;
-use crate::numerics::robust::median;
-use crate::robot::{Chain, JointKind, Robot};
+use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
-use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
 /// Rounding in the last digit of a tracker's file (0.1 um): repeats cannot agree better, m.
 pub(super) const ROUNDING_M: f64 = 5e-8;

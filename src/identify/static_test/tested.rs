@@ -1,7 +1,7 @@
 //! What the pairs of one joint gave: half gaps place by place, with the rounding of their readings.
 
 use super::creep::series::{DwellSeries, PairSeries};
-use super::deviation::{Lever, ROUNDING_M, Reading, View, both, chains, over_time, read, seen};
+use super::deviation::{ROUNDING_M, Reading, View, both, chains, over_time, read, seen};
 use super::drift::{self, Seen};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
@@ -77,7 +77,7 @@ struct TestedJoint {
     still: usize,
     by_sensor: usize,
     levers: Vec<f64>,
-    /// Of the pairs that are read through a lever: [`Lever::tilt`] and [`Lever::of_row_m2`].
+    /// Of the pairs that are read through a lever: `Lever::tilt` and `Lever::of_row_m2`.
     tilts: Vec<f64>,
     of_rows_m2: Vec<f64>,
     least_stroke: f64,
