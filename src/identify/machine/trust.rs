@@ -112,6 +112,7 @@ pub(super) fn gains_nothing(predicted: &[(String, f64, f64)]) -> bool {
 mod tests {
     use super::super::predict::random_effect;
     use super::*;
+    use nalgebra::DMatrix;
 
     fn reversal(ratio: f64, sigma: f64, left_um: f64) -> Reversal {
         Reversal {
