@@ -7,7 +7,7 @@
 //!
 //! Parts:
 //! - [`head`]: separator and header row, and what a file is that is no log.
-//! - [`table`]: the rows as numbers.
+//! - [`mod@table`]: the rows as numbers.
 //! - [`mod@build`]: the columns of the table, put together as a [`Log`].
 
 mod build;

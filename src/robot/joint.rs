@@ -40,7 +40,7 @@ pub struct JointFrame {
 /// A joint driven by another one: `command = ratio * command of that axis`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Follow {
-    /// Index of the driving joint in [`Robot::joints`].
+    /// Index of the driving joint in [`Robot::joints`](super::Robot::joints).
     pub joint: usize,
     /// Movement of this joint per movement of the other one.
     pub ratio: f64,

@@ -24,7 +24,7 @@ pub struct Script {
     pub only_whole_numbers: bool,
     /// X words may be diameters, as it may be a program of a lathe, and nothing says so ([`crate::control::Control::diameter`]): they stay.
     pub diameter_unstated: bool,
-    /// The [`Break::Start`] with which the program starts, where that is not the first.
+    /// The [`Break::Start`](super::Break::Start) with which the program starts, where that is not the first.
     pub entry: Option<usize>,
     /// Loops whose every pass goes the same way, innermost ones alone.
     pub rounds: Vec<Round>,
