@@ -3,10 +3,12 @@
 use super::approach;
 use super::arcs;
 use super::run::{Role, Run, Vertex};
+use super::whole;
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Reason, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
+use std::collections::BTreeMap;
 
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;
@@ -24,6 +26,8 @@ pub struct Unplaced {
     pub rounded: u64,
     /// Steps of loops that would be written otherwise on each pass.
     pub differing: Vec<usize>,
+    /// Goals of steps, should no point come to stand on the way to them; joints, rad or m.
+    pub whole: BTreeMap<usize, Vec<f64>>,
 }
 
 impl Unplaced {
@@ -49,12 +53,12 @@ impl Unplaced {
 }
 
 /// A point that came out, with its place among the vertices.
-struct Out<'a> {
-    q: &'a [f64],
+pub(super) struct Out<'a> {
+    pub(super) q: &'a [f64],
     t_s: Option<f64>,
     /// Vertex itself, or the vertex before it and the share of the leg after that.
-    vertex: usize,
-    fraction: Option<f64>,
+    pub(super) vertex: usize,
+    pub(super) fraction: Option<f64>,
 }
 
 /// Adds the edits of one run, all in joints ([`super::poses::write`] makes poses of those of Cartesian targets). Returns what found
@@ -238,6 +242,8 @@ fn step(
     }
     if as_joint_moves || differs(end.q, &vertex.q) {
         edit.goal = Some(end.q.to_vec());
+        let whole = whole::goal(robot, run, vertex, span, end).filter(|_| once && !as_joint_moves);
+        unplaced.whole.extend(whole.map(|goal| (vertex.step, goal)));
     }
     if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {
         let whole = arcs::split(line, before, [end.q, &vertex.q], document.least_arc(), &mut edit);
