@@ -125,8 +125,19 @@ impl Reference {
             Nearest { off_m: f64::INFINITY, t_s: self.t_s[from], at: self.points[from], ..Nearest::default() };
         start.along_m = self.along[from];
         let mut best = (start, 0.0);
-        for i in from..to {
+        let near = (self.at(along.clamp(self.along[from], self.along[to])) - point).norm();
+        let mut i = from;
+        while i < to {
             let (a, b) = (self.points[i], self.points[i + 1]);
+            // along the path a distance changes by no more than the length: what is too far stays so for a while. Both ends go on straight
+            let spare = (point - a).norm() - near.min(best.0.off_m) - SAME_M;
+            let passed = self.along[i + 1] - self.along[i];
+            if spare > passed && i > 0 && i + 1 < last {
+                let far = |a: &f64| *a < self.along[i] + spare;
+                let skipped = self.along[i..=to].partition_point(far).saturating_sub(1).max(1);
+                i = (i + skipped).min(last - 1);
+                continue;
+            }
             let step = b - a;
             let length2 = step.norm_squared();
             let on = if length2 > 0.0 { (point - a).dot(&step) / length2 } else { 0.0 };
@@ -146,6 +157,7 @@ impl Reference {
                 };
                 best = (near, apart);
             }
+            i += 1;
         }
         best.0
     }

@@ -74,6 +74,7 @@ impl Collected {
             }
             all.unplaced.rounded += lost.rounded;
             all.unplaced.differing.extend(lost.differing);
+            all.unplaced.whole.extend(lost.whole);
             for v in &done.violations {
                 let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
                 let step = run.vertices.get(n as usize).and_then(|vertex| script.steps.get(vertex.step));

@@ -8,7 +8,9 @@ use super::poses::{self, Held, Poses};
 use super::reasons::Reasons;
 use super::run::{self, Choice, Cut, Run};
 use super::stops::Stops;
-use super::{EditReport, Task, approach, arcs, asked, circles, installation, notes, recognised, wrists, writing};
+use super::{
+    EditReport, Task, approach, arcs, asked, circles, installation, notes, recognised, whole, wrists, writing,
+};
 use crate::error::Result;
 use crate::program::script::{Document, Edits, Goal, Note, Patches};
 use crate::rewrite::stats::RewriteStats;
@@ -123,6 +125,7 @@ impl OfRuns {
         unplaced.points += collected::spare(script, task.choices, edits);
         let mut held = Held::default();
         circles::settle(script, runs, edits, left);
+        whole::settle(edits, unplaced);
         let poses = script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
         let in_joints = poses.then(|| {
             let mut in_joints = poses::write(script, runs, edits, left, unplaced, &mut held);

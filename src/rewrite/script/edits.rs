@@ -4,6 +4,7 @@ use super::approach;
 use super::arcs;
 use super::run::{Role, Run, Vertex};
 use super::unplaced::Unplaced;
+use super::whole;
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Reason, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
@@ -13,12 +14,12 @@ use crate::robot::Robot;
 const CLOSE: f64 = 2.0;
 
 /// A point that came out, with its place among the vertices.
-struct Out<'a> {
-    q: &'a [f64],
+pub(super) struct Out<'a> {
+    pub(super) q: &'a [f64],
     t_s: Option<f64>,
     /// Vertex itself, or the vertex before it and the share of the leg after that.
-    vertex: usize,
-    fraction: Option<f64>,
+    pub(super) vertex: usize,
+    pub(super) fraction: Option<f64>,
 }
 
 /// Adds the edits of one run, all in joints ([`super::poses::write`] makes poses of those of Cartesian targets). Returns what found
@@ -202,6 +203,8 @@ fn step(
     }
     if as_joint_moves || differs(end.q, &vertex.q) {
         edit.goal = Some(end.q.to_vec());
+        let whole = whole::goal(robot, run, vertex, span, end).filter(|_| once && !as_joint_moves);
+        unplaced.whole.extend(whole.map(|goal| (vertex.step, goal)));
     }
     if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {
         let whole = arcs::split(line, before, [end.q, &vertex.q], document.least_arc(), &mut edit);

@@ -13,7 +13,8 @@
 //! - [`rates`]: speed and acceleration limits; `spread`: whether spread steps are worth it; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
-//! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split.
+//! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split;
+//!   `whole`: goals of moves that stay whole.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `wrists`: what is edited alike whatever letters for the wrist mean.
 //! - `asked`: calls that nobody knows and moves wait for.
@@ -57,6 +58,7 @@ pub(crate) mod task;
 pub(crate) mod unplaced;
 pub(crate) mod verify;
 pub(crate) mod way;
+mod whole;
 mod wrists;
 pub(crate) mod writing;
 

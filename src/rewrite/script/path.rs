@@ -297,7 +297,9 @@ impl<'a> Points<'a> {
             let StepKind::Move(m) = &self.script.steps[v.step].kind else { continue };
             match (before, way) {
                 (Some(from), Some(way)) => {
-                    let way = if v.role == Role::Goal && self.stands_at(&v.q) { Vec::new() } else { way };
+                    // a full circle ends where it begins, too
+                    let stays = v.role == Role::Goal && way.iter().all(|w| self.stands_at(&w.q));
+                    let way = if stays { Vec::new() } else { way };
                     for Way { share, q } in way {
                         self.push(&q, self.offset_s + from.t_s + share * (v.t_s - from.t_s));
                     }

@@ -1,6 +1,7 @@
 //! What of the engine's work found no place in a program.
 
 use crate::program::script::{Reason, Script, StepKind};
+use std::collections::BTreeMap;
 
 /// What of the engine's work found no place in the program.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -15,6 +16,8 @@ pub struct Unplaced {
     pub rounded: u64,
     /// Steps of loops that would be written otherwise on each pass.
     pub differing: Vec<usize>,
+    /// Goals of steps, should no point come to stand on the way to them; joints, rad or m.
+    pub whole: BTreeMap<usize, Vec<f64>>,
 }
 
 impl Unplaced {

@@ -334,8 +334,7 @@ fn movement(
     let h_s = p.t_s - before.map_or(0.0, |b| b.t_s);
     let closed = closed(before, p).map(Into::into);
     let way = match before {
-        // an axis that the message does not name has no place on the way
-        Some(b) if closed.is_none() && (0..dof).all(|a| axes.contains(&Some(a))) => turns(t, b, p, axes),
+        Some(b) if closed.is_none() => turns(t, b, p, axes),
         _ => Vec::new(),
     };
     let way = before.filter(|_| !way.is_empty()).map_or(Vec::new(), |b| {
