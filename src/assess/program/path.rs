@@ -103,9 +103,13 @@ impl Reference {
     pub fn follow(&self, points: &[Vector3<f64>], along: &[f64], slack_m: f64) -> Vec<Nearest> {
         let mut before: Option<(f64, f64)> = None;
         let of = |(point, &along): (&Vector3<f64>, &f64)| {
-            let mut near = self.nearest(point, along, slack_m);
-            if let Some((place, was)) = before {
-                let after = self.nearest(point, place + along - was, SLACK_M);
+            let hint = before.map(|(place, was)| place + along - was);
+            // no place near the length from the start is further than one that stands there
+            let hinted = hint.map_or(f64::INFINITY, |hint| (self.at(hint) - point).norm());
+            let within = hint.is_some_and(|hint| (hint - along).abs() <= slack_m);
+            let mut near = self.nearest_within(point, along, slack_m, if within { hinted } else { f64::INFINITY });
+            if let Some(hint) = hint {
+                let after = self.nearest_within(point, hint, SLACK_M, hinted.min(near.off_m));
                 if after.off_m < near.off_m - SAME_M {
                     near = after;
                 }
@@ -118,6 +122,11 @@ impl Reference {
 
     /// The place of the path nearest to a point, near a length of it; beyond the ends by a step at most.
     pub fn nearest(&self, point: &Vector3<f64>, along: f64, slack_m: f64) -> Nearest {
+        self.nearest_within(point, along, slack_m, f64::INFINITY)
+    }
+
+    /// The same where a place no further than `bound_m` is known or wanted; infinitely far: there is none so near.
+    fn nearest_within(&self, point: &Vector3<f64>, along: f64, slack_m: f64, bound_m: f64) -> Nearest {
         let last = self.points.len() - 1;
         let from = self.along.partition_point(|&a| a < along - slack_m).saturating_sub(1).min(last.saturating_sub(1));
         let to = self.along.partition_point(|&a| a <= along + slack_m).max(from + 1).min(last);
@@ -125,7 +134,7 @@ impl Reference {
             Nearest { off_m: f64::INFINITY, t_s: self.t_s[from], at: self.points[from], ..Nearest::default() };
         start.along_m = self.along[from];
         let mut best = (start, 0.0);
-        let near = (self.at(along.clamp(self.along[from], self.along[to])) - point).norm();
+        let near = bound_m.min((self.at(along.clamp(self.along[from], self.along[to])) - point).norm());
         let mut i = from;
         while i < to {
             let (a, b) = (self.points[i], self.points[i + 1]);
