@@ -64,6 +64,8 @@ pub struct Cut {
     /// Why moves stay as they are, by step, as far as that is known before the engine.
     pub left: BTreeMap<usize, Cause>,
     pub notes: Vec<Note>,
+    /// Runs through the first moves of a program that runs again from its start, from where it ends: they write nothing.
+    pub again: Vec<Run>,
     /// The same for other meanings of the letters for the wrist, which are as possible.
     pub others: Vec<Cut>,
     /// What speaks against the meaning of this one.
@@ -189,7 +191,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         failed: Vec::new(),
     };
     let join = choice.joins && script.joins.len() <= joins::MOST;
-    let wanted = if join { joins::places(&script.joins) } else { BTreeSet::new() };
+    let wanted = if join { joins::places(script) } else { BTreeSet::new() };
     let mut places = joins::Places::default();
     for k in 0..script.steps.len() {
         if wanted.contains(&k) {
@@ -203,7 +205,8 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
     if !wanted.is_empty() {
-        cutter.join(script, rounds, places);
+        cutter.join(script, rounds, &mut places);
+        cutter.run_again(script, &places);
     }
     let Cutter { mut out, mut over, tells, .. } = cutter;
     out.tells = tells;
