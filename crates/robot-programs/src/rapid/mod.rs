@@ -11,7 +11,6 @@
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
 //! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
-//! - [`cycle`]: where `main` ends and runs again.
 //! - [`built`]: what is needed to write the moves again.
 //! - [`steps`]: statements to moves, waits and whatever ends a known direction.
 //! - [`write`]: edits to patches.
@@ -41,7 +40,6 @@
 
 mod arguments;
 mod built;
-mod cycle;
 mod facts;
 mod goals;
 mod in_force;

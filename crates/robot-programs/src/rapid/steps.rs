@@ -1,14 +1,14 @@
 //! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
 //!
 //! Read this file first: from statements to steps. Then [`motion`]: a motion instruction; [`alike`]: motions that differ in their joint
-//! values alone, read once.
+//! values alone, read once; [`cycle`]: where `main` ends.
 
 mod alike;
+mod cycle;
 mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, SharedSite};
-use super::cycle::Cycle;
 use super::facts::{self, Facts};
 use super::in_force::{self, InForce};
 use super::led::Led;
@@ -25,9 +25,9 @@ use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
 use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
-use crate::script::pose::Frame;
 use crate::script::without_joint::WithoutJoint;
-use crate::script::{At, Break, Goal, Move, Note, Reason, StepKind, Targets, Text, number};
+use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
+use cycle::Cycle;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -249,30 +249,6 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Where `main` ends the program runs again from its start.
-    fn follow_cycle(&mut self, item: &Item, moves: bool) {
-        let p = self.f.p;
-        let main = self.entry_routine == Some(item.routine)
-            && p.routines.get(item.routine).is_some_and(|routine| routine.name == "main");
-        let endless = || {
-            item.kind == ItemKind::Loop
-                && self.head(item).is_some_and(|(word, head)| word == "while" && is_entered(head))
-        };
-        let moves = moves || facts::called(p, item).any(|name| self.f.may_move(name));
-        let (word, endless) = (self.f.word(item.span.start), main && endless());
-        if self.cycle.ends_before(item, word, main, endless, moves) {
-            self.steps.runs_again();
-        }
-    }
-
-    /// The head of a loop and the word with which it begins, before its condition.
-    fn head(&self, item: &Item) -> Option<(&str, &[u8])> {
-        let first = item.span.start.checked_sub(1)?;
-        let tokens = self.f.p.tokens.get(first..item.span.end)?;
-        let bytes = tokens.first()?.start()..tokens.last()?.end();
-        Some((self.f.word(first), self.f.text.slice(bytes)))
-    }
-
     /// Tools and work objects that are others after an item; what a routine that may move sets is seen where it stands.
     fn set_names(&mut self, item: &Item) {
         let still = facts::called(self.f.p, item).filter(|name| !self.f.may_move(name));
@@ -280,20 +256,6 @@ impl Builder<'_> {
         let names: BTreeSet<String> = self.settings.set_at(item).chain(called).map(str::to_string).collect();
         for name in names {
             self.push(item.span.start, StepKind::Sets(name.into()));
-        }
-    }
-
-    /// Says from where on a tool or a work object is asked for by another name, where a move asks for it.
-    fn note_assignments(&mut self) {
-        let goals = (0..self.steps.next()).filter_map(|k| match &self.steps.get(k)?.kind {
-            StepKind::Move(Move { goal: Goal::Pose(pose), .. }) => Some([&pose.frame, &pose.tool]),
-            _ => None,
-        });
-        let computed = |frame: &Frame| if let Frame::Computed(name) = frame { Some(name.to_lowercase()) } else { None };
-        let asked: BTreeSet<String> = goals.flatten().filter_map(computed).collect();
-        let all: Vec<(usize, String)> = self.settings.assignments(&asked).collect();
-        for (token, name) in all {
-            self.note(token, format!("asked for after this line as `{name}`"));
         }
     }
 

@@ -15,8 +15,10 @@ use super::super::words::{self, Leads, Motion};
 use super::{Builder, plain};
 use crate::error::Result;
 use crate::rapid::built::{SharedSite, Site, Written};
+use crate::script::pose::Frame;
 use crate::script::{self, Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Orientations that differ by less are taught as the same, rad.
@@ -308,6 +310,20 @@ impl Builder<'_> {
             };
         }
         self.predefined(&arg.span, item).and_then(words::zone_mm).map(|mm| mm * 1e-3)
+    }
+
+    /// Says from where on a tool or a work object is asked for by another name, where a move asks for it.
+    pub(super) fn note_assignments(&mut self) {
+        let goals = (0..self.steps.next()).filter_map(|k| match &self.steps.get(k)?.kind {
+            StepKind::Move(Move { goal: Goal::Pose(pose), .. }) => Some([&pose.frame, &pose.tool]),
+            _ => None,
+        });
+        let computed = |frame: &Frame| if let Frame::Computed(name) = frame { Some(name.to_lowercase()) } else { None };
+        let asked: BTreeSet<String> = goals.flatten().filter_map(computed).collect();
+        let all: Vec<(usize, String)> = self.settings.assignments(&asked).collect();
+        for (token, name) in all {
+            self.note(token, format!("asked for after this line as `{name}`"));
+        }
     }
 }
 

@@ -4,7 +4,10 @@
 //! Grammar: `end = "ENDPROC" | "RETURN" | "ExitCycle"`, the first two of `main`. Nothing leads to the end after `WHILE TRUE`, `EXIT`, `RAISE`
 //! and `GOTO` outside of blocks, nor does a `Stop` after which nothing moves: the program waits for its user there.
 
-use super::read::{Item, ItemKind};
+use super::super::facts;
+use super::super::read::{Item, ItemKind};
+use super::Builder;
+use crate::script::blocks::is_entered;
 
 /// The way through `main` in the order of its text.
 #[derive(Debug, Default)]
@@ -55,5 +58,31 @@ impl Cycle {
     /// Whether `main` ends where its text does.
     pub fn ends(&self) -> bool {
         self.inside && !self.dead && !self.stopped
+    }
+}
+
+impl Builder<'_> {
+    /// Where `main` ends the program runs again from its start.
+    pub(super) fn follow_cycle(&mut self, item: &Item, moves: bool) {
+        let p = self.f.p;
+        let main = self.entry_routine == Some(item.routine)
+            && p.routines.get(item.routine).is_some_and(|routine| routine.name == "main");
+        let endless = || {
+            item.kind == ItemKind::Loop
+                && self.head(item).is_some_and(|(word, head)| word == "while" && is_entered(head))
+        };
+        let moves = moves || self.cycle.stopped && facts::called(p, item).any(|name| self.f.may_move(name));
+        let (word, endless) = (self.f.word(item.span.start), main && endless());
+        if self.cycle.ends_before(item, word, main, endless, moves) {
+            self.steps.runs_again();
+        }
+    }
+
+    /// The head of a loop and the word with which it begins, before its condition.
+    pub(super) fn head(&self, item: &Item) -> Option<(&str, &[u8])> {
+        let first = item.span.start.checked_sub(1)?;
+        let tokens = self.f.p.tokens.get(first..item.span.end)?;
+        let bytes = tokens.first()?.start()..tokens.last()?.end();
+        Some((self.f.word(first), self.f.text.slice(bytes)))
     }
 }
