@@ -22,7 +22,7 @@ fn program(word: &str, configuration: &str, side: f64) -> String {
         let y = side * y;
         let _ = writeln!(text, "{word} [[{x},{y},{z}],[0,0,1,0],{configuration},{REST}],v100,fine,tool0;");
     }
-    text + "ENDPROC\nENDMODULE\n"
+    text + "Stop;\nENDPROC\nENDMODULE\n"
 }
 
 /// The rewritten program and the summary.

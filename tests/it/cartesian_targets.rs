@@ -57,7 +57,7 @@ fn program(format: &str, seed: u64) -> (&'static str, String, &'static str) {
                 let rest = "[0.258819,0,0.965926,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]";
                 let _ = writeln!(t, "MoveL [[{x},{y},{z}],{rest}],v100,fine,tool0;");
             }
-            ("p.mod", t + "ENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
+            ("p.mod", t + "Stop;\nENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
         }
         // moves between pulses, straight at the TCP; in the second half of the seeds the wrist turns over on the way, where no
         // straight way is

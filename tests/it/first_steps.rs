@@ -31,7 +31,7 @@ fn robtarget(robot: &Robot, joints_deg: [f64; 6], conf: &str) -> String {
 }
 
 fn module(body: &str) -> String {
-    format!("MODULE M\nPROC main()\n{body}ENDPROC\nENDMODULE\n")
+    format!("MODULE M\nPROC main()\n{body}Stop;\nENDPROC\nENDMODULE\n")
 }
 
 /// The joints are known, so that their quarters of a turn are, too: cf1 0, cf4 -1, cf6 0; the wrist in front, A5 above zero.

@@ -118,6 +118,7 @@ mod vendor_calls;
 mod vendor_circle;
 mod vendor_computed;
 mod vendor_control;
+mod vendor_cycle;
 mod vendor_declared;
 mod vendor_history;
 mod vendor_joins;

@@ -53,7 +53,7 @@ fn written(format: &str) -> (&'static str, String, &'static str) {
             for q in points {
                 let _ = writeln!(t, "MoveAbsJ [[{}],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", list(&q));
             }
-            ("p.mod", t + "ENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
+            ("p.mod", t + "Stop;\nENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
         }
         "fanuc" => {
             let _ = write!(t, "/PROG  P\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", points.len());

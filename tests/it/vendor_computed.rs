@@ -54,7 +54,7 @@ const OUT: &str =
     "[[806.292,5.644,1154.494],[0.4896235,0.1186039,0.8556489,0.1186039],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
 
 fn rapid(data: &str, body: &str, more: &str) -> String {
-    format!("MODULE m\n{data}\nPROC main()\n{body}\nENDPROC\n{more}\nENDMODULE\n")
+    format!("MODULE m\n{data}\nPROC main()\n{body}\nStop;\nENDPROC\n{more}\nENDMODULE\n")
 }
 
 fn straight(to: &str, place: &str) -> String {

@@ -43,7 +43,7 @@ fn the_first_point_in_a_loop_stays_as_from_the_second_turn_on_the_robot_comes_fr
     assert!(out.contains("[[0,0,0,0,30,0]") && out.contains("[[90.0200,0"), "{out}");
     assert!(said.contains("reached from other sides on its other ways"), "{said}");
     // at the start of a program it carries its offset, and takes the direction that is asked for
-    let straight = module(&format!("PROC main()\n{}{}ENDPROC\n", absj(0.0, AXES), absj(90.0, AXES)));
+    let straight = module(&format!("PROC main()\n{}{}Stop;\nENDPROC\n", absj(0.0, AXES), absj(90.0, AXES)));
     assert!(rewritten(&desk, "straight.mod", &straight, "").0.contains("[[0.0200,0"));
     let (asked, _) = rewritten(&desk, "loop.mod", &module(&body), "--initial-direction J1=-");
     // asked for, both passes of the loop reach it from above

@@ -21,7 +21,8 @@ pub fn to(deg: i32) -> String {
 }
 
 pub fn program(body: &str) -> String {
-    format!("MODULE r\nPROC main()\nVAR num i;\n{body}ENDPROC\nENDMODULE\n")
+    // it does not run again
+    format!("MODULE r\nPROC main()\nVAR num i;\n{body}Stop;\nENDPROC\nENDMODULE\n")
 }
 
 /// Hundredths of a degree by which J1 of each move has changed.

@@ -140,7 +140,7 @@ impl InGears {
 
 fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
     let mut notes = Vec::new();
-    let parts = stretches::of(&model.robot, before, after, &mut notes);
+    let parts = stretches::of(model, before, after, &mut notes);
     let parts = match parts {
         None => vec![part(model, [before, after], options, runs::Rows::whole(), false)?],
         Some(pairs) => {

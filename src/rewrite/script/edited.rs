@@ -9,7 +9,7 @@ use super::reasons::Reasons;
 use super::run::{self, Choice, Cut, Run};
 use super::stops::Stops;
 use super::{
-    EditReport, Task, approach, arcs, asked, circles, installation, notes, recognised, whole, wrists, writing,
+    EditReport, Task, again, approach, arcs, asked, circles, installation, notes, recognised, whole, wrists, writing,
 };
 use crate::error::Result;
 use crate::program::script::{Document, Edits, Goal, Note, Patches};
@@ -64,13 +64,15 @@ fn one_way(document: &dyn Document, task: &Task, choice: &Choice, unknown_arm: O
     let root = installation::root(script, &task.choices.frames)?;
     known.world = installation::world(task.robot, root.as_ref());
     known.unknown_arm = unknown_arm.cloned();
-    let Cut { mut runs, gaps, partial, mut left, notes: of_arm, others, .. } = run::cut(script, choice, &mut known);
+    let Cut { mut runs, gaps, partial, mut left, notes: of_arm, others, again, .. } =
+        run::cut(script, choice, &mut known);
     let by_clock = ByClock::of(task);
     let looks_rewritten = recognised::looks_rewritten(document, &runs, task, &by_clock);
-    let OfRuns { collected, mut in_joints, held } = OfRuns::of(document, task, choice, &by_clock, &runs, &mut left)?;
+    let ways = [runs.as_slice(), again.as_slice()];
+    let OfRuns { collected, mut in_joints, held } = OfRuns::of(document, task, choice, &by_clock, ways, &mut left)?;
     let Collected { mut edits, mut stats, mut unplaced, rates, lines } = collected;
-    for Cut { runs, left: mut other_left, .. } in others {
-        let other = OfRuns::of(document, task, choice, &by_clock, &runs, &mut other_left)?;
+    for Cut { runs, again, left: mut other_left, .. } in others {
+        let other = OfRuns::of(document, task, choice, &by_clock, [&runs, &again], &mut other_left)?;
         let own = (&mut edits, in_joints.as_mut());
         wrists::keep_alike(script, own, &other.collected.edits, &mut left, &mut unplaced);
     }
@@ -108,19 +110,20 @@ struct OfRuns {
 }
 
 impl OfRuns {
-    /// Of runs; `left` says why steps stay.
+    /// Of runs, and of those from the end of the program to its start; `left` says why steps stay.
     fn of(
         document: &dyn Document,
         task: &Task,
         choice: &Choice,
         by_clock: &ByClock,
-        runs: &[Run],
+        [runs, from_end]: [&[Run]; 2],
         left: &mut BTreeMap<usize, Cause>,
     ) -> Result<Self> {
         let script = document.script();
         let solve = choice.solve_within_m.is_some();
         let mut collected = Collected::of(document, task, by_clock, runs, choice.deadband, solve)?;
         let Collected { edits, unplaced, .. } = &mut collected;
+        again::settle(document, task, by_clock, from_end, (choice.deadband, solve), (edits, unplaced))?;
         left.extend(unplaced.differing.drain(..).map(|step| (step, Cause::PassesDiffer)));
         unplaced.points += collected::spare(script, task.choices, edits);
         let mut held = Held::default();

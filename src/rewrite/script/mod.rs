@@ -12,6 +12,7 @@
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; `spread`: whether spread steps are worth it; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
+//! - `again`: first moves of a program that runs again from its start.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
 //! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split;
 //!   `whole`: goals of moves that stay whole.
@@ -24,6 +25,7 @@
 //! - [`path`]: a program as one path in the joints, for those who run it on a machine.
 //! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
 
+mod again;
 pub(crate) mod approach;
 mod arcs;
 mod asked;

@@ -23,8 +23,32 @@ pub struct Switch {
     pub name: String,
     /// From `\`.
     pub bytes: Range<usize>,
-    /// Tokens of its value.
+    /// Tokens of its value; of a conditional argument (`\WObj?WObj`), of the parameter that has it.
     pub value: Option<Span>,
+    /// It is there only where the caller of the routine gives that parameter.
+    pub conditional: bool,
+}
+
+/// Whether a switch is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Given {
+    No,
+    /// A conditional argument: where the caller of the routine gives it.
+    Perhaps,
+    Yes,
+}
+
+/// Whether an instruction has a word (lower case) as its switch.
+///
+/// `switch = "\" name ["?" parameter | ":=" expression]`
+pub fn given(p: &Parsed, span: &Span, word: &str) -> Given {
+    let mark = |k: usize, mark: u8| p.tokens.get(k).is_some_and(|t| t.kind == Kind::Mark(mark));
+    let switch = |k: &usize| p.words.at(*k) == word && k.checked_sub(1).is_some_and(|k| mark(k, b'\\'));
+    match span.clone().find(switch) {
+        None => Given::No,
+        Some(k) if mark(k + 1, b'?') => Given::Perhaps,
+        Some(_) => Given::Yes,
+    }
 }
 
 /// Token of the name that the move of an item leads to, as [`goal_name`] tells it; numbers in the move itself have none.
@@ -93,7 +117,7 @@ fn marks(p: &Parsed, span: Span, mark: u8) -> impl Iterator<Item = usize> {
 /// Splits an argument into its expression and its switches.
 ///
 /// `argument = [name ":="] expression {switch}`,
-/// `switch = "\" name [":=" expression]`
+/// `switch = "\" name [":=" expression | "?" parameter]`
 pub fn argument(p: &Parsed, span: Span) -> Arg {
     let bytes = |s: &Span| match (p.tokens.get(s.start), s.end.checked_sub(1).and_then(|k| p.tokens.get(k))) {
         (Some(a), Some(b)) if s.start < s.end => a.start()..b.end(),
@@ -109,13 +133,15 @@ pub fn argument(p: &Parsed, span: Span) -> Arg {
         expression.start += 2;
     }
     let ends = cuts.iter().skip(1).copied().chain([span.end]);
+    let asks = |at: usize| p.tokens.get(at).is_some_and(|t| t.kind == Kind::Mark(b'?'));
     let switches = cuts
         .iter()
         .zip(ends)
         .map(|(&start, end)| Switch {
             name: p.words.at(start + 1).to_string(),
             bytes: bytes(&(start..end)),
-            value: (assigned(start + 2) && start + 3 < end).then_some(start + 3..end),
+            value: ((assigned(start + 2) || asks(start + 2)) && start + 3 < end).then_some(start + 3..end),
+            conditional: asks(start + 2),
         })
         .collect();
     Arg { bytes: bytes(&expression), switches, span: expression, name }

@@ -1,5 +1,6 @@
 //! What holds at each place of a task, followed along control ([`reach`](crate::script::reach)): whether the controller looks at
-//! configurations (`ConfJ`, `ConfL`), and which moves may come last before the program reads where the robot stands.
+//! configurations (`ConfJ`, `ConfL`), whether a program displacement is on (`PDispOn`, `PDispSet`, `PDispOff`), and which moves may come
+//! last before the program reads where the robot stands.
 //!
 //! `ConfJ` and `ConfL` are states of the task (ABB, Technical reference manual, RAPID Instructions: valid until the next of them; on at a
 //! restart), so that they go with control through calls, branches, loops and handlers of all modules. A handler may run after any item of its
@@ -8,6 +9,7 @@
 //!
 //! Where an error or an interrupt strikes the robot stands anywhere on its way: a reading there is one of no move before it.
 
+use super::arguments::{Given, given};
 use super::facts;
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed};
@@ -19,11 +21,12 @@ use crate::script::lex::text_of;
 use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State, add, set_by};
 use std::collections::{BTreeSet, HashSet};
 
-/// Kinds of settings: those of `ConfJ` and `ConfL`, and the move that came last.
+/// Kinds of settings: those of `ConfJ` and `ConfL`, that of the program displacement, and the move that came last.
 const WATCHES: [&str; 2] = ["confj", "confl"];
-const LAST: usize = 2;
-const KINDS: usize = 3;
-/// Settings of the first two; with that of [`BEFORE`] configurations are watched.
+const DISPLACED: usize = 2;
+const LAST: usize = 3;
+const KINDS: usize = 4;
+/// Settings of the first three; with that of [`BEFORE`] configurations are watched, and nothing is displaced: `PP to Main` ends a displacement.
 const ON: u32 = FIRST;
 const OFF: u32 = FIRST + 1;
 
@@ -35,7 +38,7 @@ const OUT: &str = "";
 /// What holds before each item.
 #[derive(Default)]
 pub struct InForce {
-    watched: Option<(Found, Reach)>,
+    states: Option<(Found, Reach)>,
     /// Items whose moves may be the last before a reading.
     read: BTreeSet<usize>,
 }
@@ -53,8 +56,9 @@ impl InForce {
     /// Of the items of a task; `may_move`: whether a name that no routine has may be one that moves.
     pub fn of(text: &Text, p: &Parsed, may_move: &dyn Fn(&str) -> bool) -> Self {
         let watches = p.words.different().any(|w| WATCHES.contains(&w));
+        let states = watches || p.words.different().any(displaces);
         let readings: Vec<usize> = (0..p.items.len()).filter(|k| reads_place(p, &p.items[*k])).collect();
-        if !watches && readings.is_empty() {
+        if !states && readings.is_empty() {
             return Self::default();
         }
         let (found, reach) = Scan::of(text, p, may_move, &readings);
@@ -66,12 +70,12 @@ impl InForce {
                 read.extend(atoms.into_iter().filter_map(|atom| Some(atom.checked_sub(FIRST)? as usize)));
             }
         }
-        Self { watched: watches.then_some((found, reach)), read }
+        Self { states: states.then_some((found, reach)), read }
     }
 
     /// Whether configurations are watched before an item.
     pub fn configured(&self, item: usize) -> Configured {
-        let Some((found, reach)) = &self.watched else { return Configured::default() };
+        let Some((found, reach)) = &self.states else { return Configured::default() };
         let of = |kind: usize| {
             let atoms = found.atoms(reach, kind, item, item);
             match (atoms.contains(&OFF), atoms.iter().any(|a| *a != OFF)) {
@@ -81,6 +85,12 @@ impl InForce {
             }
         };
         Configured { joint: of(0), linear: of(1) }
+    }
+
+    /// Whether targets may be displaced before an item.
+    pub fn is_displaced(&self, item: usize) -> bool {
+        let Some((found, reach)) = &self.states else { return false };
+        found.atoms(reach, DISPLACED, item, item).contains(&ON)
     }
 
     /// Whether the program may read where the robot stands after the last move of an item.
@@ -98,6 +108,11 @@ impl Found {
     }
 }
 
+/// Whether an instruction displaces targets (in lower case).
+pub fn displaces(name: &str) -> bool {
+    name.starts_with("pdispon") || name == "pdispset"
+}
+
 /// Whether an item takes on where the robot stands: into the program, not into a message or a file.
 ///
 /// `reading = ("CRobT" | "CJointT" | "CPos" | "ReadMotor") "(" ... ")" | ("PDispOn" | "EOffsOn") ...` without `\ExeP`: these displace by where the robot stands
@@ -108,7 +123,11 @@ fn reads_place(p: &Parsed, item: &Item) -> bool {
     let name = p.words.at(item.span.start);
     match item.kind {
         ItemKind::Start | ItemKind::Label => return false,
-        ItemKind::Call { .. } if matches!(name, "pdispon" | "eoffson") && !says("exep") => return true,
+        ItemKind::Call { .. } if matches!(name, "pdispon" | "eoffson") => {
+            if given(p, &item.span, "exep") != Given::Yes {
+                return true;
+            }
+        }
         ItemKind::Call { .. } if WRITES.contains(&name) => return false,
         _ => {}
     }
@@ -274,8 +293,14 @@ impl<'a> Scan<'a> {
     fn instruction(&mut self, k: usize, item: &Item) {
         let name = self.p.words.at(item.span.start);
         if let Some(kind) = WATCHES.iter().position(|w| *w == name) {
-            let off = self.p.words.within(item.span.clone()).any(|w| w == "off");
-            return self.push(k + 1, Event::Set(kind, if off { OFF } else { ON }));
+            let off = given(self.p, &item.span, "off");
+            self.push(k + 1, Event::Set(kind, if off == Given::Yes { OFF } else { ON }));
+            if off == Given::Perhaps {
+                self.push(k + 1, Event::Open(Block::Branch));
+                self.push(k + 1, Event::Set(kind, OFF));
+                self.push(k + 1, Event::Close);
+            }
+            return;
         }
         match (name, words::motion(name)) {
             _ if self.names.contains(name) => self.call(k, name),
@@ -297,6 +322,8 @@ impl<'a> Scan<'a> {
                 self.push(k + 1, Event::Jump(OUT.into()));
             }
             ("callbyvar", _) => self.late(k, item.span.start + 1),
+            ("pdispoff", _) => self.push(k + 1, Event::Set(DISPLACED, OFF)),
+            _ if displaces(name) => self.push(k + 1, Event::Set(DISPLACED, ON)),
             _ => self.call(k, name),
         }
     }
@@ -312,6 +339,10 @@ impl<'a> Scan<'a> {
         let name = late(&begins);
         self.late.insert(begins);
         self.push(k + 1, Event::Call(name));
+        // it may stand in a module that is loaded later
+        self.push(k + 1, Event::Open(Block::Branch));
+        self.push(k + 1, Event::Set(DISPLACED, ON));
+        self.push(k + 1, Event::Close);
     }
 
     fn finish(self) -> (Found, Reach) {

@@ -22,7 +22,7 @@ impl Builder<'_> {
     /// counts along the tool. RelTool turns about the x, y and z of the tool, in this order, after it has moved.
     ///
     /// `displacement = ("Offs" | "RelTool") "(" point "," number "," number "," number {turn} ")"`,
-    /// `turn = "\" ("Rx" | "Ry" | "Rz") ":=" number`
+    /// `turn = "\" ("Rx" | "Ry" | "Rz") ":=" number`; one that the caller may give (`\Rx?rx`) is not known
     fn displacement(&mut self, span: &Span, item: &Item) -> Option<(Span, Isometry3<f64>, bool)> {
         let p = self.f.p;
         let of_tool = match self.f.word(span.start) {
@@ -48,7 +48,7 @@ impl Builder<'_> {
             };
             turn *= UnitQuaternion::from_axis_angle(&axis, angle);
         }
-        if switches.iter().any(|s| !of_tool || !matches!(s.name.as_str(), "rx" | "ry" | "rz")) {
+        if switches.iter().any(|s| !of_tool || s.conditional || !matches!(s.name.as_str(), "rx" | "ry" | "rz")) {
             return None;
         }
         let [x, y, z] = [x, y, z].map(|a| self.number(&a.span, item));
@@ -201,7 +201,8 @@ impl Builder<'_> {
         Some(self.targets.len() - 1)
     }
 
-    /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name.
+    /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name. One that the caller may give (`\WObj?WObj`) is `wobj0` in
+    /// one call and another one in the next.
     ///
     /// `wobjdata = "[" robhold "," ufprog "," ufmec "," pose "," pose "]"`
     fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Frame {
@@ -211,7 +212,14 @@ impl Builder<'_> {
             self.displaced = true;
             return frame.made("wobj0", "displaced by PDispOn or PDispSet");
         }
+        let given = wobj.as_ref().is_some_and(|w| w.conditional);
         let Some(value) = wobj.and_then(|w| w.value) else { return Frame::Null };
+        if given {
+            return match self.named(self.written(&value), &value, item) {
+                Frame::Named(name) => Frame::Computed(name),
+                frame => frame,
+            };
+        }
         if self.predefined(&value, item) == Some("wobj0") {
             return Frame::Null;
         }

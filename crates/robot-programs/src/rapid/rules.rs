@@ -1,6 +1,6 @@
 //! What holds for a whole file: where the program starts, what leads the arm, and external axes as they are written.
 
-use super::arguments::{Arg, arguments};
+use super::arguments::{Arg, Given, arguments, given};
 use super::facts;
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed};
@@ -77,7 +77,7 @@ impl Going {
             return self.soften(text, p, item);
         }
         let has = |word: &str| p.words.within(item.span.clone()).any(|w| w == word);
-        match words::leads(name, has("off")) {
+        match words::leads(name, given(p, &item.span, "off") == Given::Yes) {
             Some(led) => {
                 self.led = led;
                 if name == "softdeact" && !self.may_be_passed(item) {

@@ -80,9 +80,16 @@ impl Settings {
         words_of(p, span.clone()).filter_map(number).map(|n| since(*n)).collect()
     }
 
-    /// Tokens of assignments from which on a name is asked for by another one, and both.
-    pub fn assignments(&self) -> impl Iterator<Item = (usize, String)> {
-        self.assignments.iter().map(|(token, name, n)| (*token, format!("{name}{}", since(*n))))
+    /// Tokens of assignments from which on a name is asked for by another one, and that, where one of the words in `asked` (in lower case) is
+    /// made of it.
+    pub fn assignments(&self, asked: &BTreeSet<String>) -> impl Iterator<Item = (usize, String)> {
+        let inside = |c: char| c.is_alphanumeric() || c == '_';
+        let made = move |words: &str, name: &str| words.split(|c| !inside(c)).any(|word| word == name);
+        let all = self.assignments.iter().map(|(token, name, n)| (*token, name, since(*n)));
+        let wanted = move |(_, name, since): &(usize, &String, String)| {
+            asked.iter().any(|words| words.contains(since.as_str()) && made(words, name))
+        };
+        all.filter(wanted).map(|(token, name, since)| (token, format!("{name}{since}")))
     }
 
     /// Finds the last assignment before each move, and keeps it where that is certain for all moves of a name.

@@ -1,15 +1,16 @@
 //! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
 //!
 //! Read this file first: from statements to steps. Then [`motion`]: a motion instruction; [`alike`]: motions that differ in their joint
-//! values alone, read once.
+//! values alone, read once; [`cycle`]: where `main` ends.
 
 mod alike;
+mod cycle;
 mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, SharedSite};
 use super::facts::{self, Facts};
-use super::in_force::InForce;
+use super::in_force::{self, InForce};
 use super::led::Led;
 use super::lex::Kind;
 use super::project::Project;
@@ -26,6 +27,7 @@ use crate::script::called::{NamedCalls, strikes};
 use crate::script::fold;
 use crate::script::without_joint::WithoutJoint;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
+use cycle::Cycle;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -46,7 +48,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         f: Facts::new(text, p, &project.left_out, &goals, &robot.no_motion),
         project,
         robot,
-        displaced: p.words.different().any(|w| w.starts_with("pdispon") || w == "pdispset"),
+        displaced: false,
         steps: Steps::of_text(text),
         targets: Targets::of_text(text),
         literals: Vec::with_capacity(text.likely_steps()),
@@ -66,13 +68,15 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         moved: false,
         named_calls: NamedCalls::default(),
         entry_routine: entry,
+        cycle: Cycle::default(),
     };
-    b.note_assignments();
     let in_force = InForce::of(text, p, &|name| b.f.may_move(name));
+    let displaces = p.words.different().any(in_force::displaces);
     let mut passed = p.passed.iter().peekable();
     for (k, item) in p.items.iter().enumerate().filter(|(_, item)| own(item)) {
         let notes = b.notes.len();
         b.configured = in_force.configured(k);
+        b.displaced = displaces && in_force.is_displaced(k);
         b.item(item, motion_of(p, item))?;
         let after = |lines: &&Passed| lines.token == item.span.end + 1;
         if let Some(lines) = passed.next_if(after)
@@ -87,7 +91,11 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     if passed.next().is_some() {
         return Ok(None);
     }
+    if b.cycle.ends() {
+        b.steps.runs_again();
+    }
     b.steps.pragmas(text, &p.comments, own_end);
+    b.note_assignments();
     let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
@@ -107,6 +115,7 @@ pub struct Builder<'a> {
     pub settings: Settings,
     pub project: &'a Project,
     pub robot: &'a Axes,
+    /// A program displacement may be on at the item.
     pub displaced: bool,
     steps: Steps<SharedSite>,
     pub targets: Targets,
@@ -138,6 +147,7 @@ pub struct Builder<'a> {
     named_calls: NamedCalls,
     /// The routine with which the program starts.
     entry_routine: Option<usize>,
+    cycle: Cycle,
 }
 
 impl Builder<'_> {
@@ -165,6 +175,7 @@ impl Builder<'_> {
 
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
+        self.follow_cycle(item, motion.is_some());
         self.going.follow(self.f.text, self.f.p, item);
         self.going.pass_by(&mut self.led_before, item.kind);
         self.led.enter(self.f.p, item, self.going_first, &mut self.going);
@@ -201,11 +212,8 @@ impl Builder<'_> {
             }
             ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
             ItemKind::Loop => {
-                // its head begins with the word before its condition
-                let head = item.span.start.saturating_sub(1)..item.span.end;
-                let tokens = self.f.p.tokens.get(head).unwrap_or_default();
-                let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
-                self.steps.open_loop(self.at(token), is_entered(self.f.text.slice(bytes)));
+                let entered = self.head(item).is_some_and(|(_, head)| is_entered(head));
+                self.steps.open_loop(self.at(token), entered);
             }
             ItemKind::Middle => self.steps.branch(self.at(token), item.span.is_empty()),
             ItemKind::EndBranch => self.close(token, Break::Jump),
@@ -248,14 +256,6 @@ impl Builder<'_> {
         let names: BTreeSet<String> = self.settings.set_at(item).chain(called).map(str::to_string).collect();
         for name in names {
             self.push(item.span.start, StepKind::Sets(name.into()));
-        }
-    }
-
-    /// Says from where on a tool or a work object is asked for by another name.
-    fn note_assignments(&mut self) {
-        let all: Vec<(usize, String)> = self.settings.assignments().collect();
-        for (token, name) in all {
-            self.note(token, format!("asked for after this line as `{name}`"));
         }
     }
 

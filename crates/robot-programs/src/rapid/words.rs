@@ -195,7 +195,7 @@ const QUIET: &str = "\
     rmqsendmessage rmqsendwait safetycontrollersyncrequest save savecfgdata scwrite sendevice set setalldataval \
     setao setdatasearch setdataval setdo setgo setsysdata setupcyclicbool setupsuperv siclose siconnect \
     sigetcyclic singarea sisetcyclic skipwarn socketaccept socketbind socketclose socketconnect socketcreate \
-    socketlisten socketreceive socketreceivefrom socketsend socketsendto speedlimaxis speedlimcheckpoint \
+    socketlisten socketreceive socketreceivefrom socketsend socketsendto softdeact speedlimaxis speedlimcheckpoint \
     speedrefresh spycancel spystart spystop startload stopmove stopmovereset storepath sttune sttunereset \
     systemstopaction testsigndefine testsignreset texttabinstall tperase tpreaddnum tpreadfk tpreadnum tpshow \
     tpwrite triggcheckio triggdatacopy triggdatareset triggequip triggio triggrampao triggspeed triggstopproc \
@@ -232,7 +232,7 @@ const WAITS: &str = "\
 const MOVES: &str = "\
     clearpath contactl egmmovec egmmovel egmrunjoint egmrunpose egmstop hollowwristreset indamove indcmove inddmove indreset \
     indrmove loadid manloadidproc mtoolrotcalib mtooltcpcalib pathrecmovebwd pathrecmovefwd procerrrecovery restopath setleadthrough \
-    startmove startmoveretry stcalib stclose stepbwdpath stindgun stindgunreset stoolrotcalib stooltcpcalib stopen syncmoveresume \
+    softact startmove startmoveretry stcalib stclose stepbwdpath stindgun stindgunreset stoolrotcalib stooltcpcalib stopen syncmoveresume \
     syncmovesuspend syncmoveundo";
 
 /// Whether an instruction ends what is known of the arm's way, although it is no motion to a target.

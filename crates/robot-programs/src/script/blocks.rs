@@ -17,6 +17,8 @@ pub struct Steps<S> {
     joins: Vec<Join>,
     labels: Labels,
     routines: Routines,
+    /// Places at which the program ends and runs again from its start.
+    again: Vec<usize>,
     /// Next comment to look at.
     comment: usize,
     /// The start with which the program starts, where that is known.
@@ -53,6 +55,7 @@ impl<S> Default for Steps<S> {
             joins: Vec::new(),
             labels: Labels::default(),
             routines: Routines::default(),
+            again: Vec::new(),
             comment: 0,
             entry: None,
         }
@@ -258,6 +261,12 @@ impl<S> Steps<S> {
         self.joins.push(Join { at: k, from: Vec::new() });
     }
 
+    /// The program may end here, and runs again from its start ([`Self::entry`]).
+    pub fn runs_again(&mut self) {
+        let at = self.next();
+        self.again.push(at);
+    }
+
     /// A break that belongs to the innermost block.
     fn own_break(&mut self, at: At, kind: Break) -> usize {
         let k = self.add(at, StepKind::Break(kind));
@@ -357,6 +366,8 @@ impl<S> Steps<S> {
             joins.map(|j| Join { at: moved(j.at), from: j.from.iter().map(|k| moved(*k)).collect() }).collect()
         };
         script.joins = renumbered(&self.joins);
+        let again = script.entry.filter(|_| !self.again.is_empty());
+        script.again = again.map(|at| Join { at, from: self.again.iter().map(|k| moved(*k)).collect() });
         if let Some(starts) = starts {
             script.ways = script.joins.iter().cloned().chain(renumbered(&starts)).collect();
             script.ways.sort_by_key(|j| j.at);

@@ -91,4 +91,5 @@ pub(super) fn through_still(script: &mut Script) {
         Some(Join { at: join.at, from: found.into_iter().collect() })
     };
     script.joins = joins.iter().filter_map(followed).collect();
+    script.again = script.again.take().as_ref().and_then(followed);
 }

@@ -33,6 +33,8 @@ pub struct Script {
     /// The same as the text has them, ascending, each from the places that lead to it at once, and the starts of routines from the calls
     /// of them that the text holds; only where the program has processes.
     pub ways: Vec<Join>,
+    /// The start of a program that runs again from there when it has ended, and the places at which it ends.
+    pub again: Option<Join>,
     /// Lines whose calls may move the robot, and the names that would have to move nothing for these calls to move nothing: none of them is
     /// among the files. Lines of other calls that may move are not here.
     pub unknown_calls: BTreeMap<At, BTreeSet<String>>,

@@ -93,7 +93,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         failed: Vec::new(),
     };
     let join = choice.joins && script.joins.len() <= joins::MOST;
-    let wanted = if join { joins::places(&script.joins) } else { BTreeSet::new() };
+    let wanted = if join { joins::places(script) } else { BTreeSet::new() };
     let mut places = joins::Places::default();
     for k in 0..script.steps.len() {
         if wanted.contains(&k) {
@@ -107,7 +107,8 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
     if !wanted.is_empty() {
-        cutter.join(script, rounds, places);
+        cutter.join(script, rounds, &mut places);
+        cutter.run_again(script, &places);
     }
     let Cutter { mut out, mut over, tells, .. } = cutter;
     out.tells = tells;

@@ -32,6 +32,8 @@ pub struct Cut {
     /// Why moves stay as they are, by step, as far as that is known before the engine.
     pub left: BTreeMap<usize, Cause>,
     pub notes: Vec<Note>,
+    /// Runs through the first moves of a program that runs again from its start, from where it ends: they write nothing.
+    pub again: Vec<Run>,
     /// The same for other meanings of the letters for the wrist, which are as possible.
     pub others: Vec<Cut>,
     /// What speaks against the meaning of this one.

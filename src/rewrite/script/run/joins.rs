@@ -5,6 +5,9 @@
 //! which side joints come, and their own run writes them. Where several ways lead there, no point may be on the way of the first move, which has
 //! several starts, and what comes out of the engine for all of them is compared as the passes of a loop are ([`super::rounds`]).
 //!
+//! A program that runs again from its start comes to its first moves from its end, too: these runs ([`super::Cut::again`]) write nothing, and what
+//! comes out of the engine for them is compared ([`super::super::again`]).
+//!
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
 use super::super::cause::Cause;
@@ -45,8 +48,8 @@ pub(super) struct Standing {
 pub(super) type Places = BTreeMap<usize, Standing>;
 
 /// Steps before which it has to be known where the robot stands.
-pub(super) fn places(joins: &[Join]) -> BTreeSet<usize> {
-    joins.iter().flat_map(|j| j.from.iter().copied()).collect()
+pub(super) fn places(script: &Script) -> BTreeSet<usize> {
+    script.joins.iter().chain(&script.again).flat_map(|j| j.from.iter().copied()).collect()
 }
 
 impl Cutter<'_> {
@@ -93,15 +96,15 @@ impl Cutter<'_> {
     /// Goes through what follows each break once more, from the places from which control comes there.
     ///
     /// `rounds`: loops that the runs go through already.
-    pub(super) fn join(&mut self, script: &Script, rounds: &[Round], mut places: Places) {
+    pub(super) fn join(&mut self, script: &Script, rounds: &[Round], places: &mut Places) {
         let round = |at: usize| rounds.iter().any(|r| r.open == at || r.close == at);
         let apart =
             |j: &Join| first_move(script, &segment(script, j.at)).is_some_and(|k| self.choice.approach.is_apart(k));
         let known = |j: &&Join| !j.from.is_empty() && j.from.len() <= WAYS && !round(j.at) && !apart(j);
         let mut open: Vec<&Join> = script.joins.iter().filter(known).collect();
-        let wanted = self::places(&script.joins);
+        let wanted = self::places(script);
         for _ in 0..SWEEPS {
-            open.retain(|join| !self.joined(script, join, &wanted, &mut places));
+            open.retain(|join| !self.joined(script, join, &wanted, places));
         }
     }
 
@@ -136,6 +139,29 @@ impl Cutter<'_> {
         let end = end.map(|end| if ways.len() > 1 { self.without_way(end, &segment) } else { end });
         places.extend(end.map(|end| (segment.end, end)));
         true
+    }
+
+    /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places of which nothing
+    /// is known count for nothing.
+    ///
+    /// From each the first move comes on another way than at the first start, so that no point may be on its way.
+    pub(super) fn run_again(&mut self, script: &Script, places: &Places) {
+        let Some(again) = &script.again else { return };
+        let segment = segment(script, again.at);
+        let apart = first_move(script, &segment).is_none_or(|k| self.choice.approach.is_apart(k));
+        let own = |run: &&Run| run.entry && run.own().first().is_some_and(|v| segment.contains(&v.step));
+        let Some(first) = self.out.runs.iter().find(own).filter(|_| !apart && again.from.len() <= WAYS).cloned() else {
+            return;
+        };
+        for way in again.from.iter().filter_map(|k| places.get(k)) {
+            let before = std::mem::take(&mut self.out);
+            let (over, missing) = (self.over.len(), self.poses.missing.clone());
+            let (run, _) = self.seeded(script, way, &segment, true);
+            self.poses.missing = missing;
+            self.over.truncate(over);
+            self.out = before;
+            self.out.again.extend(run.filter(|run| alike(&first, run)));
+        }
     }
 
     /// Where the robot stands after a stretch to which several ways lead: from which sides it came to its first target is not known.

@@ -15,8 +15,10 @@ use super::super::words::{self, Leads, Motion};
 use super::{Builder, plain};
 use crate::error::Result;
 use crate::rapid::built::{SharedSite, Site, Written};
+use crate::script::pose::Frame;
 use crate::script::{self, Break, Few, Goal, How, Move, OtherWay, PathKind, Speed, StepKind};
 use nalgebra::UnitQuaternion;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Orientations that differ by less are taught as the same, rad.
@@ -73,7 +75,7 @@ impl Builder<'_> {
         let other_way = self.leave_way(&motion, &goal, &site, external_axes, &mut closed);
         let goal = self.on_arc(goal, item, &motion, &args, at.goal, &mut closed);
         let switched_on =
-            switch(&args, "on").is_some().then_some(true).or(switch(&args, "off").is_some().then_some(false));
+            switch(&args, "on").map(|_| true).or(switch(&args, "off").filter(|s| !s.conditional).map(|_| false));
         site.args = args.into_iter().map(Written::from).collect();
         let how = How { path: motion.path, closed, speed, blend_m, other_way, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
@@ -128,14 +130,17 @@ impl Builder<'_> {
         if time.is_some() && site.time.is_none() {
             closed.get_or_insert_with(|| Reason::TimeComputed.into());
         }
-        let speed = match (site.time.as_deref(), switch(args, "v").and_then(|s| s.value)) {
+        let [v, z] = ["v", "z"].map(|name| switch(args, name).map(|s| if s.conditional { None } else { s.value }));
+        let speed = match (site.time.as_deref(), v) {
             (Some((_, s, _)), _) => Speed::Seconds(*s),
             (None, _) if time.is_some() => Speed::Unknown,
-            (None, Some(v)) => self.number(&v, item).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3)),
+            (None, Some(None)) => Speed::Unknown,
+            (None, Some(Some(v))) => self.number(&v, item).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3)),
             (None, None) => at.speed.map_or(Speed::Unknown, |k| self.speed(&args[k].span.clone(), item)),
         };
-        let blend_m = match switch(args, "z").and_then(|s| s.value) {
-            Some(z) => self.number(&z, item).map(|z| z * 1e-3),
+        let blend_m = match z {
+            Some(None) => None,
+            Some(Some(z)) => self.number(&z, item).map(|z| z * 1e-3),
             None => at.zone.and_then(|k| self.zone(&args[k], item)),
         };
         (speed, blend_m)
@@ -305,6 +310,20 @@ impl Builder<'_> {
             };
         }
         self.predefined(&arg.span, item).and_then(words::zone_mm).map(|mm| mm * 1e-3)
+    }
+
+    /// Says from where on a tool or a work object is asked for by another name, where a move asks for it.
+    pub(super) fn note_assignments(&mut self) {
+        let goals = (0..self.steps.next()).filter_map(|k| match &self.steps.get(k)?.kind {
+            StepKind::Move(Move { goal: Goal::Pose(pose), .. }) => Some([&pose.frame, &pose.tool]),
+            _ => None,
+        });
+        let computed = |frame: &Frame| if let Frame::Computed(name) = frame { Some(name.to_lowercase()) } else { None };
+        let asked: BTreeSet<String> = goals.flatten().filter_map(computed).collect();
+        let all: Vec<(usize, String)> = self.settings.assignments(&asked).collect();
+        for (token, name) in all {
+            self.note(token, format!("asked for after this line as `{name}`"));
+        }
     }
 }
 

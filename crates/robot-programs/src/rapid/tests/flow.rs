@@ -282,3 +282,43 @@ fn instructions_of_the_language_are_asked_of_no_user() {
         assert_eq!(of(line), ["Start", "move", "Call", "move"], "{line}");
     }
 }
+
+/// Steps of moves after which `main` runs again from its start, as numbers of the moves.
+fn runs_again_after(source: &str) -> Vec<usize> {
+    let doc = document(source);
+    let script = doc.script();
+    let moves = |until: usize| script.moves().take_while(|(k, _)| *k < until).count();
+    let Some(again) = &script.again else { return Vec::new() };
+    assert_eq!(Some(again.at), script.entry);
+    again.from.iter().map(|k| moves(*k)).collect()
+}
+
+#[test]
+fn main_runs_again_from_its_start_where_its_end_is_reached() {
+    let m = "MoveAbsJ j1,v100,fine,tool0;\n";
+    let with = |main: &str, rest: &str| program(J, main).replace("ENDMODULE", &format!("{rest}ENDMODULE"));
+    let cases: [(&str, String, &[usize]); 15] = [
+        ("its end", with(&format!("{m}{m}"), ""), &[2]),
+        ("waits and messages there", with(&format!("{m}{m}WaitTime 1;\nSetDO d1,0;"), ""), &[2]),
+        ("RETURN", with(&format!("{m}IF a RETURN;\n{m}RETURN;"), ""), &[1, 2]),
+        ("a branch at its end", with(&format!("{m}IF a THEN\n{m}ELSE\n{m}ENDIF"), ""), &[2, 3]),
+        ("a loop with an end", with(&format!("{m}WHILE a DO\n{m}ENDWHILE\nFOR i FROM 1 TO 3 DO\n{m}ENDFOR"), ""), &[3]),
+        ("ExitCycle", with(&format!("{m}WHILE TRUE DO\n{m}IF a ExitCycle;\n{m}ENDWHILE"), ""), &[2]),
+        (
+            "in what it calls",
+            with(&format!("{m}WHILE TRUE DO\nsub;\nENDWHILE"), &format!("PROC sub()\n{m}ExitCycle;\nENDPROC\n")),
+            &[2],
+        ),
+        ("no end", with(&format!("{m}WHILE TRUE DO\n{m}ENDWHILE"), ""), &[]),
+        ("out of such a loop", with(&format!("{m}WHILE TRUE DO\n{m}IF a GOTO l;\nENDWHILE\nl:\n{m}"), ""), &[3]),
+        ("a jump back", with(&format!("l:\n{m}{m}GOTO l;"), ""), &[]),
+        ("EXIT", with(&format!("{m}{m}EXIT;"), ""), &[]),
+        ("Stop", with(&format!("{m}{m}Stop;"), ""), &[]),
+        ("Stop before", with(&format!("{m}Stop;\n{m}"), ""), &[2]),
+        ("a handler", with(&format!("{m}{m}ERROR\n{m}RETRY;"), ""), &[2]),
+        ("no main", with(&format!("{m}{m}"), "").replace("main", "work"), &[]),
+    ];
+    for (what, source, expected) in cases {
+        assert_eq!(runs_again_after(&source), expected, "{what}");
+    }
+}

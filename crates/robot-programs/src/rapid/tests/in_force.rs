@@ -148,3 +148,44 @@ fn of_lines_that_differ_in_their_numbers_alone_the_last_one_is_read() {
     let lines: String = (1..=9).map(joint_move).collect();
     assert_eq!(kept(&with_routines(&format!("{lines}ph:=CRobT();\n{}", joint_move(10)), "")), [9]);
 }
+
+/// Of each move to a robtarget: whether it waits for a frame that a program displacement makes.
+fn displaced(source: &str) -> String {
+    let of = |m: Move| match m.goal {
+        Goal::Pose(p) => Some(if p.frame == Frame::Null { '-' } else { 'd' }),
+        _ => None,
+    };
+    moves(source).into_iter().filter_map(of).collect()
+}
+
+#[test]
+fn a_program_displacement_is_followed_through_the_task() {
+    let m = format!("MoveL {POINT},v100,fine,tool0;\n");
+    let sub = |name: &str, body: &str| format!("PROC {name}()\n{body}\nENDPROC\n");
+    let on = "PDispSet d1;\n";
+    let off = "PDispOff;\n";
+    let cases = [
+        ("a pair", with_routines(&format!("{off}{m}{on}{m}{off}{m}"), ""), "-d-"),
+        ("by where the robot stands", with_routines(&format!("{m}PDispOn\\Rot,p1,tool0;\n{m}{off}{m}"), ""), "-d-"),
+        ("never off", with_routines(&format!("{m}{on}{m}"), ""), "dd"),
+        ("in a branch", with_routines(&format!("IF a {on}{m}{off}{m}"), ""), "d-"),
+        ("off in a branch", with_routines(&format!("{on}IF a {off}{m}{off}"), ""), "d"),
+        ("in what is called", with_routines(&format!("{m}s;\n{m}{off}{m}"), &sub("s", on)), "-d-"),
+        ("around a call", with_routines(&format!("{m}{on}s;\n{off}{m}"), &sub("s", &m)), "--d"),
+        ("around one of two calls", with_routines(&format!("s;\n{on}s;\n{off}"), &sub("s", &m)), "d"),
+        ("in a loop", with_routines(&format!("WHILE a DO\n{m}{on}{m}ENDWHILE\n{off}{m}"), ""), "dd-"),
+        ("by a jump", with_routines(&format!("{on}IF a GOTO l1;\n{off}l1:\n{m}{off}{m}"), ""), "d-"),
+        ("in a trap", with_routines(&format!("{off}{m}"), &format!("TRAP t\n{on}ENDTRAP\n")), "d"),
+        ("in a handler", with_routines(&format!("{m}{m}ERROR\n{on}TRYNEXT;\n"), ""), "dd"),
+        ("in what is loaded", with_routines(&format!("{m}%s%;\n{m}{off}{m}"), &sub("x", on)), "-d-"),
+        ("in a module without main", format!("MODULE T\n{}{}ENDMODULE\n", sub("a", &m), sub("b", on)), "d"),
+        (
+            "in one, in pairs",
+            format!("MODULE T\n{}{}ENDMODULE\n", sub("a", &m), sub("b", &format!("{on}{m}{off}"))),
+            "-d",
+        ),
+    ];
+    for (what, source, expected) in cases {
+        assert_eq!(displaced(&source), expected, "{what}");
+    }
+}

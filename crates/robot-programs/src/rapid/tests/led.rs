@@ -59,3 +59,12 @@ fn an_axis_that_was_soft_before_a_routine_stays_so_whatever_that_makes_stiff() {
     let source = with_routines("SoftAct 2,50;\nsub;\nSoftDeact;", &[&sub]);
     assert!(reasons(&source).iter().all(Option::is_some));
 }
+
+#[test]
+fn an_axis_that_becomes_stiff_moves_nothing() {
+    let kinds = kinds(&program(J, &format!("SoftDeact;\n{MOVE}\nSoftDeact;\n{MOVE}")));
+    assert_eq!(kinds, ["Start", "move", "move"]);
+    let doc = document(&program(J, &format!("{MOVE}\nSoftAct 3,50;\nSoftDeact;\n{MOVE}")));
+    assert!(doc.script().unknown_calls.is_empty());
+    assert_eq!(harness::kinds(doc.script()), ["Start", "move", "Call", "move"]);
+}

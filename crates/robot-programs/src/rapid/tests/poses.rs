@@ -138,3 +138,56 @@ fn a_work_object_that_moves_with_a_belt_or_another_robot_is_at_no_known_place() 
     assert!(unknown("STN1", "WaitSyncTask s,all;\n"));
     assert_eq!(frame("STN1", ""), Frame::Named("w on its mechanical unit".into()));
 }
+
+#[test]
+fn an_argument_that_the_caller_may_give_is_not_known() {
+    let data = "CONST robtarget p1:=[[500,-20,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";
+    let of = |line: &str| {
+        let sub = format!("PROC go(\\PERS wobjdata WObj,\\num rx,\\num V,\\num T,\\num Z,\\switch c)\n{line}\nENDPROC");
+        let source = program(data, "go;\ngo\\WObj:=w1;").replace("ENDMODULE", &format!("{sub}\nENDMODULE"));
+        moves(&source)[0].clone()
+    };
+    let frame = |line: &str| match of(line).goal {
+        Goal::Pose(p) => p.frame,
+        other => panic!("{line}: {other:?}"),
+    };
+    for word in ["MoveL p1,v100", "MoveJ p1,v100", "ArcL p1,v100,sm1,wd1", "MoveC p1,p1,v100"] {
+        let computed = Frame::Computed("WObj".into());
+        assert_eq!(frame(&format!("{word},z10,tool0\\WObj?WObj;")), computed, "{word}");
+        assert_eq!(frame(&format!("{word},z10,tool0\\Conc?c\\WObj ? WObj;")), computed, "{word}");
+        assert_eq!(frame(&format!("{word},z10,tool0;")), Frame::Null, "{word}");
+    }
+    // one whose parameter nothing declares, and one that is displaced
+    assert_eq!(frame("MoveL p1,v100,z10,tool0\\WObj?wOther;"), Frame::Computed("wOther".into()));
+    let displaced = frame("PDispSet d1;\nMoveL p1,v100,z10,tool0\\WObj?WObj;");
+    assert_eq!(displaced, Frame::Computed("WObj displaced by PDispOn or PDispSet".into()));
+    assert!(matches!(of("MoveL RelTool(p1,0,0,9\\Rx?rx),v100,z10,tool0;").goal, Goal::Opaque(_)));
+    assert!(matches!(of("MoveL p1,v100,z10,tool0\\Corr?c;").goal, Goal::Opaque(_)));
+    // speed, time and zone of one call are none of the next
+    assert_eq!(of("MoveL p1,v100\\V?V,z10,tool0;").speed, Speed::Unknown);
+    assert_eq!(
+        (of("MoveL p1,v100,z10,tool0;").speed, of("MoveL p1,v100,z10,tool0;").blend_m),
+        (Speed::Tcp(0.1), Some(0.01))
+    );
+    let timed = of("MoveL p1,v100\\T?T,z10,tool0;");
+    assert!(timed.speed == Speed::Unknown && timed.closed.is_some());
+    assert_eq!(of("MoveL p1,v100,fine\\Z?Z,tool0;").blend_m, None);
+    assert!(of("MoveL p1\\ID?Z,v100,fine,tool0;").closed.is_some());
+}
+
+#[test]
+fn a_switch_of_a_setting_that_the_caller_may_give_may_be_there() {
+    let pose = "[[500,-20,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let of = |line: &str| {
+        let sub = format!("PROC go(\\switch On|switch Off)\n{line}\nMoveJ {pose},v100,fine,tool0;\nENDPROC");
+        let source = program("", "go\\Off;").replace("ENDMODULE", &format!("{sub}\nENDMODULE"));
+        moves(&source)[0].clone()
+    };
+    let watched = |line: &str| match of(line).goal {
+        Goal::Pose(p) => (p.binding, p.unsure),
+        other => panic!("{line}: {other:?}"),
+    };
+    assert_eq!([watched("ConfJ\\Off;"), watched("ConfJ\\On?On\\Off?Off;")], [(false, false), (true, true)]);
+    let is_led = |line: &str| matches!(of(line).goal, Goal::Opaque(_));
+    assert!(is_led("SyncToSensor S\\On?On\\Off?Off;") && !is_led("SyncToSensor S\\Off;"));
+}

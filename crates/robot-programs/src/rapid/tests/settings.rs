@@ -113,3 +113,16 @@ fn what_a_trap_sets_is_not_known() {
     let found = frames(&source);
     assert!(matches!(&found[0], Frame::Unknown(why) if why.to_string() == "a TRAP sets `w`"), "{found:?}");
 }
+
+#[test]
+fn a_note_at_an_assignment_stands_only_where_a_move_asks_for_what_is_set() {
+    let notes = |body: &str| {
+        let doc = document(&program(DATA, body));
+        doc.script().notes.iter().filter(|n| n.text.starts_with("asked for after this line")).count()
+    };
+    let m = move_in("w");
+    assert_eq!(notes(&format!("{m}\nw.uframe.trans.x:=300;\n{m}")), 1);
+    // what is not known may set what it is given; tool0 is never asked for
+    let m = move_in("wobj0");
+    assert_eq!(notes(&format!("{m}\nEGMMoveL e1,p1,path1,fine,tool0;\n{m}\nNutL p1,v100,nut1,gun1,tool0;\n{m}")), 0);
+}
