@@ -75,7 +75,7 @@ pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
 pub use reason::Reason;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-pub use step::{At, AxisSet, Break, Goal, How, Move, Note, OtherWay, PathKind, Speed, Step, StepKind, Way};
+pub use step::{At, AxisSet, Break, EndTrigger, Goal, How, Move, Note, OtherWay, PathKind, Speed, Step, StepKind, Way};
 pub use targets::{CLONE, Target, TargetRef, Targets, Value, Values, is_clone};
 pub use text::{Span, Text};
 pub use thin::Few;
