@@ -37,6 +37,7 @@ mod docs_commands;
 mod docs_site;
 mod docs_user_files;
 mod external_axes;
+mod fanuc_triggers;
 mod faults;
 mod fewer_axes;
 mod first_steps;

@@ -74,14 +74,14 @@ impl Cutter<'_> {
             self.run.vertices.push(vertex(Role::Way, q.into(), w.share, t0 + w.share * duration));
         }
         let mut goal = vertex(Role::Goal, q, 1.0, t0 + duration);
-        if editable && matches!(m.goal, Goal::Pose(_)) && self.stays_at_unknown(&goal.q) {
+        if editable && self.stays_at_unknown(&goal.q) {
             goal.editable = false;
             self.out.left.entry(step).or_insert(Cause::SideUnknown);
         }
         if editable
             && !changing
             && !self.run.entered.contains(&step)
-            && m.closed.is_none()
+            && m.is_open_to_goal()
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
             && !self.choice.approach.goes_without(step)
