@@ -128,6 +128,7 @@ mod vendor_public;
 mod vendor_registers;
 mod vendor_rewrite;
 mod vendor_routines;
+mod vendor_standing;
 mod waiting;
 mod workbook;
 mod wrists;
