@@ -67,7 +67,7 @@ fn no_added_point_is_nearer_to_the_end_than_what_a_motion_starts_before_it() {
         counts.push(added.len());
     }
     let whole = counts[0];
-    assert!(whole > 1 && counts[1..4].iter().all(|n| *n == whole), "{counts:?}");
+    assert!(whole > 0 && counts[1..4].iter().all(|n| *n == whole), "{counts:?}");
     assert!(counts[4] < whole && counts[5] == counts[4] && counts[6] == 0, "{counts:?}");
     desk.write("p.ls", &program("DB 3000mm,DO[1]=ON"));
     desk.run("rewrite --model model.yaml p.ls --dry-run")
