@@ -79,7 +79,7 @@ fn cancels(statement: &[u8]) -> bool {
         });
         signs.sum::<i32>() == 0
     };
-    sum.iter().all(plain) && PLACES.iter().all(|name| count(name))
+    sum.iter().all(plain) && PLACES.iter().all(count)
 }
 
 #[cfg(test)]
