@@ -23,7 +23,8 @@ fn a_full_circle_is_part_of_the_path_that_is_judged() {
         let program =
             format!("G21 G90 G17 G94 G40 G91.1\nG0 X0. Y0. Z0.\nG1 X30. Y20. F600.\n{circle}\nG1 X60. Y50.\nM30\n");
         let work = folder(&program);
-        let done = work.run("rewrite --model model.yaml p.nc --output out.nc --json").success().json();
+        let done: serde_json::Value =
+            work.run("rewrite --model model.yaml p.nc --output out.nc --json").success().json();
         let rms = |side: &str| done["path_error"]["rms_um"][side].as_f64().unwrap();
         assert!(rms("after") < 0.5 * rms("before"), "{circle}: {:#}", done["path_error"]);
         let sim = work.run("simulate --model model.yaml --input p.nc --rate-hz 20 --output sim.csv").success();
@@ -48,7 +49,7 @@ fn arc(from: [f64; 2], to: [f64; 2], radius: f64) -> impl Iterator<Item = f64> {
     let chord = dx.hypot(dy);
     let height = (radius * radius - chord * chord / 4.0).max(0.0).sqrt();
     let centre = [from[0] + dx / 2.0 + height * dy / chord, from[1] + dy / 2.0 - height * dx / chord];
-    let angle = |p: [f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
+    let angle = move |p: [f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
     let sweep = (angle(from) - angle(to)).rem_euclid(std::f64::consts::TAU);
     (0..=4000).map(move |k| centre[0] + radius * (angle(from) - sweep * f64::from(k) / 4000.0).cos())
 }

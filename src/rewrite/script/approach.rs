@@ -90,7 +90,7 @@ impl Sides {
     /// `left`: why steps stay as they are. Returns whether anything is new.
     pub fn take_apart(&mut self, script: &Script, left: &BTreeMap<usize, Cause>) -> bool {
         let counts = |step: &usize| match script.steps.get(*step).map(|s| &s.kind) {
-            Some(StepKind::Move(m)) => m.closed.is_none() && self.count(m),
+            Some(StepKind::Move(m)) => m.is_open_to_goal() && self.count(m),
             _ => false,
         };
         let sides = |why: &Cause| matches!(why, Cause::PassesDiffer | Cause::SideUnknown);

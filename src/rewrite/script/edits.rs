@@ -5,7 +5,7 @@ use super::arcs;
 use super::run::{Role, Run, Vertex};
 use super::unplaced::Unplaced;
 use super::whole;
-use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Reason, Script, StepKind};
+use crate::program::script::{Document, Edit, Edits, Goal, Move, NewPoint, PathKind, Reason, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
@@ -160,7 +160,7 @@ fn step(
     }
     let once = !run.entered.contains(&vertex.step);
     let fixed = matches!(&m.goal, Goal::Pose(goal) if !goal.is_computed()) && !changing;
-    let as_joint_moves = once && solve && fixed && m.path == PathKind::Linear && m.closed.is_none();
+    let as_joint_moves = once && solve && fixed && m.path == PathKind::Linear && m.is_open_to_goal();
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
     let offset = |q: &[f64], own: &[f64]| q.iter().zip(own).map(|(a, b)| a - b).collect::<Vec<f64>>();
@@ -200,6 +200,11 @@ fn step(
             }
             edit.before.push(point);
         }
+        let late = clear_end(run, robot, m, vertex.step, end.q, &mut edit);
+        unplaced.lose(script, vertex.step, late);
+        if let Some(trigger) = m.end_trigger.as_ref().filter(|_| late > 0) {
+            unplaced.because(&trigger.why, &[script.steps[vertex.step].at.line]);
+        }
     }
     if as_joint_moves || differs(end.q, &vertex.q) {
         edit.goal = Some(end.q.to_vec());
@@ -212,6 +217,20 @@ fn step(
     }
     let points = edit.before.len() as u64;
     (edit.goal.is_some() || points > 0).then_some((edit, points))
+}
+
+/// Takes away the new points that would delay what a motion starts before its end; how many. The step is spread over the rest of the way.
+fn clear_end(run: &Run, robot: &Robot, m: &Move, step: usize, goal: &[f64], edit: &mut Edit) -> u64 {
+    let Some(trigger) = &m.end_trigger else { return 0 };
+    let length_m = run.line(step).map(|line| line.length_m());
+    let left_m = |p: &NewPoint| match length_m {
+        Some(whole) => (1.0 - p.share) * whole,
+        // a gantry goes straight without one
+        None => (robot.tcp_m(&p.q) - robot.tcp_m(goal)).norm(),
+    };
+    let all = edit.before.len();
+    edit.before.retain(|p| left_m(p) >= trigger.way_m);
+    (all - edit.before.len()) as u64
 }
 
 /// Of the points of one leg that stand within [`CLOSE`] times the distance of the first of them from the leg's start, the last:

@@ -83,7 +83,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     let left: Vec<u64> = script
         .moves()
         .filter(|(k, m)| {
-            sides.count(m) && (m.closed.is_some() || unfollowed(k) || sides.goes_without(*k) || !told.contains(k))
+            sides.count(m) && (!m.is_open_to_goal() || unfollowed(k) || sides.goes_without(*k) || !told.contains(k))
         })
         .map(|(k, _)| script.steps[k].at.line)
         .collect();

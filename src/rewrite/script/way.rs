@@ -218,6 +218,11 @@ impl Line {
         solved(&self.tooled, &self.track, self.pose, share, &guess)
     }
 
+    /// Length of the TCP's way, m.
+    pub fn length_m(&self) -> f64 {
+        self.track.length_m()
+    }
+
     /// The robot with the tool whose TCP goes on it.
     pub fn tooled(&self) -> &Arc<Tooled> {
         &self.tooled

@@ -5,6 +5,7 @@
 //! and move nothing either. What is loaded on the controller under the name is taken to be that file, and a note says so.
 
 use super::flow::{self, Flow};
+use super::readings::reads_place;
 use super::sections::sections;
 use super::statement::{is_comment, program_name, statements, words};
 use super::uses::FramesSet;
@@ -130,9 +131,14 @@ fn program(text: &Text) -> Program {
         }
         sets.add(text, words);
         let said = motion::read(text, statement, words);
-        does.reads |= instruction::reads_place(text, words);
+        does.reads |= reads_place(text, words);
         does.counts |= said.as_ref().is_some_and(|said| said.relative);
         does.moves |= said.is_some() || instruction::leads(text, words).is_some() || statement.nested;
+        for action in said.iter().flat_map(|said| &said.actions) {
+            if let Flow::Call(name) = flow::read(text, &action.words) {
+                does.calls.insert(name);
+            }
+        }
         match flow::read(text, words) {
             Flow::On | Flow::Label(_) | Flow::Jump(_) | Flow::Open(_) | Flow::Round => {}
             Flow::Middle | Flow::Close(_) => {}

@@ -6,6 +6,7 @@
 //! `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an assignment.
 
 use super::statement::{Statement, is_comment, name_of, program_name};
+use super::triggers::Action;
 use super::{instruction, motion};
 use crate::script::blocks::is_entered;
 use crate::script::called::Called;
@@ -152,7 +153,8 @@ fn events(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> (Vec<Event>, V
     for (statement, words) in all {
         first.push(events.len());
         let comment = statement.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
-        let flow = if comment || motion::read(text, statement, words).is_some() { Flow::On } else { read(text, words) };
+        let said = if comment { None } else { motion::read(text, statement, words) };
+        let flow = if comment || said.is_some() { Flow::On } else { read(text, words) };
         let name = |label: Label| label.map(|n| n.to_string());
         let calls =
             |w: &Range<usize>| matches!(name_of(&text.slice(w.clone()).to_ascii_uppercase()), b"CALL" | b"AUFRUF");
@@ -174,11 +176,22 @@ fn events(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> (Vec<Event>, V
         };
         let label = matches!(event, Event::Label(_));
         events.push(event);
+        let actions = said.map(|said| said.actions).unwrap_or_default();
+        events.extend(actions.iter().filter_map(|action| event_of(text, action)));
         if !comment && !label {
             events.extend(named(text, words).into_iter().map(|label| Event::Jump(name(label))));
         }
     }
     (events, first)
+}
+
+/// What an instruction that a motion runs switches on and off.
+fn event_of(text: &Text, action: &Action) -> Option<Event> {
+    let called = || match read(text, &action.words) {
+        Flow::Call(name) => Some(Event::Call(name)),
+        _ => None,
+    };
+    instruction::leads(text, &action.words).or_else(called)
 }
 
 /// What a program switches on and off, where it leads the robot away from its positions or calls others.
@@ -190,7 +203,15 @@ pub(super) fn switches(text: &Text, all: &[(Statement, Vec<Range<usize>>)]) -> V
 /// programs do that it calls.
 pub(super) fn led(text: &Text, all: &[(Statement, Vec<Range<usize>>)], called: &Effects) -> Vec<u32> {
     let comment = |s: &Statement| s.pieces.first().is_some_and(|p| is_comment(text.slice(p.clone())));
-    let leads = |(s, words): &(Statement, Vec<Range<usize>>)| instruction::leads(text, words).is_some() && !comment(s);
+    let leads = |(s, words): &(Statement, Vec<Range<usize>>)| {
+        let begins = |words: &[Range<usize>]| instruction::leads(text, words).is_some();
+        // a motion without options runs nothing
+        let on_the_way = || {
+            words.len() > 4
+                && motion::read(text, s, words).is_some_and(|said| said.actions.iter().any(|a| begins(&a.words)))
+        };
+        !comment(s) && (begins(words) || on_the_way())
+    };
     if called.is_empty() && !all.iter().any(leads) {
         return Vec::new();
     }

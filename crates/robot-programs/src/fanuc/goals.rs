@@ -185,6 +185,7 @@ impl Reader<'_> {
             relative: said.relative,
             fixed,
             other_way,
+            end_trigger: said.end_trigger.map(Box::new),
             ..How::default()
         };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));

@@ -103,18 +103,6 @@ pub(super) fn register_set(text: &Text, words: &[Range<usize>]) -> Option<String
     Some(if digits.is_empty() { "pr".into() } else { format!("pr[{}", text_of(&digits)) })
 }
 
-/// Whether a statement takes down where the robot stands: `PR[5]=LPOS`, `P[2]=JPOS`, also as the action of an IF.
-///
-/// `reading = ["IF" condition ","] ("PR" | "P") "[" index "]" "=" ("LPOS" | "JPOS")`
-pub(super) fn reads_place(text: &Text, words: &[Range<usize>]) -> bool {
-    let Some(first) = words.first().map(|w| text.slice(w.clone())) else { return false };
-    if first.starts_with(b"!") || first.starts_with(b"//") {
-        return false;
-    }
-    let whole: Vec<u8> = words.iter().flat_map(|w| text.slice(w.clone())).map(u8::to_ascii_uppercase).collect();
-    has(&whole, b"]=LPOS") || has(&whole, b"]=JPOS")
-}
-
 /// Whether an instruction neither moves nor jumps: its first word, what stands after it in that word, the second word, and
 /// how many words there are.
 ///

@@ -10,8 +10,8 @@
 //! joints' directions, as it might move or jump.
 //!
 //! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses
-//! them; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else; [`flow`] jumps, blocks
-//! and calls; [`calls`] programs beside it; [`listing`] registers as the controller lists them, [`registers`] which of them hold these values; [`read`] makes the
+//! them; [`statement`] lines, statements and their words; [`motion`] a motion, [`triggers`] what it runs near its end; [`instruction`] everything else,
+//! [`readings`] which of it reads where the robot stands; [`flow`] jumps, blocks and calls; [`calls`] programs beside it; [`listing`] registers as the controller lists them, [`registers`] which of them hold these values; [`read`] makes the
 //! script, [`goals`] the goals of its motions; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
@@ -46,11 +46,13 @@ mod listing;
 mod motion;
 mod positions;
 mod read;
+mod readings;
 pub(crate) mod reason;
 mod registers;
 mod sections;
 mod statement;
 mod taught;
+mod triggers;
 mod uses;
 mod write;
 

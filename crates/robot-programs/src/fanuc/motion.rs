@@ -2,8 +2,9 @@
 
 use super::reason::Reason;
 use super::statement::{Statement, has, index, is_position, is_register};
+use super::triggers::{self, Action};
 use crate::script::cursor::strip_word;
-use crate::script::{self, Few, PathKind, Span, Speed, Text};
+use crate::script::{self, EndTrigger, Few, PathKind, Span, Speed, Text};
 use std::ops::Range;
 
 /// Where a motion stands and what it says besides its goal.
@@ -40,6 +41,10 @@ pub(super) struct MotionInstruction {
     pub register: Option<u64>,
     /// It calls a program on its way.
     pub calls: bool,
+    /// What it runs near its end.
+    pub actions: Vec<Action>,
+    /// What it starts before its end, where its way tells how far before.
+    pub end_trigger: Option<EndTrigger>,
     /// The register of its offset.
     pub offset_by: Option<u64>,
     /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
@@ -105,6 +110,8 @@ impl MotionInstruction {
             goal: Err(script::Reason::NoGoal),
             register: None,
             calls: false,
+            actions: Vec::new(),
+            end_trigger: None,
             offset_by: None,
             via: Vec::new(),
             offset: None,
@@ -140,6 +147,7 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
     let mut kept = Vec::new();
     let own = said.goal.as_ref().ok().copied();
     read_options(text, words, end.next, &mut said, &mut kept);
+    read_triggers(text, words, end.next, &mut said);
     said.via.extend(own.filter(|_| said.goal.is_err() || said.offset.is_some()));
     if let (Some(digits), Some(last)) = (digits, statement.pieces.last()) {
         let used = words.last().map_or(last.start, |w| w.end);
@@ -301,6 +309,24 @@ fn read_options(
             said.goal = Err(Reason::UnknownOption(String::from_utf8_lossy(word).into()).into());
         }
         k += 1;
+    }
+}
+
+/// What it runs near its end. A new point stands before that where the way tells how far before the end it starts; else none may be added.
+///
+/// `option = ("TA" | "TB" | "DB") ...`
+fn read_triggers(text: &Text, words: &[Range<usize>], from: usize, said: &mut MotionInstruction) {
+    let found = triggers::read(text, words, from);
+    said.actions = found.actions;
+    let straight = said.path == PathKind::Linear;
+    for start in found.starts {
+        match start.way_m(said.speed).filter(|_| straight) {
+            Some(way_m) => {
+                let way_m = said.end_trigger.as_ref().map_or(way_m, |known| known.way_m.max(way_m));
+                said.end_trigger = Some(EndTrigger { way_m, why: Reason::StartsBeforeEnd.into() });
+            }
+            None => close(said, Reason::StartsBeforeEnd),
+        }
     }
 }
 

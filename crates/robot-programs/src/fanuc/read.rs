@@ -1,5 +1,7 @@
 //! A program's text into its script.
 
+mod triggered;
+
 use super::calls;
 use super::flow::{self, Flow};
 use super::instruction;
@@ -55,12 +57,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             format!("the number of lines is given as {}, the last line is {}", found.1, last.number),
         );
     }
-    let calls = |words: &Parsed| match flow::read(text, words) {
-        Flow::Call(name) => reader.still.reads(&name),
-        _ => false,
-    };
-    let reads = |words: &Parsed| instruction::reads_place(text, words) || calls(words);
-    let reads: Vec<usize> = (0..all.len()).filter(|k| reads(&all[*k].1)).collect();
+    let reads = reader.readings(&all);
     let read = flow::last_before(text, &all, &reads).into_iter().filter_map(|k| all.get(k));
     let read = read.map(|(statement, _)| statement.line as u64 + 1).collect();
     reader.notes.extend(reader.registers_note());
@@ -177,7 +174,9 @@ impl<'a> Reader<'a> {
             // `SKIP,LBL[1]` leaves the motion where a signal comes
             let labels = flow::named(self.text, words);
             labels.into_iter().for_each(|n| self.steps.jumps_on_the_way(n.map(|n| n.to_string())));
+            let actions = said.actions.clone();
             self.motion(at, said);
+            actions.iter().for_each(|action| self.triggered(at, action));
         } else {
             let label = matches!(flow::read(self.text, words), Flow::Label(_));
             let labels = if label { Vec::new() } else { flow::named(self.text, words) };
@@ -223,7 +222,7 @@ impl<'a> Reader<'a> {
                 let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));
                 self.before = before.filter(|_| !busy);
             }
-            Flow::Call(name) => self.call(at, name),
+            Flow::Call(name) => self.call(at, name, true),
             Flow::Macro(name) => match self.still.is_still_macro(&name) {
                 true => {
                     self.named_calls.still(self.still.needs(), &name, at.line);
@@ -269,15 +268,15 @@ impl<'a> Reader<'a> {
         Some(Note { place: At { file: 0, line }, text })
     }
 
-    /// A call of a program.
-    fn call(&mut self, at: At, name: String) {
+    /// A call of a program; `held`: the robot stands until it has ended.
+    fn call(&mut self, at: At, name: String, held: bool) {
         match self.still.waits(&name) {
             Some(waits) => {
                 self.named_calls.still(self.still.needs(), &name, at.line);
                 if !self.still.needs().is_declared(&name) {
                     self.met.entry(name).or_insert(at.line);
                 }
-                if waits {
+                if waits && held {
                     self.push(at, StepKind::Dwell(None));
                 }
                 // it may set any register

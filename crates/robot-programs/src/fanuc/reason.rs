@@ -107,6 +107,9 @@ pub enum Reason {
     /// A speed in seconds.
     #[error("its duration is written, and a point on the way would have a duration of its own")]
     Duration,
+    /// `TB`, `DB`: the last piece of a motion that is cut would start it.
+    #[error("what it starts before its end (TB, DB) would start late")]
+    StartsBeforeEnd,
     /// Neither FINE nor CNT.
     #[error("how it ends (FINE, CNT) is not known")]
     UnknownEnd,

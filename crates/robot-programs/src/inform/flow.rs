@@ -224,6 +224,52 @@ pub(super) fn last_before(text: &Text, begin: usize, moves: &BTreeSet<u64>, jobs
     found.into_iter().map(|place| (place + begin + 1) as u64).collect()
 }
 
+/// The line of each label, where a job has moves with which the next instruction runs; of two with one name the first.
+///
+/// `label = "*" name`
+pub(super) fn labels(text: &Text, begin: usize) -> BTreeMap<String, usize> {
+    let mut found = BTreeMap::new();
+    if memchr::memmem::find(&text.bytes, b"NWAIT").is_none() {
+        return found;
+    }
+    for k in (begin..text.line_count()).filter(|k| text.line(*k).trim_ascii_start().starts_with(b"*")) {
+        if let Flow::Label(name) = read(&upper_words(text, k)) {
+            found.entry(name).or_insert(k);
+        }
+    }
+    found
+}
+
+/// Whether the instruction that runs after line `k` is certainly a move, over labels and jumps without a condition.
+///
+/// `instruction = label | jump | move | word {word}`
+pub(super) fn moves_next(text: &Text, k: usize, labels: &BTreeMap<String, usize>) -> bool {
+    /// Lines that are looked at.
+    const MOST: usize = 64;
+    let mut next = k + 1;
+    for _ in 0..MOST {
+        if next >= text.line_count() {
+            return false;
+        }
+        // a line of other groups belongs to the move before it
+        let line = text.line(next).trim_ascii();
+        if line.is_empty() || line.starts_with(b"'") || line.starts_with(b"+") {
+            next += 1;
+            continue;
+        }
+        let words = upper_words(text, next);
+        next = match read(&words) {
+            Flow::Label(_) => next + 1,
+            Flow::Jump { label: Some(label), always: true } => match labels.get(&label) {
+                Some(at) => *at,
+                None => return false,
+            },
+            _ => return words.first().is_some_and(|word| word.contains("MOV") && !word.starts_with('*')),
+        };
+    }
+    false
+}
+
 /// Labels to which nothing jumps but from instructions between which and the label nothing moves, and which are reached from above, too: a
 /// job that waits there comes from where it stands.
 ///

@@ -3,6 +3,7 @@
 //! Whatever is not known on the line closes the move to new points; what may change its goal makes the goal one that cannot be
 //! determined. Fails where a move names a C position that is not in the list.
 
+use super::flow;
 use super::job::{Kind, Position, Reference, Tag};
 use super::read::Reader;
 use super::reason::Reason;
@@ -28,6 +29,8 @@ struct MoveLine {
     may_stop: bool,
     /// What follows are conditions: no word of the move.
     conditions: bool,
+    /// What follows on the next lines runs with its start: `NWAIT`.
+    runs_on: bool,
 }
 
 impl MoveLine {
@@ -48,8 +51,8 @@ impl MoveLine {
             word if word.contains("IMOV") => Some(Reason::Relative),
             word => Some(Reason::UnknownMove(word.into())),
         };
-        let mut line =
-            Self { m, references: Vec::new(), tags: Vec::new(), unclear, may_stop: false, conditions: false };
+        let (references, tags) = (Vec::new(), Vec::new());
+        let mut line = Self { m, references, tags, unclear, may_stop: false, conditions: false, runs_on: false };
         if word.starts_with("SMOV") {
             line.close(Reason::Synchronised);
         }
@@ -73,7 +76,8 @@ impl MoveLine {
         let tag = value.and_then(|_| Tag::new(key, w.clone()));
         match key {
             _ if self.conditions => {}
-            "NWAIT" | "ENWAIT" => {}
+            "NWAIT" => self.runs_on = true,
+            "ENWAIT" => {}
             "UNTIL" | "SRCH" | "NSRCH" => (self.may_stop, self.conditions) = (true, true),
             "IF" => {
                 self.unclear.get_or_insert(Reason::Conditional);
@@ -118,7 +122,8 @@ pub(super) struct Model {
 impl Model {
     fn of(text: &Text, k: usize, places: [Span; 2], line: &MoveLine) -> Option<Self> {
         let [reference] = line.references.as_slice() else { return None };
-        if line.unclear.is_some() || line.may_stop || line.conditions {
+        // what follows the line counts, too
+        if line.unclear.is_some() || line.may_stop || line.conditions || line.runs_on {
             return None;
         }
         let start = text.line_span(k).start;
@@ -177,6 +182,10 @@ impl Reader<'_> {
         }
         if line.may_stop {
             line.close(Reason::MayStop);
+        }
+        if line.runs_on && !flow::moves_next(text, k, &self.labels) {
+            // its last piece would start what follows
+            line.close(Reason::FollowerRunsWithIt);
         }
         let what = self.overlaid(k);
         if !what.is_empty() {
@@ -259,6 +268,7 @@ impl Reader<'_> {
             unclear: None,
             may_stop: false,
             conditions: false,
+            runs_on: false,
         };
         let [indent, word] = [model.indent, model.word].map(moved);
         self.place(k, indent, word, line)?;

@@ -81,6 +81,8 @@ pub(super) struct Reader<'a> {
     jobs: Called,
     met: BTreeMap<String, u64>,
     named_calls: NamedCalls,
+    /// Lines of labels, where a move may run on.
+    pub(super) labels: BTreeMap<String, usize>,
     /// Labels that are reached from nowhere but from where nothing has moved since.
     quiet: BTreeSet<String>,
     /// Targets by the positions that make them.
@@ -131,6 +133,7 @@ impl<'a> Reader<'a> {
             blocks: Vec::new(),
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),
+            labels: flow::labels(text, begin),
             quiet: flow::quiet_labels(text, begin, &jobs),
             targets: job::Known::default(),
             numbers: Vec::new(),

@@ -79,6 +79,9 @@ pub enum Reason {
     /// `PL=I000`.
     #[error("`{0}`: the size of its corner is computed")]
     CornerComputed(Box<str>),
+    /// `NWAIT`, and what follows is no move.
+    #[error("what follows runs with its start (NWAIT)")]
+    FollowerRunsWithIt,
     /// A tag that is not known.
     #[error("`{0}` on the move is not known")]
     UnknownTag(Box<str>),

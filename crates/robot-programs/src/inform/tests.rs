@@ -78,7 +78,7 @@ fn a_changed_point_changes_its_digits_and_nothing_else() {
 
 #[test]
 fn a_new_point_appends_a_position_and_the_count_grows() {
-    let text = two("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0 NWAIT 'weld start");
+    let text = two("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0 NWAIT 'weld start\nMOVJ C00000 VJ=25.00");
     let out = written(&text, &[(2, None, vec![[500.0, -1.0, 0.0, 0.0, 0.0, 0.0]])]);
     let expected = text
         .replace("NPOS 2,", "NPOS 3,")

@@ -75,7 +75,7 @@ pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{Frame, OfAxis, PoseForm, PoseGoal, Quantity, Shift, Solution};
 pub use program::{Installed, Script, Stance, pragma};
 pub use reason::Reason;
-pub use step::{At, AxisSet, Break, Goal, How, Move, Note, OtherWay, PathKind, Speed, Step, StepKind, Way};
+pub use step::{At, AxisSet, Break, EndTrigger, Goal, How, Move, Note, OtherWay, PathKind, Speed, Step, StepKind, Way};
 pub use targets::{CLONE, Target, TargetRef, Targets, Value, Values, is_clone};
 pub use text::{Span, Text};
 pub use thin::Few;

@@ -223,6 +223,25 @@ pub struct How {
     pub moves_alone: Option<AxisSet>,
     /// Why the way to the goal may be another one than that of its path; its goal is known all the same.
     pub other_way: Option<OtherWay>,
+    /// What the motion starts before it ends. Boxed, as few have one.
+    pub end_trigger: Option<Box<EndTrigger>>,
+}
+
+impl How {
+    /// New points may be put anywhere on the way, up to the goal.
+    pub fn is_open_to_goal(&self) -> bool {
+        self.closed.is_none() && self.end_trigger.is_none()
+    }
+}
+
+/// Something that a straight motion starts at a distance before its goal, by the last of its pieces: a new point nearer to the goal would
+/// delay it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndTrigger {
+    /// Way of the TCP to the goal that no new point may shorten, m.
+    pub way_m: f64,
+    /// Why no point may be there.
+    pub why: Reason,
 }
 
 /// Why the joints may go to a goal on another way than its path and its orientation alone would lead them.
@@ -253,6 +272,7 @@ impl Default for How {
             displaced: AxisSet::default(),
             moves_alone: None,
             other_way: None,
+            end_trigger: None,
         }
     }
 }

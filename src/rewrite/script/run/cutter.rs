@@ -267,7 +267,7 @@ impl Cutter<'_> {
         // where the robot stands it takes no step
         editable &= m.speed != Speed::Seconds(0.0);
         let approach = &self.choice.approach;
-        let open = m.closed.is_none() && !self.run.entered.contains(&step) && self.free.is_empty();
+        let open = m.is_open_to_goal() && !self.run.entered.contains(&step) && self.free.is_empty();
         // where the program starts the first movement says from which side
         let counts = open
             && editable

@@ -273,7 +273,7 @@ impl Cutter<'_> {
         self.run.entry &= self.known.is_empty();
         self.known.clear();
         let asked = self.choice.solve_within_m.is_some();
-        let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
+        let solved = asked && m.path == PathKind::Linear && m.is_open_to_goal() && !excluded && from.is_some();
         // joint moves from two starts keep no line
         let solved = solved && !self.run.entered.contains(&step);
         let changing = from.is_some() && self.changes_to(goal);

@@ -76,14 +76,14 @@ impl Cutter<'_> {
             self.run.vertices.push(vertex(Role::Way, q.into(), w.share, t0 + w.share * duration));
         }
         let mut goal = vertex(Role::Goal, q, 1.0, t0 + duration);
-        if editable && matches!(m.goal, Goal::Pose(_)) && self.stays_at_unknown(&goal.q) {
-            goal.editable = false;
-            self.out.left.entry(step).or_insert(Cause::SideUnknown);
+        let posed = matches!(m.goal, Goal::Pose(_));
+        if editable && posed {
+            self.leave_at_unknown(step, &mut goal);
         }
         if editable
             && !changing
             && !self.run.entered.contains(&step)
-            && m.closed.is_none()
+            && m.is_open_to_goal()
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
             && !self.choice.approach.goes_without(step)
@@ -93,6 +93,10 @@ impl Cutter<'_> {
             let last = self.run.vertices.last().map_or(t0, |v| v.t_s);
             self.directions.go(robot, &point, self.choice.deadband);
             self.run.vertices.push(self.choice.approach.vertex(&goal, 0.5 * (last + goal.t_s), point));
+        }
+        // over a point of approach joints come from known sides
+        if editable && !posed {
+            self.leave_at_unknown(step, &mut goal);
         }
         self.directions.go(robot, &goal.q, self.choice.deadband);
         self.run.vertices.push(goal);
@@ -118,6 +122,14 @@ impl Cutter<'_> {
         let waits = held(start, (0.5 * (next.t_s - start.t_s)).clamp(0.0, START_S));
         self.run.first_directions = directions;
         self.run.vertices.insert(1, waits);
+    }
+
+    /// A goal to which nothing moves keeps its numbers, where it is not known from which side joints came there.
+    fn leave_at_unknown(&mut self, step: usize, goal: &mut Vertex) {
+        if self.stays_at_unknown(&goal.q) {
+            goal.editable = false;
+            self.out.left.entry(step).or_insert(Cause::SideUnknown);
+        }
     }
 
     /// Whether a move leads to where its run begins, and from which side joints came there is not known: it does not move them.

@@ -131,7 +131,7 @@ fn tabs_and_six_decimals_stay() {
 #[test]
 fn a_new_line_keeps_the_speed_of_the_process() {
     for speed in ["PSPD50", "PSPD R[5]", "ACC80 PSPD120"] {
-        let text = of_lines(&format!("   1:J P[1] 100% FINE {speed} TB .10sec,DO[1]=ON    ;"));
+        let text = of_lines(&format!("   1:J P[1] 100% FINE {speed} TA .10sec,DO[1]=ON    ;"));
         let d = doc(text.as_bytes());
         let k = moves(d.as_ref())[0].0;
         let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[k])).as_ref());
@@ -144,19 +144,21 @@ fn german_words_for_actions_tools_and_loads_are_known() {
     let d = doc(of_lines(
         "   1:  BENUTZER_NUM=0 ;\n   2:  WKZ_NUM=1 ;\n   3:  TRAGLST[1] ;\n   4:J P[1] 100% CNT0 ACC100 ZEIT VOR    .10sek,P-SPS    ;\n\
          \x20     1:  A[23]=AUS ;\n       ------ ;\n   5:  A[80]=AN ;\n   6:J P[2] 100% FINE ZEIT NACH    .10sek,AUFRUF AUF    ;\n\
-         \x20  7:J P[3] 100% CNT100 WEG VOR    5.0mm,A[1]=AN    ;\n   8:  WARTE    .20(sek) ;\n   9:  MRK[1] ;\n  10:J P[1] 100% FINE ;\n\
+         \x20  7:J P[3] 100% CNT100 WEG VOR    0.0mm,A[1]=AN    ;\n   8:  WARTE    .20(sek) ;\n   9:  MRK[1] ;\n  10:J P[1] 100% FINE ;\n\
          \x2011:  WENN R[1]=1,SPRUNG MRK[1] ;",
     )
     .as_bytes());
     let m = moves(d.as_ref());
-    assert!(m.iter().all(|m| matches!(m.1.goal, Goal::Joints(_)) && m.1.closed.is_none()), "{m:?}");
+    assert!(m.iter().all(|m| matches!(m.1.goal, Goal::Joints(_))), "{m:?}");
+    let closed: Vec<bool> = m.iter().map(|m| m.1.closed.is_some()).collect();
+    assert_eq!(closed, [true, false, false, false], "a time before the end of a joint motion");
     let breaks: Vec<Break> =
         d.script().steps.iter().filter_map(|s| if let StepKind::Break(b) = s.kind { Some(b) } else { None }).collect();
-    assert_eq!(breaks, [Break::Start, Break::Jump]);
+    assert_eq!(breaks, [Break::Start, Break::Call, Break::Jump]);
     assert!(d.script().steps.iter().any(|s| matches!(s.kind, StepKind::Dwell(Some(s)) if s == 0.2)));
     let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[2].0])).as_ref());
     assert!(
-        after.contains("   7:J P[4] 100% CNT0    ;\n   8:J P[3] 100% CNT100 WEG VOR    5.0mm,A[1]=AN    ;"),
+        after.contains("   7:J P[4] 100% CNT0    ;\n   8:J P[3] 100% CNT100 WEG VOR    0.0mm,A[1]=AN    ;"),
         "{after}"
     );
 }
@@ -332,7 +334,15 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
         ("PR[5]=LPOS", true),
         ("PR[5:place] = JPOS", true),
         ("P[9]=LPOS", true),
-        ("PR[5]=P[1]", false),
+        ("PR[5]=PR[2]+LPOS", true),
+        ("PR[5]=PR[2]-JPOS", true),
+        ("FOR R[1]=1 TO LPOS", true),
+        ("R[1]=$SCR_GRP[1].$MCH_POS_X", true),
+        ("IF $SCR_GRP[1].$MCH_POS_Z>=100,JMP LBL[1]", true),
+        ("R[1]=$MOR_GRP[1].$CURRENT_ANG[2]", true),
+        ("PR[5]=LPOS-LPOS", false),
+        ("PR[5]=JPOS-JPOS", false),
+        ("PR[5:LPOS]=P[1]", false),
         ("R[1]=R[2]", false),
         ("!PR[5]=LPOS", false),
     ] {

@@ -14,7 +14,30 @@ fn second_groups_stations_arcs_and_conditions_take_no_new_points() {
     );
     let script = script_of(&Inform, &text, &robot());
     let closed: Vec<bool> = moves(&script).iter().map(|m| m.1.closed.is_some()).collect();
-    assert_eq!(closed, [true, true, false, true, true, true, true, true, false]);
+    assert_eq!(closed, [true, true, false, true, true, true, true, true, true]);
+}
+
+#[test]
+fn a_move_with_which_the_next_instruction_runs_takes_no_new_points() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1,1,1,1,1,1";
+    for (next, closed) in [
+        ("DOUT OT#(1) ON", true),
+        ("'a comment\n\nDOUT OT#(1) ON", true),
+        ("CALL JOB:GLUE", true),
+        ("JUMP *A IF IN#(1)=ON\nMOVJ C00000 VJ=5.00", true),
+        ("*B\nPULSE OT#(1)", true),
+        ("JUMP *A\nMOVJ C00000 VJ=5.00", true),
+        ("", true),
+        ("MOVL C00000 V=5.0 NWAIT\nMOVJ C00001 VJ=5.00", false),
+        ("'a comment\n*B\nMOVL C00000 V=5.0", false),
+        ("JUMP *C", false),
+    ] {
+        let lines = format!("*A\nDOUT OT#(2) ON\n*C\nMOVJ C00000 VJ=5.00\nMOVL C00001 V=5.0 NWAIT\n{next}");
+        let script = script_of(&Inform, &job("2,0,0,0,0,0", list, lines.trim_end()), &robot());
+        let why = moves(&script)[1].1.closed.clone();
+        assert_eq!(why.is_some(), closed, "{next}: {why:?}");
+        assert!(why.is_none_or(|why| why.to_string().contains("NWAIT")));
+    }
 }
 
 #[test]
