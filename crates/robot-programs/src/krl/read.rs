@@ -1,7 +1,8 @@
 //! A program's text into its script, line by line.
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
-//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end where the place is read; [`alike`]: motions that differ in their axis values alone, read once.
+//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end
+//! where the place is read, [`triggers`]: where those read it; [`alike`]: motions that differ in their axis values alone, read once.
 
 mod ahead;
 mod alike;
@@ -11,6 +12,7 @@ mod in_force;
 mod last;
 mod moves;
 mod scan;
+mod triggers;
 mod versions;
 
 use super::calls::arc;
@@ -233,7 +235,7 @@ impl<'a> Reader<'a> {
             spline: false,
             set: Settings::default(),
             going,
-            led: Led::of(&texts[0], &Effects::of(&outside.events)),
+            led: Led::of(&texts[0], &Effects::of(&outside.events), outside.switches),
             counting: relative::routines(texts),
             counted_calls: BTreeSet::new(),
             jumps: false,

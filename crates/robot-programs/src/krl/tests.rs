@@ -2,11 +2,13 @@ mod folds;
 mod frames;
 mod going;
 mod in_force;
+mod led;
 mod limits;
 mod points;
 mod project;
 mod relative;
 mod still;
+mod triggers;
 
 use super::Krl;
 use super::props::kr120;

@@ -74,7 +74,7 @@ impl Reader<'_> {
     fn as_the_robot_goes(&self, k: usize, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
         match (goal, self.led.by(k)) {
             (goal @ Goal::Opaque(_), _) => goal,
-            (_, Some(by)) => Goal::opaque(Reason::Led(by)),
+            (_, Some(by)) => Goal::opaque(by),
             _ if word.path != PathKind::Joint && turning == Turning::Otherwise => Goal::opaque(Reason::TurnsOtherwise),
             _ if word.path != PathKind::Joint && self.going.holds_part(self.text, tail) => {
                 Goal::opaque(Reason::MovesBase(MovesBase::HoldsPart))

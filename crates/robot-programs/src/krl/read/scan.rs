@@ -45,6 +45,8 @@ pub(super) struct Found {
     plain: BTreeMap<(usize, String), u32>,
     /// Routines that interrupts call.
     pub(super) interrupts: BTreeSet<String>,
+    /// Those that are called elsewhere on the way than where the call stands.
+    pub(super) apart: BTreeSet<String>,
     pub(super) resumes: bool,
 }
 
@@ -70,6 +72,8 @@ pub(super) struct Moves<'a> {
     pub(super) lines: &'a BTreeSet<usize>,
     pub(super) asked: &'a [usize],
     pub(super) kind: usize,
+    /// Lines whose calls run elsewhere on the way.
+    pub(super) apart: &'a BTreeSet<usize>,
 }
 
 impl Scan<'_> {
@@ -192,6 +196,9 @@ impl Scan<'_> {
 
     /// What a line calls, in its order: routines of the program, and what those of other files set.
     fn called(&mut self, k: usize, line: &[Token], set: &mut Settings) {
+        if self.moves.is_some_and(|moves| moves.apart.contains(&k)) {
+            return self.out.apart.extend(calls(self.text, line));
+        }
         let names: Vec<String> = calls(self.text, line).into_iter().chain(calls::quiet(self.text, line)).collect();
         if names.is_empty() {
             return;
