@@ -355,7 +355,7 @@ impl<'a> Reader<'a> {
             "CONST_VEL" => self.trigger = true,
             "SPLINE" | "PTP_SPLINE" => {
                 self.spline = true;
-                self.of_block = settings::with(&self.set, self.text, line, self.data, self.routine);
+                self.of_block = self.with_of(k, line);
             }
             "ENDSPLINE" => (self.spline, self.of_block) = (false, [None, None]),
             "DECL" | "GLOBAL" | "CONST" | "INT" | "REAL" | "BOOL" | "CHAR" | "E6AXIS" | "AXIS" | "E6POS" | "POS"
@@ -363,7 +363,7 @@ impl<'a> Reader<'a> {
             "STRUC" | "ENUM" | "SIGNAL" | "EXT" | "EXTP" | "EXTFCT" | "IMPORT" | "CONTINUE" | "ON_ERROR_PROCEED" => {}
             "BAS" => {
                 self.stands = None;
-                self.set.bas(self.text, line);
+                self.set.bas(self.text, line, self.data);
                 self.settings_made += 1;
                 self.frames_by_name(k);
             }

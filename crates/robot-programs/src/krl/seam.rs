@@ -85,7 +85,10 @@ impl WeldData {
     ///
     /// `assignment = name {"." part} "=" value`
     fn assigned(&mut self, text: &Text) {
-        let mut line = Vec::new();
+        let (own, mut line) = (module(text), Vec::new());
+        if !self.seams.keys().any(|(module, _)| module.is_empty() || *module == own) {
+            return;
+        }
         for k in 0..text.line_count() {
             let name = upper_of(first_word(text, k)).into_owned();
             let Some(all) = self.key(text, &name).and_then(|key| self.seams.get_mut(&key)) else { continue };

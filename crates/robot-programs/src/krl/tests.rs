@@ -9,6 +9,7 @@ mod project;
 mod relative;
 mod still;
 mod triggers;
+mod with;
 
 use super::Krl;
 use super::props::kr120;

@@ -6,7 +6,7 @@
 use super::ahead::{Ahead, passed, reads_place};
 use super::in_force::ASSIGNED;
 use super::scan::{Found, Moves, Scan, own_routines};
-use super::triggers::triggers;
+use super::triggers::{has_trigger, triggers};
 use super::versions::Names;
 use crate::krl::calls::{calls, quiet};
 use crate::krl::data::Data;
@@ -24,7 +24,7 @@ use std::collections::BTreeSet;
 /// Lines, from 1, of the motions of a script after which its text may read where the robot stands.
 pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &Script) -> BTreeSet<u64> {
     let Some(text) = texts.first() else { return BTreeSet::new() };
-    let triggers = triggers(text, &reading(texts));
+    let triggers = if has_trigger(text) { triggers(text, &reading(texts)) } else { Vec::new() };
     let apart: BTreeSet<usize> = triggers.iter().filter(|t| !t.before).map(|t| t.line).collect();
     let mut reads: BTreeSet<usize> = reads_place(text).into_iter().chain(calls_reading(texts)).collect();
     reads.extend(triggers.iter().filter(|t| t.own).map(|t| t.line));

@@ -7,7 +7,6 @@ use crate::krl::lex::{Kind, Token, upper};
 use crate::krl::motion::{self, Motion, Word};
 use crate::krl::reason::{MovesBase, Reason};
 use crate::krl::relative::Stands;
-use crate::krl::settings;
 use crate::krl::target::Site;
 use crate::script::{self, Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
@@ -30,7 +29,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
-        self.with = settings::with(&self.set, self.text, line, self.data, self.routine);
+        self.with = self.with_of(k, line);
         let (goal, end, others) = self.goal(k, line, at, word)?;
         let relative = word.relative && matches!(goal, Goal::Pose(_));
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;

@@ -6,7 +6,7 @@
 
 use super::ahead::is_place;
 use crate::krl::calls::{calls, quiet};
-use crate::krl::lex::{Kind, Token, begins_with, in_upper, tokens};
+use crate::krl::lex::{Kind, Token, begins_with, first_word, in_upper, tokens};
 use crate::krl::statement::{assignment, statements};
 use crate::script::Text;
 use crate::script::number as digits;
@@ -23,6 +23,13 @@ pub(super) struct Trigger {
     pub(super) before: bool,
     /// How many motions after it count.
     pub(super) ahead: usize,
+}
+
+/// Whether a text has any.
+///
+/// `trigger = "TRIGGER" ...`
+pub(super) fn has_trigger(text: &Text) -> bool {
+    (0..text.line_count()).any(|k| begins_with(text, k, b"T") && first_word(text, k).eq_ignore_ascii_case(b"TRIGGER"))
 }
 
 /// The TRIGGERs of a text that read; `reading`: routines that do.
@@ -97,7 +104,7 @@ fn sign(text: &Text, head: &[Token], name: &str) -> Option<Sign> {
     };
     let number = (number.kind == Kind::Number).then(|| digits::read(text.slice(number.span()))).flatten();
     Some(match number {
-        Some((value, _)) if value == 0.0 => Sign::Zero,
+        Some((0.0, _)) => Sign::Zero,
         Some(_) if minus => Sign::Below,
         Some(_) => Sign::Above,
         None => Sign::Either,

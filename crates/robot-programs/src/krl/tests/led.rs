@@ -1,6 +1,7 @@
 //! What leads the robot away from its points: soft servos, the RSI of KRC2, seams of ArcTech.
 
 use super::*;
+use crate::no_motion::NoMotion;
 
 const AXES: &str = "PTP {A1 0,A2 -90,A3 90,A4 10,A5 30,A6 0}\n";
 
@@ -14,12 +15,18 @@ fn reasons(src: &str, dat: &str, others: &[(&str, &str)]) -> Vec<Option<String>>
     let mut texts = vec![Text::new("p.src", src.into_bytes())];
     texts.push(Text::new("p.dat", format!("DEFDAT p\n{dat}ENDDAT\n").into_bytes()));
     texts.extend(others.iter().map(|(name, bytes)| Text::of_context(*name, bytes.as_bytes().to_vec())));
+    // what moves nothing may lead all the same
+    let mut robot = kr120();
+    robot.no_motion = NoMotion::of(["ARCMAINNG", "SET_TORQUE_LIMITS", "ST_ON"]);
+    let declared = Krl.parse(texts.clone(), &robot).unwrap();
     let doc = Krl.parse(texts, &kr120()).unwrap();
     let of = |(_, m): (usize, Move)| match m.goal {
         Goal::Opaque(why) => Some(why.to_string()),
         _ => None,
     };
-    moves(doc.as_ref()).into_iter().map(of).collect()
+    let all: Vec<Option<String>> = moves(doc.as_ref()).into_iter().map(of).collect();
+    assert_eq!(moves(declared.as_ref()).into_iter().map(of).collect::<Vec<_>>(), all);
+    all
 }
 
 fn left(src: &str) -> Vec<bool> {
