@@ -29,10 +29,13 @@ const READERS: [(&str, &[&str]); 8] = [
             "read/flow.rs",
             "read/goals.rs",
             "read/moves.rs",
+            "read/triggers.rs",
             "relative.rs",
+            "seam.rs",
             "settings.rs",
             "statement.rs",
             "still.rs",
+            "switches.rs",
         ],
     ),
     (

@@ -73,6 +73,13 @@ pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
 ///
 /// `arc = "ARCMAINNG" "(" "#" ("ARCON..." | "ARCOFFAFTER...") ...`
 pub(super) fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
-    let state = line.get(3).filter(|_| word == "ARCMAINNG" && line[2].is(b'#')).map(|t| upper(text, t))?;
+    let state = arc_state(text, line).filter(|_| word == "ARCMAINNG")?;
     if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }
+}
+
+/// The state that ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)` names first, in upper case.
+///
+/// `call = name "(" "#" state ...`
+pub(super) fn arc_state(text: &Text, line: &[Token]) -> Option<String> {
+    line.get(3).filter(|_| line[2].is(b'#')).map(|t| upper(text, t))
 }

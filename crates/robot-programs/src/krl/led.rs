@@ -1,27 +1,29 @@
 //! What leads the robot away from its points, line by line: a conveyor (`CONVEYOR.FOLLOW`), a sensor (`RSI_ON`), offsets of the joints
-//! (`$JOINT_OFFSET[1]=0.2`), a function generator (`$TECH[1].MODE=#CYCLE`), which weaves.
+//! (`$JOINT_OFFSET[1]=0.2`), a function generator (`$TECH[1].MODE=#CYCLE`), which weaves, a soft servo, a seam on which ArcTech weaves:
+//! what statements [switch](super::switches).
 //!
 //! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What is on at the end of a routine may hold in
 //! all of them, from their start; what it ends without having begun it, too. What is on where a routine of the program is called is on in it.
 
 use super::calls::calls;
-use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper};
+use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper, word_byte};
+use super::reason::Reason;
 use super::statement::{is_label, is_routine, routine_name};
+use super::switches::{ENDED_ANYWAY, Switches};
 use crate::script::Text;
 use crate::script::held::{self, Effects, Event};
 
-const CONVEYOR: u32 = 1;
-const SENSOR: u32 = 2;
-const OFFSET: u32 = 4;
-const GENERATOR: u32 = 8;
-
-/// What leads the robot before each line; empty: nothing in the text does.
+/// What leads the robot.
 #[derive(Default)]
-pub(super) struct Led(Vec<u32>);
+pub(super) struct Led {
+    /// Before each line; empty: nothing in the text does.
+    before: Vec<u32>,
+    switches: Switches,
+}
 
 impl Led {
-    /// Of a program's text; `called`: what the routines of other files do that it calls.
-    pub fn of(text: &Text, called: &Effects) -> Self {
+    /// Of a program's text; `called`: what the routines of other files do that it calls, by the same `switches`.
+    pub fn of(text: &Text, called: &Effects, mut switches: Switches) -> Self {
         if called.is_empty() && !mentions(text) {
             return Self::default();
         }
@@ -45,10 +47,12 @@ impl Led {
             }
             let routine = routines.len() - 1;
             first.push((routine, routines[routine].len()));
-            events(text, &line, &word, &mut routines[routine]);
+            switches_and_flow(text, (Some(k), &line), &word, &mut switches, &mut routines[routine]);
         }
         let left = |starts: &[u32]| {
-            let of = |(r, start): (&Vec<Event>, &u32)| held::before_each(r, start | held::from_before(r), called);
+            let of = |(r, start): (&Vec<Event>, &u32)| {
+                held::before_each(r, start | held::from_before(r) & !ENDED_ANYWAY, called)
+            };
             routines.iter().zip(starts).map(of).collect::<Vec<Vec<u32>>>()
         };
         let first_states = left(&vec![0; routines.len()]);
@@ -73,44 +77,61 @@ impl Led {
             }
             states = left(&starts);
         }
-        Self(first.into_iter().map(|(routine, at)| states[routine].get(at).copied().unwrap_or_default()).collect())
+        let of = |(routine, at): (usize, usize)| states[routine].get(at).copied().unwrap_or_default();
+        Self { before: first.into_iter().map(of).collect(), switches }
     }
 
     /// Nothing leads it anywhere.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.before.is_empty()
     }
 
-    /// What leads the robot at line `k`.
-    pub fn by(&self, k: usize) -> Option<&'static str> {
-        let bits = self.0.get(k).copied().unwrap_or_default();
-        let names = [
-            (CONVEYOR, "a conveyor"),
-            (SENSOR, "a sensor (RSI_ON)"),
-            (OFFSET, "$JOINT_OFFSET"),
-            (GENERATOR, "a function generator ($TECH)"),
-        ];
-        names.iter().find(|n| bits & n.0 != 0).map(|n| n.1)
+    /// Why a motion on line `k` stays: what leads the robot there.
+    pub fn by(&self, k: usize) -> Option<Reason> {
+        self.switches.reason(self.before.get(k).copied().unwrap_or_default(), k)
     }
 }
 
 /// Whether any of the words stands in the text.
 ///
-/// `lead = "RSI_O" ... | "$JOINT_OFFSET" ... | "$TECH" ... | "CONVEYOR" ...`
+/// `lead = "RSI_O" ... | "ST_O" ... | "SET_TORQUE_LIMITS" ... | "$JOINT_OFFSET" ... | "$TORQUE_AXIS" ... | "$CURR_RED" ... | "$TECH" ... |
+/// "CONVEYOR" ... | "ARC" ...`
 fn mentions(text: &Text) -> bool {
     let is = |at: Option<usize>, word: &[u8]| {
-        at.and_then(|at| text.bytes.get(at..at + word.len())).is_some_and(|b| b.eq_ignore_ascii_case(word))
+        let begins = |at: usize| !at.checked_sub(1).and_then(|k| text.bytes.get(k)).is_some_and(|b| word_byte(*b));
+        let same = |b: &[u8]| b.eq_ignore_ascii_case(word);
+        at.is_some_and(|at| text.bytes.get(at..at + word.len()).is_some_and(same) && begins(at))
     };
-    memchr::memchr_iter(b'_', &text.bytes)
-        .any(|k| is(k.checked_sub(3), b"RSI_O") || is(k.checked_sub(6), b"$JOINT_OFFSET"))
+    // how far from its first underscore each word begins
+    const WORDS: [(usize, &[u8]); 6] = [
+        (3, b"RSI_O"),
+        (2, b"ST_O"),
+        (3, b"SET_TORQUE_LIMITS"),
+        (6, b"$JOINT_OFFSET"),
+        (7, b"$TORQUE_AXIS"),
+        (5, b"$CURR_RED"),
+    ];
+    let begins = |k: usize| {
+        let word = first_word(text, k);
+        word.eq_ignore_ascii_case(b"CONVEYOR") || word.get(..3).is_some_and(|w| w.eq_ignore_ascii_case(b"ARC"))
+    };
+    memchr::memchr_iter(b'_', &text.bytes).any(|k| WORDS.iter().any(|(before, word)| is(k.checked_sub(*before), word)))
         || memchr::memchr_iter(b'$', &text.bytes).any(|k| is(Some(k), b"$TECH"))
-        || (0..text.line_count())
-            .any(|k| begins_with(text, k, b"C") && first_word(text, k).eq_ignore_ascii_case(b"CONVEYOR"))
+        || (0..text.line_count()).any(|k| begins_with(text, k, b"CA") && begins(k))
 }
 
-/// What a line means by its tokens, without comments; `word`: the first, in upper case. At least one event.
-pub(super) fn events(text: &Text, line: &[Token], word: &str, out: &mut Vec<Event>) {
-    let own = event(text, line, word);
+/// What a line of another file means by its tokens, without comments; `word`: the first, in upper case. At least one event.
+pub(super) fn events(text: &Text, line: &[Token], word: &str, switches: &mut Switches, out: &mut Vec<Event>) {
+    switches_and_flow(text, (None, line), word, switches, out);
+}
+
+fn switches_and_flow(
+    text: &Text,
+    (k, line): (Option<usize>, &[Token]),
+    word: &str,
+    switches: &mut Switches,
+    out: &mut Vec<Event>,
+) {
     // what stands after DO runs perhaps
     let perhaps = line.iter().any(|t| t.kind == Kind::Word && in_upper(text, t) == "DO");
     let called = calls(text, line);
@@ -121,28 +142,13 @@ pub(super) fn events(text: &Text, line: &[Token], word: &str, out: &mut Vec<Even
     } else {
         out.extend(called.into_iter().map(Event::Call));
     }
-    out.push(own);
+    switches.add(text, k, line, out);
+    out.push(flow(text, line, word));
 }
 
-/// `lead = "CONVEYOR" "." ("FOLLOW" | "SKIP" | "QUIT" | "OFF") ... | ... ("RSI_ON" | "RSI_OFF") "(" ... | "$JOINT_OFFSET" ... "=" ... |
-/// "$TECH" ["[" number "]"] ["." "MODE"] "=" ...`
-fn event(text: &Text, line: &[Token], word: &str) -> Event {
-    let says = |name: &str| line.iter().any(|t| t.kind == Kind::Word && upper(text, t) == name);
-    if says("RSI_ON") {
-        return Event::On(SENSOR);
-    }
+/// `flow = "IF" ... | "SWITCH" ... | loop ... | "ELSE" | "CASE" ... | "DEFAULT" | end | "EXIT" | "RETURN" ... | "GOTO" name | label`
+fn flow(text: &Text, line: &[Token], word: &str) -> Event {
     match word {
-        "CONVEYOR" => match line.get(2).map(|t| upper(text, t)).as_deref() {
-            Some("FOLLOW" | "SKIP") => Event::On(CONVEYOR),
-            Some("QUIT" | "OFF") => Event::Off(CONVEYOR),
-            _ => Event::Other,
-        },
-        "$JOINT_OFFSET" => Event::On(OFFSET),
-        "$TECH" if says("OFF") => Event::Off(GENERATOR),
-        // another part than the mode
-        "$TECH" if line.iter().any(|t| t.is(b'.')) && !says("MODE") => Event::Other,
-        "$TECH" => Event::On(GENERATOR),
-        _ if says("RSI_OFF") => Event::Off(SENSOR),
         "IF" | "SWITCH" => Event::Open(false),
         "LOOP" | "FOR" | "WHILE" | "REPEAT" => Event::Open(true),
         "ELSE" | "CASE" | "DEFAULT" => Event::Middle,

@@ -41,7 +41,7 @@ impl Token {
 }
 
 /// `word = word_byte {word_byte}`
-fn word_byte(b: u8) -> bool {
+pub(super) fn word_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_' || b == b'$' || !b.is_ascii()
 }
 

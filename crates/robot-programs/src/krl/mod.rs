@@ -15,8 +15,8 @@
 //! instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds, sensors; [`settings`] speeds and
 //! frames in force, with [`lists`] of the controller and values of a [`frame`]; [`target`] axis values; [`product`] products of
 //! frames; [`relative`] relative motions; [`stance`] the configuration of the arm in the project; [`led`] what leads the robot
-//! away from its points; [`outside`] what routines of other files leave behind; [`read`] makes the [`program`]; [`write`] the
-//! patches; [`clone`] a point's second form.
+//! away from its points, by what statements [switch](switches) and the weld data of a [`seam`]; [`outside`] what routines of other
+//! files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.
@@ -63,10 +63,12 @@ mod project;
 mod read;
 pub(crate) mod reason;
 mod relative;
+mod seam;
 mod settings;
 mod stance;
 mod statement;
 mod still;
+mod switches;
 mod target;
 mod write;
 

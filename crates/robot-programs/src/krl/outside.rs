@@ -13,6 +13,7 @@ use super::lists::{LISTS, Lists, as_set};
 use super::reason::MovesBase;
 use super::statement::{assignment, is_routine};
 use super::still::may_begin_routine;
+use super::switches::Switches;
 use crate::script::Text;
 use crate::script::cursor::integer;
 use crate::script::held::Event;
@@ -29,6 +30,8 @@ pub(super) struct Outside {
     pub(super) lists: Lists,
     /// What each of them switches on and off.
     pub(super) events: Vec<(String, Vec<Event>)>,
+    /// By what those are told, and those of the program itself.
+    pub(super) switches: Switches,
 }
 
 /// What a routine sets.
@@ -93,7 +96,7 @@ type Known<'a> = BTreeMap<String, Vec<(&'a Text, Range<usize>)>>;
 impl Outside {
     /// Of the program's text, which comes first, and the rest of its project.
     pub(super) fn of(texts: &[Text], going: &Going) -> Self {
-        let mut outside = Self::default();
+        let mut outside = Self { switches: Switches::of(texts), ..Self::default() };
         let (Some(own), true) = (texts.first(), texts.iter().any(|t| t.context)) else { return outside };
         let own_names: BTreeSet<String> = own.known(Routines::of).0.iter().map(|r| r.0.clone()).collect();
         let mut known = Known::new();
@@ -148,7 +151,7 @@ impl Outside {
             line.retain(|t| t.kind != Kind::Comment);
             let Some(first) = line.first() else { continue };
             let word = upper(text, first);
-            led::events(text, &line, &word, &mut events);
+            led::events(text, &line, &word, &mut self.switches, &mut events);
             self.turning = self.turning.max(going.turning(text, &line, &word).unwrap_or_default());
             self.setting(text, &line, &word, &mut sets);
             if !word.starts_with('$') && assignment(&line).is_some() {

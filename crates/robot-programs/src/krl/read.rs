@@ -1,7 +1,8 @@
 //! A program's text into its script, line by line.
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
-//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end where the place is read; [`alike`]: motions that differ in their axis values alone, read once.
+//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end
+//! where the place is read, [`triggers`]: where those read it; [`alike`]: motions that differ in their axis values alone, read once.
 
 mod ahead;
 mod alike;
@@ -11,6 +12,7 @@ mod in_force;
 mod last;
 mod moves;
 mod scan;
+mod triggers;
 mod versions;
 
 use super::calls::arc;
@@ -233,7 +235,7 @@ impl<'a> Reader<'a> {
             spline: false,
             set: Settings::default(),
             going,
-            led: Led::of(&texts[0], &Effects::of(&outside.events)),
+            led: Led::of(&texts[0], &Effects::of(&outside.events), outside.switches),
             counting: relative::routines(texts),
             counted_calls: BTreeSet::new(),
             jumps: false,
@@ -353,7 +355,7 @@ impl<'a> Reader<'a> {
             "CONST_VEL" => self.trigger = true,
             "SPLINE" | "PTP_SPLINE" => {
                 self.spline = true;
-                self.of_block = settings::with(&self.set, self.text, line, self.data, self.routine);
+                self.of_block = self.with_of(k, line);
             }
             "ENDSPLINE" => (self.spline, self.of_block) = (false, [None, None]),
             "DECL" | "GLOBAL" | "CONST" | "INT" | "REAL" | "BOOL" | "CHAR" | "E6AXIS" | "AXIS" | "E6POS" | "POS"
@@ -361,7 +363,7 @@ impl<'a> Reader<'a> {
             "STRUC" | "ENUM" | "SIGNAL" | "EXT" | "EXTP" | "EXTFCT" | "IMPORT" | "CONTINUE" | "ON_ERROR_PROCEED" => {}
             "BAS" => {
                 self.stands = None;
-                self.set.bas(self.text, line);
+                self.set.bas(self.text, line, self.data);
                 self.settings_made += 1;
                 self.frames_by_name(k);
             }

@@ -71,6 +71,9 @@ pub enum Reason {
     /// What leads the robot: a conveyor, a sensor.
     #[error("{0} leads the robot away from its points")]
     Led(&'static str),
+    /// A seam of ArcTech with data of which the files do not tell whether it is woven or tracked.
+    #[error("{0} is not certain in the files given: on this seam the robot may weave or track")]
+    WeldDataUncertain(Box<str>),
     /// By `$ORI_TYPE`.
     #[error("$ORI_TYPE: the tool does not turn to the orientation of the point")]
     TurnsOtherwise,

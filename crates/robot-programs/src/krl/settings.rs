@@ -3,8 +3,9 @@
 use super::data::Data;
 use super::frame::{self, Known, number, numbered_field, written};
 use super::going::Turning;
-use super::lex::{Kind, Token, upper};
+use super::lex::{Kind, Token, in_upper, upper};
 use super::lists::{BASES, LISTS, Lists, TOOLS, as_set};
+use super::motion;
 use super::reason::{MovesBase, Reason};
 use crate::script::Text;
 use crate::script::cursor::integer;
@@ -25,8 +26,8 @@ pub(super) struct Settings {
     pub tool: Option<Frame>,
     /// What it sets before in the lists of the controller.
     pub lists: Lists,
-    /// Base and tool of `FDAT_ACT`, which `BAS` puts into force with the parameters of a motion.
-    pub frame_data: Option<[Frame; 2]>,
+    /// Base and tool of `FDAT_ACT`, which `BAS` puts into force with the parameters of a motion, as the lists are then.
+    pub frame_data: Option<FrameData>,
     /// What makes any base mean something else: `$IPO_MODE`, `$WORLD`.
     pub carried: Option<MovesBase>,
     pub moved: Option<MovesBase>,
@@ -34,6 +35,15 @@ pub(super) struct Settings {
     pub turning: Turning,
     pub motion_data: Option<Turning>,
     pub pending: bool,
+}
+
+/// What frame data name.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FrameData {
+    base: Frame,
+    /// Of the base, where that is known.
+    number: Option<u32>,
+    tool: Frame,
 }
 
 impl Settings {
@@ -97,20 +107,20 @@ impl Settings {
             ("$WORLD" | "$ROBROOT", _) => self.moved = Some(MovesBase::of_world(word)),
             ("FDAT_ACT", None) => self.motion_frames(text, value, data),
             ("FDAT_ACT", Some("TOOL_NO")) => {
-                let tool = self.numbered(TOOLS, text, value);
-                if let Some([_, of_data]) = &mut self.frame_data {
-                    of_data.clone_from(&tool);
+                let tool = frame::numbered(text, value, LISTS[TOOLS]);
+                if let Some(of_data) = &mut self.frame_data {
+                    of_data.tool.clone_from(&tool);
                 }
-                self.tool = Some(tool);
+                self.tool = Some(self.lists.of(TOOLS, tool));
             }
             ("FDAT_ACT", Some("BASE_NO")) => {
-                let base = self.numbered(BASES, text, value);
-                let number = number.filter(|n| *n > 0.0 && n.fract() == 0.0);
-                let base = number.map_or(base.clone(), |n| data.carried.in_force(n as u32, base));
-                if let Some([of_data, _]) = &mut self.frame_data {
-                    of_data.clone_from(&base);
+                let base = frame::numbered(text, value, LISTS[BASES]);
+                let number = number.filter(|n| *n > 0.0 && n.fract() == 0.0).map(|n| n as u32);
+                if let Some(of_data) = &mut self.frame_data {
+                    of_data.base.clone_from(&base);
+                    of_data.number = number;
                 }
-                self.base = Some(base);
+                self.base = Some(self.of_data(base, number, data));
             }
             ("FDAT_ACT", Some(_)) => {}
             // BASE_DATA[2]={X 0,...}
@@ -156,17 +166,30 @@ impl Settings {
             Some(n) => Frame::Named(n.to_string()),
             None => Frame::Computed(format!("{what} of {name}")),
         };
-        let tool = self.lists.of(TOOLS, of(numbers[0], "tool"));
-        let base = self.lists.of(BASES, of(numbers[1], "base"));
-        let base = numbers[1].map_or(base.clone(), |n| data.carried.in_force(n, base));
-        self.frame_data = Some([base.clone(), tool.clone()]);
-        (self.tool, self.base, self.carried) = (Some(tool), Some(base), None);
+        let of_data = FrameData { base: of(numbers[1], "base"), number: numbers[1], tool: of(numbers[0], "tool") };
+        self.in_force(&of_data, data);
+        (self.frame_data, self.carried) = (Some(of_data), None);
+    }
+
+    /// Frame data come into force, as the lists are now.
+    fn in_force(&mut self, of_data: &FrameData, data: &Data) {
+        self.base = Some(self.of_data(of_data.base.clone(), of_data.number, data));
+        self.tool = Some(self.lists.of(TOOLS, of_data.tool.clone()));
+    }
+
+    /// The base that frame data name.
+    fn of_data(&self, base: Frame, number: Option<u32>, data: &Data) -> Frame {
+        let base = self.lists.of(BASES, base);
+        match number {
+            Some(n) => data.carried.in_force(n, base),
+            None => base,
+        }
     }
 
     /// `BAS(#PTP_PARAMS,100)`: settings, no motion.
     ///
     /// `bas = "BAS" "(" "#" command ["," argument] ")"`
-    pub fn bas(&mut self, text: &Text, line: &[Token]) {
+    pub fn bas(&mut self, text: &Text, line: &[Token], data: &Data) {
         let command = line.get(3).map(|t| upper(text, t)).unwrap_or_default();
         let argument = line.get(5..).and_then(|v| v.get(..v.len().saturating_sub(1))).unwrap_or_default();
         let value = number(text, argument);
@@ -192,8 +215,8 @@ impl Settings {
         }
         if matches!(command.as_str(), "CP_PARAMS" | "PTP_PARAMS" | "FRAMES") {
             // they put base and tool of FDAT_ACT into force again, whatever was set since
-            match &self.frame_data {
-                Some([base, tool]) => (self.base, self.tool) = (Some(base.clone()), Some(tool.clone())),
+            match self.frame_data.clone() {
+                Some(of_data) => self.in_force(&of_data, data),
                 None => {
                     let of_data = |what: &str| Some(Frame::Computed(format!("{what} of FDAT_ACT")));
                     self.base = self.base.take().and_then(|_| of_data("base"));
@@ -212,20 +235,13 @@ impl Settings {
 ///
 /// `with = "WITH" ... ("$BASE" | "$TOOL") [part] "=" ("STOOL2" | "STOOL" | "SBASE") "(" frame_data ... | ... "=" frame`
 pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, routine: usize) -> [Option<Frame>; 2] {
-    let Some(at) = line.iter().position(|t| t.kind == Kind::Word && upper(text, t) == "WITH") else {
-        return [None, None];
-    };
+    let Some(at) = with_at(text, line) else { return [None, None] };
     let known = &|name: &str| data.frame(routine, name);
     let of = |word: &'static str, list: usize| {
-        let place = line.iter().enumerate().skip(at).find(|(_, t)| t.kind == Kind::Word && upper(text, t) == word)?.0;
-        let Some(sign) = (place + 1..line.len()).find(|&k| line[k].is(b'=')) else {
+        let place = frame_at(text, line, at, word)?;
+        let Some((sign, value)) = value_after(text, line, place) else {
             return Some(Frame::unclear(Reason::With(word)));
         };
-        let approximates =
-            |k: usize| k > sign + 1 && line[k].kind == Kind::Word && upper(text, &line[k]).starts_with("C_");
-        let ends = |k: &usize| line[*k].is(b',') || approximates(*k);
-        let end = outside(sign + 1..line.len(), |k| line[k].mark()).find(ends).unwrap_or(line.len());
-        let value = &line[sign + 1..end];
         let part = (sign > place + 1).then_some("a part");
         let function = value.first().map(|t| upper(text, t)).unwrap_or_default();
         let frame_data = value.get(2).map(|t| upper(text, t)).filter(|_| value.get(1).is_some_and(|t| t.is(b'(')));
@@ -241,6 +257,41 @@ pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, rou
         Some(set.lists.of(list, frame))
     };
     [of("$BASE", BASES), of("$TOOL", TOOLS)]
+}
+
+/// The token of `WITH`.
+fn with_at(text: &Text, line: &[Token]) -> Option<usize> {
+    line.iter().position(|t| t.kind == Kind::Word && in_upper(text, t) == "WITH")
+}
+
+/// The token of a variable that `WITH`, at token `at`, sets.
+fn frame_at(text: &Text, line: &[Token], at: usize, word: &str) -> Option<usize> {
+    let is = |t: &Token| t.kind == Kind::Word && in_upper(text, t) == word;
+    line.iter().skip(at).position(is).map(|k| at + k)
+}
+
+/// The sign after token `place`, and the value.
+///
+/// `setting = variable [part] "=" value ("," | "C_..." | end)`
+fn value_after<'a>(text: &Text, line: &'a [Token], place: usize) -> Option<(usize, &'a [Token])> {
+    let sign = (place + 1..line.len()).find(|&k| line[k].is(b'='))?;
+    let approximates = |k: usize| k > sign + 1 && line[k].kind == Kind::Word && upper(text, &line[k]).starts_with("C_");
+    let ends = |k: &usize| line[*k].is(b',') || approximates(*k);
+    let end = outside(sign + 1..line.len(), |k| line[k].mark()).find(ends).unwrap_or(line.len());
+    Some((sign, &line[sign + 1..end]))
+}
+
+/// The values that a motion or a spline block gives `$BASE` and `$TOOL` for itself.
+///
+/// `with = ... "WITH" ... ("$BASE" | "$TOOL") [part] "=" value ...`
+pub(super) fn values_with<'a>(text: &Text, line: &'a [Token]) -> [Option<&'a [Token]>; 2] {
+    let Some(at) = with_at(text, line) else { return [None, None] };
+    ["$BASE", "$TOOL"].map(|word| value_after(text, line, frame_at(text, line, at, word)?).map(|value| value.1))
+}
+
+/// Whether a line begins a motion or a spline block, which may set frames for itself.
+pub(super) fn may_have_with(word: &str) -> bool {
+    motion::word(word).is_some() || matches!(word, "SPLINE" | "PTP_SPLINE")
 }
 
 /// Whether an assignment to this variable holds for the motions after it: it sets speeds, approximation, frames, or how the tool turns.

@@ -2,11 +2,14 @@ mod folds;
 mod frames;
 mod going;
 mod in_force;
+mod led;
 mod limits;
 mod points;
 mod project;
 mod relative;
 mod still;
+mod triggers;
+mod with;
 
 use super::Krl;
 use super::props::kr120;

@@ -116,16 +116,23 @@ pub(super) fn passed(text: &Text) -> [BTreeSet<u64>; 2] {
     })
 }
 
+/// Begins of the names of where the robot stands.
+#[rustfmt::skip]
+const PLACES: [&[u8]; 10] = [
+    b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET", b"$POS_BACK", b"$AXIS_BACK",
+];
+
+/// Whether a word is the name of where the robot stands.
+pub(super) fn is_place(word: &str) -> bool {
+    PLACES.iter().any(|place| strip_word(word.as_bytes(), place).is_some())
+}
+
 /// Lines that take on where the robot stands, from 0: `HERE=$POS_ACT`, `IF $AXIS_ACT.A1>5 THEN`. Messages take nothing on, nor does what declares an
-/// interrupt or a trigger.
+/// interrupt; what a [trigger](super::triggers) reads is another place.
 ///
 /// `reading = name "=" {any} place | ("IF" | "WHILE" | "UNTIL" | "SWITCH" | "WAIT" | "RETURN" | name "(") {any} place`,
 /// `place = "$" ("POS" | "AXIS") "_" ("ACT" | "INT" | "FOR" | "RET" | "BACK")`
 pub(super) fn reads_place(text: &Text) -> BTreeSet<usize> {
-    #[rustfmt::skip]
-    const PLACES: [&[u8]; 10] = [
-        b"$POS_ACT", b"$AXIS_ACT", b"$POS_INT", b"$AXIS_INT", b"$POS_FOR", b"$AXIS_FOR", b"$POS_RET", b"$AXIS_RET", b"$POS_BACK", b"$AXIS_BACK",
-    ];
     const NONE: [&str; 7] = ["INTERRUPT", "GLOBAL", "TRIGGER", "DECL", "CWRITE", "SWRITE", "SIGNAL"];
     let is = |at: usize| {
         let rest = text.bytes.get(at..).unwrap_or_default();

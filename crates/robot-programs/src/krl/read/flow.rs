@@ -5,8 +5,10 @@ use super::ahead::by_a_routine;
 use super::in_force::InForce;
 use crate::krl::calls::calls;
 use crate::krl::lex::{Token, in_upper};
-use crate::krl::settings::Settings;
+use crate::krl::lists::{BASES, TOOLS};
+use crate::krl::settings::{self, Settings};
 use crate::script::blocks::is_entered;
+use crate::script::pose::Frame;
 use crate::script::{At, Break, StepKind};
 
 /// A block that is open: the settings before it and with which it began.
@@ -58,6 +60,12 @@ impl Reader<'_> {
                 *frame = Some(force.named(list, k, own));
             }
         }
+    }
+
+    /// Base and tool that a motion or a spline block sets for itself, by the names that tell them from others of the same words.
+    pub(super) fn with_of(&self, k: usize, line: &[Token]) -> [Option<Frame>; 2] {
+        let [base, tool] = settings::with(&self.set, self.text, line, self.data, self.routine);
+        [base.map(|frame| self.force.named(BASES, k, frame)), tool.map(|frame| self.force.named(TOOLS, k, frame))]
     }
 
     /// A routine to which `$BASE` or `$TOOL` itself is passed may set it.

@@ -67,10 +67,14 @@ impl Force {
     pub(super) fn of(text: &Text, data: &Data, going: &Going, outside: &Outside, still: &Still, lists: &Lists) -> Self {
         let passed = passed(text);
         let sets = sets_any(text) || passed.iter().any(|p| !p.is_empty());
-        if !sets && outside.sets.values().all(|s| s.is_empty()) {
+        let sets = sets || !outside.sets.values().all(|s| s.is_empty());
+        if !sets && memchr::memmem::find(&text.bytes.to_ascii_uppercase(), b"WITH").is_none() {
             return Self::default();
         }
         let names = Names::of(text, data);
+        if !sets && !names.any_depends() {
+            return Self::default();
+        }
         let (own, out) = (own_routines(text), Found::default());
         let mut scan = Scan { text, data, going, outside, still, lists, names: &names, own, passed, moves: None, out };
         scan.lines();

@@ -6,6 +6,7 @@
 use super::ahead::{Ahead, passed, reads_place};
 use super::in_force::ASSIGNED;
 use super::scan::{Found, Moves, Scan, own_routines};
+use super::triggers::{has_trigger, triggers};
 use super::versions::Names;
 use crate::krl::calls::{calls, quiet};
 use crate::krl::data::Data;
@@ -23,30 +24,64 @@ use std::collections::BTreeSet;
 /// Lines, from 1, of the motions of a script after which its text may read where the robot stands.
 pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &Script) -> BTreeSet<u64> {
     let Some(text) = texts.first() else { return BTreeSet::new() };
-    let reads: BTreeSet<usize> = reads_place(text).into_iter().chain(calls_reading(texts)).collect();
-    let reads: Vec<usize> = reads.into_iter().collect();
-    if reads.is_empty() {
+    let triggers = if has_trigger(text) { triggers(text, &reading(texts)) } else { Vec::new() };
+    let apart: BTreeSet<usize> = triggers.iter().filter(|t| !t.before).map(|t| t.line).collect();
+    let mut reads: BTreeSet<usize> = reads_place(text).into_iter().chain(calls_reading(texts)).collect();
+    reads.extend(triggers.iter().filter(|t| t.own).map(|t| t.line));
+    let reads: Vec<usize> = reads.difference(&apart).copied().collect();
+    if reads.is_empty() && triggers.is_empty() {
         return BTreeSet::new();
     }
     let going = Going::of(texts);
     let outside = Outside::of(texts, &going);
     let (names, still) = (Names::of(text, data), Still::of(texts, declared));
     let lists = Ahead::of(text, data, &going, &outside).lists;
-    let moves = script.lines_of_moves().into_iter().map(|line| line as usize - 1).collect();
-    let scan = Scan {
-        text,
-        data,
-        going: &going,
-        outside: &outside,
-        still: &still,
-        lists: &lists,
-        names: &names,
-        own: own_routines(text),
-        passed: passed(text),
-        moves: None,
-        out: Found::default(),
+    let moves: BTreeSet<usize> = script.lines_of_moves().into_iter().map(|line| line as usize - 1).collect();
+    let kind = ASSIGNED + names.len();
+    let last = |lines: &BTreeSet<usize>, asked: &[usize]| {
+        let scan = Scan {
+            text,
+            data,
+            going: &going,
+            outside: &outside,
+            still: &still,
+            lists: &lists,
+            names: &names,
+            own: own_routines(text),
+            passed: passed(text),
+            moves: Some(Moves { lines, asked, kind, apart: &apart }),
+            out: Found::default(),
+        };
+        Last::of(scan, kind)
     };
-    before(scan, &moves, &reads, ASSIGNED + names.len()).into_iter().map(|line| line as u64 + 1).collect()
+    let mut found = BTreeSet::new();
+    if !reads.is_empty() {
+        let last = last(&moves, &reads);
+        // what the line itself calls has moved before it
+        let places = reads.iter().flat_map(|line| [(*line, line.saturating_sub(1)), (*line, *line)]);
+        found.extend(places.flat_map(|(line, place)| last.at(line, place)).chain(last.always()));
+    }
+    let ahead = |n: usize| triggers.iter().filter(|t| t.ahead >= n).map(|t| t.line).collect::<BTreeSet<usize>>();
+    if !ahead(1).is_empty() {
+        let next = |from: &BTreeSet<usize>| {
+            let lines: BTreeSet<usize> = moves.union(from).copied().collect();
+            let asked: Vec<usize> = moves.iter().copied().collect();
+            let last = last(&lines, &asked);
+            let follows = |line: &usize| last.at(*line, line.saturating_sub(1)).iter().any(|k| from.contains(k));
+            moves.iter().copied().filter(follows).collect::<BTreeSet<usize>>()
+        };
+        found.extend(next(&ahead(1)));
+        let twice = ahead(2);
+        if !twice.is_empty() {
+            found.extend(next(&next(&twice)));
+        }
+    }
+    found.into_iter().map(|line| line as u64 + 1).collect()
+}
+
+/// Names of the routines of all texts that read where the robot stands, themselves or by others.
+fn reading(texts: &[Text]) -> BTreeSet<String> {
+    with_callers(texts, texts.iter().flat_map(|t| t.known(Reading::of).0.clone()).collect())
 }
 
 /// Lines of the text that call routines of other files which read where the robot stands, themselves or by others.
@@ -74,7 +109,8 @@ struct Reading(BTreeSet<String>);
 impl Reading {
     fn of(text: &Text) -> Self {
         let (mut found, mut line) = (BTreeSet::new(), Vec::new());
-        for read in reads_place(text) {
+        let own = triggers(text, &BTreeSet::new()).into_iter().filter(|t| t.before).map(|t| t.line);
+        for read in reads_place(text).into_iter().chain(own) {
             let head = (0..read).rev().find_map(|k| {
                 tokens(text, k, &mut line);
                 line.retain(|t| t.kind != Kind::Comment);
@@ -88,39 +124,57 @@ impl Reading {
     }
 }
 
-/// Lines of moves that may come last before one of the lines that read, all from 0, ascending; `kinds` of settings are followed beside them.
-fn before<'a>(mut scan: Scan<'a>, moves: &'a BTreeSet<usize>, reads: &'a [usize], kinds: usize) -> BTreeSet<usize> {
-    scan.moves = Some(Moves { lines: moves, asked: reads, kind: kinds });
-    scan.lines();
-    let Found { mut routines, first, interrupts, .. } = scan.out;
-    let called: BTreeSet<&String> = routines.iter().flat_map(|r| &r.events).filter_map(|e| callee(&e.1)).collect();
-    let free = |r: &&Routine| !r.name.is_empty() && !called.contains(&r.name) && !interrupts.contains(&r.name);
-    let mut outside = vec![(0, Event::Open(Block::Endless)), (0, Event::Open(Block::Switch))];
-    for routine in routines.iter().filter(free) {
-        outside.extend([(0, Event::Middle(false)), (0, Event::Call(routine.name.clone()))]);
-    }
-    outside.extend([(0, Event::Close), (0, Event::Close)]);
-    for (routine, at) in routines.iter_mut().skip(1).zip(&first) {
-        if interrupts.contains(&routine.name) {
-            routine.events.insert(0, (*at, Event::Set(kinds, BEFORE)));
+/// Which moves may come last at each place.
+struct Last {
+    reach: Reach,
+    /// First lines of the routines, but of what stands before the first one.
+    first: Vec<usize>,
+    /// What interrupts move.
+    always: Atoms,
+}
+
+impl Last {
+    /// Of a text; `kind`: the number of this kind of settings, beside the others.
+    fn of(mut scan: Scan, kind: usize) -> Self {
+        scan.lines();
+        let Found { mut routines, first, mut interrupts, apart, .. } = scan.out;
+        let called: BTreeSet<&String> = routines.iter().flat_map(|r| &r.events).filter_map(|e| callee(&e.1)).collect();
+        interrupts.extend(apart.into_iter().filter(|name| !called.contains(name)));
+        let free = |r: &&Routine| !r.name.is_empty() && !called.contains(&r.name) && !interrupts.contains(&r.name);
+        let mut outside = vec![(0, Event::Open(Block::Endless)), (0, Event::Open(Block::Switch))];
+        for routine in routines.iter().filter(free) {
+            outside.extend([(0, Event::Middle(false)), (0, Event::Call(routine.name.clone()))]);
         }
-    }
-    let anything = || -> State { vec![Atoms::from([BEFORE]); kinds + 1] };
-    let always = set_by(&routines, &interrupts, kinds + 1).pop().unwrap_or_default();
-    routines.push(Routine { name: String::new(), events: outside });
-    let starts: Vec<Option<State>> = (0..routines.len())
-        .map(|k| (k == 0 || k + 1 == routines.len() || interrupts.contains(&routines[k].name)).then(anything))
-        .collect();
-    let reach = Reach::of(&routines, &starts, &anything());
-    let mut found = always;
-    for line in reads {
-        // what the line itself calls has moved before it
-        for place in [line.saturating_sub(1), *line] {
-            let state = reach.after(first.partition_point(|f| f <= line), place);
-            found.extend(state.and_then(|s| s.last()).into_iter().flatten());
+        outside.extend([(0, Event::Close), (0, Event::Close)]);
+        for (routine, at) in routines.iter_mut().skip(1).zip(&first) {
+            if interrupts.contains(&routine.name) {
+                routine.events.insert(0, (*at, Event::Set(kind, BEFORE)));
+            }
         }
+        let anything = || -> State { vec![Atoms::from([BEFORE]); kind + 1] };
+        let always = set_by(&routines, &interrupts, kind + 1).pop().unwrap_or_default();
+        routines.push(Routine { name: String::new(), events: outside });
+        let starts: Vec<Option<State>> = (0..routines.len())
+            .map(|k| (k == 0 || k + 1 == routines.len() || interrupts.contains(&routines[k].name)).then(anything))
+            .collect();
+        let reach = Reach::of(&routines, &starts, &anything());
+        Self { reach, first, always }
     }
-    found.into_iter().filter_map(|atom| Some(atom.checked_sub(FIRST)? as usize)).collect()
+
+    /// Lines that may come last at `place` of the routine in which `line` stands.
+    fn at(&self, line: usize, place: usize) -> BTreeSet<usize> {
+        let state = self.reach.after(self.first.partition_point(|f| *f <= line), place);
+        state.and_then(|s| s.last()).map(lines_of).unwrap_or_default()
+    }
+
+    /// Lines that may come last anywhere.
+    fn always(&self) -> BTreeSet<usize> {
+        lines_of(&self.always)
+    }
+}
+
+fn lines_of(atoms: &Atoms) -> BTreeSet<usize> {
+    atoms.iter().filter_map(|atom| Some(atom.checked_sub(FIRST)? as usize)).collect()
 }
 
 fn callee(event: &Event) -> Option<&String> {

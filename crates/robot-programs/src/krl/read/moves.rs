@@ -7,7 +7,6 @@ use crate::krl::lex::{Kind, Token, upper};
 use crate::krl::motion::{self, Motion, Word};
 use crate::krl::reason::{MovesBase, Reason};
 use crate::krl::relative::Stands;
-use crate::krl::settings;
 use crate::krl::target::Site;
 use crate::script::{self, Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
@@ -30,7 +29,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
-        self.with = settings::with(&self.set, self.text, line, self.data, self.routine);
+        self.with = self.with_of(k, line);
         let (goal, end, others) = self.goal(k, line, at, word)?;
         let relative = word.relative && matches!(goal, Goal::Pose(_));
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;
@@ -74,7 +73,7 @@ impl Reader<'_> {
     fn as_the_robot_goes(&self, k: usize, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
         match (goal, self.led.by(k)) {
             (goal @ Goal::Opaque(_), _) => goal,
-            (_, Some(by)) => Goal::opaque(Reason::Led(by)),
+            (_, Some(by)) => Goal::opaque(by),
             _ if word.path != PathKind::Joint && turning == Turning::Otherwise => Goal::opaque(Reason::TurnsOtherwise),
             _ if word.path != PathKind::Joint && self.going.holds_part(self.text, tail) => {
                 Goal::opaque(Reason::MovesBase(MovesBase::HoldsPart))

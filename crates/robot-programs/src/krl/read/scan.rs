@@ -11,7 +11,7 @@ use crate::krl::lists::Lists;
 use crate::krl::motion;
 use crate::krl::outside::Outside;
 use crate::krl::reason::MovesBase;
-use crate::krl::settings::Settings;
+use crate::krl::settings::{self, Settings};
 use crate::krl::statement::{assignment, is_label, is_routine, routine_name};
 use crate::krl::still::{Still, may_begin_routine};
 use crate::script::Text;
@@ -45,6 +45,8 @@ pub(super) struct Found {
     plain: BTreeMap<(usize, String), u32>,
     /// Routines that interrupts call.
     pub(super) interrupts: BTreeSet<String>,
+    /// Those that are called elsewhere on the way than where the call stands.
+    pub(super) apart: BTreeSet<String>,
     pub(super) resumes: bool,
 }
 
@@ -70,6 +72,8 @@ pub(super) struct Moves<'a> {
     pub(super) lines: &'a BTreeSet<usize>,
     pub(super) asked: &'a [usize],
     pub(super) kind: usize,
+    /// Lines whose calls run elsewhere on the way.
+    pub(super) apart: &'a BTreeSet<usize>,
 }
 
 impl Scan<'_> {
@@ -79,8 +83,8 @@ impl Scan<'_> {
         self.out.routines.push(Routine::default());
         for k in 0..self.text.line_count() {
             let word = first_word(self.text, k);
-            // of most motions nothing is called
-            let called = || memchr::memchr(b'(', self.text.line(k)).is_some();
+            // of most motions nothing is called, and no frame depends on what is assigned
+            let called = || memchr::memchr(b'(', self.text.line(k)).is_some() || self.names.depends(k);
             let nothing = word.is_empty()
                 || motion::word(&String::from_utf8_lossy(word).to_ascii_uppercase()).is_some() && !called();
             if !nothing {
@@ -150,6 +154,9 @@ impl Scan<'_> {
             return;
         }
         self.called(k, line, set);
+        if settings::may_have_with(word) {
+            return self.with(k, line, set);
+        }
         self.sets(k, line, word, set);
         for list in 0..2 {
             if self.passed[list].contains(&(k as u64 + 1)) {
@@ -192,6 +199,9 @@ impl Scan<'_> {
 
     /// What a line calls, in its order: routines of the program, and what those of other files set.
     fn called(&mut self, k: usize, line: &[Token], set: &mut Settings) {
+        if self.moves.is_some_and(|moves| moves.apart.contains(&k)) {
+            return self.out.apart.extend(calls(self.text, line));
+        }
         let names: Vec<String> = calls(self.text, line).into_iter().chain(calls::quiet(self.text, line)).collect();
         if names.is_empty() {
             return;
@@ -251,6 +261,16 @@ impl Scan<'_> {
         next
     }
 
+    /// A motion or a spline block that sets frames for itself: they are named as others are, and hold for nothing else.
+    fn with(&mut self, k: usize, line: &[Token], set: &Settings) {
+        if !self.names.depends(k) {
+            return;
+        }
+        let frames = settings::with(set, self.text, line, self.data, self.out.first.len());
+        let own = frames.into_iter().enumerate().filter_map(|(list, frame)| Some((list, frame?)));
+        self.out.settings.extend(own.map(|(list, frame)| Setting { line: k, list, frame, part: false }));
+    }
+
     /// `setting = "BAS" "(" "#" command ... | variable ... "=" ...`
     fn sets(&mut self, k: usize, line: &[Token], word: &str, set: &mut Settings) {
         let sign = assignment(line);
@@ -264,7 +284,7 @@ impl Scan<'_> {
                     return self.push(k, Event::Set(CARRIED, FIRST));
                 }
                 let known = set.frame_data.is_some();
-                set.bas(self.text, line);
+                set.bas(self.text, line, self.data);
                 let of_data = !known
                     && !matches!(
                         in_upper(self.text, line.get(3).unwrap_or(&line[0])).as_ref(),

@@ -6,10 +6,10 @@
 use super::in_force::{ASSIGNED, Setting};
 use crate::krl::calls::calls;
 use crate::krl::data::Data;
-use crate::krl::lex::{Kind, Token, tokens, upper};
+use crate::krl::lex::{Kind, Token, in_upper, tokens, upper};
 use crate::krl::lists::LISTS;
-use crate::krl::motion;
 use crate::krl::reason::Reason;
+use crate::krl::settings::{may_have_with, values_with};
 use crate::krl::statement::{assignment, declaration, is_routine};
 use crate::script::Text;
 use crate::script::cursor::integer;
@@ -34,6 +34,8 @@ pub(super) struct Names {
     lines: BTreeMap<usize, Vec<usize>>,
     /// Kinds of a line that sets a frame, by list.
     uses: [BTreeMap<usize, BTreeSet<usize>>; 2],
+    /// Lines of BAS that put frame data into force, and where those were set.
+    data_of: BTreeMap<usize, usize>,
 }
 
 /// An element of a list, or the whole list.
@@ -50,6 +52,7 @@ impl Names {
     pub(super) fn of(text: &Text, data: &Data) -> Self {
         let (mut used, mut line): ([BTreeMap<usize, BTreeSet<String>>; 2], _) = (Default::default(), Vec::new());
         let mut assigned: BTreeMap<usize, BTreeSet<String>> = BTreeMap::new();
+        let (mut of_data, mut data_of) = (None, BTreeMap::new());
         for k in 0..text.line_count() {
             let bytes = text.line(k);
             let may = memchr::memchr(b'=', bytes).is_some() || memchr::memchr(b'(', bytes).is_some();
@@ -61,14 +64,35 @@ impl Names {
             let Some(first) = line.first() else { continue };
             let word = upper(text, first);
             let second = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
-            if motion::word(&word).is_some() || is_routine(&word, &second) || declaration(text, &line).is_some() {
+            if is_routine(&word, &second) {
+                of_data = None;
+            }
+            if is_routine(&word, &second) || declaration(text, &line).is_some() {
+                continue;
+            }
+            if may_have_with(&word) {
+                for (list, value) in values_with(text, &line).into_iter().enumerate() {
+                    let uses = value.map(|value| with_uses(text, list, value, data)).unwrap_or_default();
+                    used[list].extend((!uses.is_empty()).then_some((k, uses)));
+                }
                 continue;
             }
             let own = assigns(text, &line, &word);
             if !own.is_empty() {
                 assigned.insert(k, own);
             }
-            for (list, uses) in uses(text, &line, &word, data).into_iter().enumerate() {
+            let mut all = uses(text, &line, &word, data);
+            if puts_frame_data(text, &line, &word) {
+                data_of.extend(of_data.as_ref().map(|(from, _)| (k, *from)));
+                all = of_data.as_ref().map(|(_, uses)| <[BTreeSet<String>; 2]>::clone(uses)).unwrap_or_default();
+            } else if word == "FDAT_ACT" && assignment(&line).is_some() {
+                // a part of it leaves the rest
+                let before = of_data.take().filter(|_| line.get(1).is_some_and(|t| t.is(b'.')));
+                let mut own = all.clone();
+                own.iter_mut().zip(before.map(|(_, uses)| uses).unwrap_or_default()).for_each(|(own, b)| own.extend(b));
+                of_data = Some((k, own));
+            }
+            for (list, uses) in all.into_iter().enumerate() {
                 if !uses.is_empty() {
                     used[list].insert(k, uses);
                 }
@@ -80,7 +104,7 @@ impl Names {
         let kinds = |all: &BTreeSet<String>| all.iter().filter_map(|n| names.binary_search(n).ok()).collect::<Vec<_>>();
         let lines = assigned.iter().map(|(k, all)| (*k, kinds(all))).filter(|l| !l.1.is_empty()).collect();
         let uses = used.map(|used| used.iter().map(|(k, all)| (*k, kinds(all).into_iter().collect())).collect());
-        Self { names, lines, uses }
+        Self { names, lines, uses, data_of }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -99,6 +123,23 @@ impl Names {
     /// The variable of a kind.
     pub(super) fn variable(&self, kind: usize) -> &str {
         self.names.get(kind).map_or("", |n| n.split('[').next().unwrap_or(n))
+    }
+
+    /// Whether a frame that a line sets depends on something that the text assigns.
+    pub(super) fn depends(&self, line: usize) -> bool {
+        (0..2).any(|list| self.is_computed(list, line))
+    }
+
+    /// The same of any line.
+    pub(super) fn any_depends(&self) -> bool {
+        self.uses.iter().flat_map(|uses| uses.values()).any(|kinds| !kinds.is_empty())
+    }
+
+    /// Where it counts what was assigned last to a kind of which the frame of a line is computed: an element of a list where the frame
+    /// comes into force, the rest where its frame data were set.
+    fn counts_at(&self, kind: usize, line: usize) -> usize {
+        let of_list = LISTS.contains(&self.variable(kind));
+        self.data_of.get(&line).copied().filter(|_| !of_list).unwrap_or(line)
     }
 
     /// Whether the frame that a line sets is computed from something that the text assigns.
@@ -135,24 +176,53 @@ fn assigns(text: &Text, line: &[Token], word: &str) -> BTreeSet<String> {
     found
 }
 
+/// Whether a line puts the frames of `FDAT_ACT` into force.
+///
+/// `bas = "BAS" "(" "#" ("CP_PARAMS" | "PTP_PARAMS" | "FRAMES") ...`
+fn puts_frame_data(text: &Text, line: &[Token], word: &str) -> bool {
+    word == "BAS" && line.get(3).is_some_and(|t| matches!(&*in_upper(text, t), "CP_PARAMS" | "PTP_PARAMS" | "FRAMES"))
+}
+
+/// What the value of a frame is computed from.
+fn of_value(text: &Text, list: usize, value: &[Token]) -> BTreeSet<String> {
+    let mut names = variables(text, value);
+    let at = value.iter().position(|t| upper(text, t) == LISTS[list]);
+    let close = at.and_then(|at| value.iter().skip(at).position(|t| t.is(b']')).map(|n| at + n));
+    if let (Some(at), Some(close)) = (at, close) {
+        names.remove(LISTS[list]);
+        names.insert(element(text, list, value.get(at + 2..close).unwrap_or_default()));
+    }
+    names
+}
+
+/// What a frame is computed from that a motion sets for itself: `SBASE(FP1.BASE_NO)` is the element of its number.
+fn with_uses(text: &Text, list: usize, value: &[Token], data: &Data) -> BTreeSet<String> {
+    let mut names = of_value(text, list, value);
+    let function = value.first().map(|t| upper(text, t)).unwrap_or_default();
+    if matches!(function.as_str(), "STOOL2" | "STOOL" | "SBASE") {
+        let of_data = value.get(2).and_then(|t| data.numbers.get(&upper(text, t)));
+        let number = of_data.and_then(|n| n[1 - list]);
+        names.insert(number.map_or_else(|| LISTS[list].to_string(), |n| format!("{}[{n}]", LISTS[list])));
+    }
+    with_any(list, &mut names);
+    names
+}
+
+/// An index that is computed may mean any element.
+fn with_any(list: usize, names: &mut BTreeSet<String>) {
+    if names.iter().any(|n| n.starts_with(LISTS[list])) {
+        names.insert(format!("{}[]", LISTS[list]));
+    }
+}
+
 /// What the base and the tool that a line sets are computed from.
 fn uses(text: &Text, line: &[Token], word: &str, data: &Data) -> [BTreeSet<String>; 2] {
     let mut found: [BTreeSet<String>; 2] = Default::default();
     let sign = assignment(line);
     let value = sign.and_then(|sign| line.get(sign + 1..)).unwrap_or_default();
-    let all = |list: usize, value: &[Token]| {
-        let mut names = variables(text, value);
-        let at = value.iter().position(|t| upper(text, t) == LISTS[list]);
-        let close = at.and_then(|at| value.iter().skip(at).position(|t| t.is(b']')).map(|n| at + n));
-        if let (Some(at), Some(close)) = (at, close) {
-            names.remove(LISTS[list]);
-            names.insert(element(text, list, value.get(at + 2..close).unwrap_or_default()));
-        }
-        names
-    };
     match word {
-        "$BASE" if sign.is_some() => found[0] = all(0, value),
-        "$TOOL" if sign.is_some() => found[1] = all(1, value),
+        "$BASE" if sign.is_some() => found[0] = of_value(text, 0, value),
+        "$TOOL" if sign.is_some() => found[1] = of_value(text, 1, value),
         "FDAT_ACT" if sign.is_some() => {
             let names = variables(text, value);
             for (list, found) in found.iter_mut().enumerate() {
@@ -174,11 +244,8 @@ fn uses(text: &Text, line: &[Token], word: &str, data: &Data) -> [BTreeSet<Strin
         }
         _ => {}
     }
-    // an index that is computed may mean any element
     for (list, names) in found.iter_mut().enumerate() {
-        if names.iter().any(|n| n.starts_with(LISTS[list])) {
-            names.insert(format!("{}[]", LISTS[list]));
-        }
+        with_any(list, names);
     }
     found
 }
@@ -216,7 +283,7 @@ impl Versions {
             let used = names.uses[*list].get(line).cloned().unwrap_or_default();
             let mut versions = vec![Version::new()];
             for kind in &used {
-                let atoms = before(ASSIGNED + kind, *line);
+                let atoms = before(ASSIGNED + kind, names.counts_at(*kind, *line));
                 let with = |v: &Version| {
                     atoms
                         .iter()

@@ -4,7 +4,7 @@ use super::*;
 
 const AT: &str = "LIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\n";
 const AXES: &str = "PTP {A1 0,A2 -90,A3 90,A4 10,A5 30,A6 0}\n";
-const B: &str = "{X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}";
+pub(super) const B: &str = "{X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}";
 
 fn shown(f: &Frame) -> String {
     match f {
@@ -18,7 +18,7 @@ fn shown(f: &Frame) -> String {
 }
 
 /// Base and tool of each pose, or why a motion stays; nothing of motions to axis values.
-fn said(src: &str) -> Vec<String> {
+pub(super) fn said(src: &str) -> Vec<String> {
     let src = if src.starts_with("DEF ") { src.to_string() } else { format!("DEF a()\n{src}END\n") };
     let dat = "DEFDAT a\nDECL FRAME F1={X 1,Y 2,Z 3,A 0,B 0,C 0}\nDECL INT N=1\nENDDAT\n";
     let d = doc(&[src.as_bytes(), dat.as_bytes()]);
@@ -110,7 +110,7 @@ fn a_routine_that_is_called_while_something_leads_the_robot_stays() {
 }
 
 /// Lines of the motions and of the breaks of frames, which are negative.
-fn breaks(src: &str) -> Vec<i64> {
+pub(super) fn breaks(src: &str) -> Vec<i64> {
     let d = doc(&[src.as_bytes()]);
     let of = |s: &crate::script::Step| match s.kind {
         StepKind::Move(_) => Some(s.at.line as i64),
