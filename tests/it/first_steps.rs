@@ -87,7 +87,7 @@ fn an_empty_module_beside_a_program_changes_nothing() {
     let tool = "PERS tooldata tPen:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n";
     let there = |a1: f64| robtarget(&robot, [a1, 5.0, 12.0, -15.0, 40.0, 20.0], "[0,-1,0,0]");
     let moves: String = [5.0, 25.0, 10.0].map(|a| format!("MoveJ {},v50,fine,tPen;\n", there(a))).concat();
-    desk.write("cell/p.mod", &format!("MODULE M\n{tool}PROC main()\n{moves}ENDPROC\nENDMODULE\n"));
+    desk.write("cell/p.mod", &format!("MODULE M\n{tool}PROC main()\n{moves}Stop;\nENDPROC\nENDMODULE\n"));
     let edited = |said: String| said.contains("all editable");
     let run = || words(&desk.run("rewrite --model model.yaml cell/p.mod --dry-run").success());
     assert!(edited(run()), "{}", run());

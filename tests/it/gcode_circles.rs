@@ -72,7 +72,7 @@ fn an_arc_that_turns_shortly_before_its_end_and_takes_no_point_ends_with_the_off
         work.run(&format!("rewrite --model model.yaml p.nc --output out.nc {options}")).success();
         let out = std::fs::read_to_string(work.join("out.nc")).unwrap();
         let line = |start: &str| out.lines().find(|l| l.starts_with(start)).unwrap();
-        let (start, end) = (line("G1 X1"), line("G2"));
+        let (start, end) = (line("G1 X1"), line("G2 "));
         let (from, to) = ([word(start, 'X'), word(start, 'Y')], [word(end, 'X'), word(end, 'Y')]);
         let places = [0.0].into_iter().chain(arc(from, to, word(end, 'R')));
         let error = (stands(places) - 7.072).abs();

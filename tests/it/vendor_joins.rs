@@ -41,7 +41,7 @@ fn without_a_branch_for_all_else_the_way_around_the_branches_counts() {
 fn conditions_that_may_move_the_robot_end_what_is_known() {
     let desk = desk();
     let body = format!("{}IF ask() THEN\n{}ENDIF\n{}", all(&[0, 10]), all(&[0, 5]), to(3));
-    let ask = format!("ENDPROC\nFUNC bool ask()\n{}RETURN TRUE;\nENDFUNC\nPROC other()\n", to(40));
+    let ask = format!("Stop;\nENDPROC\nFUNC bool ask()\n{}RETURN TRUE;\nENDFUNC\nPROC other()\n", to(40));
     let by = rewritten(&desk, &program(&format!("{body}{ask}"))).0;
     assert_eq!(by[..5], [1, 1, 0, 1, 0], "{by:?}");
     // the first branch comes from before the conditions, the second one from what the second condition does
@@ -61,7 +61,7 @@ fn conditions_that_may_move_the_robot_end_what_is_known() {
 fn a_call_before_the_end_of_a_branch_leaves_what_follows() {
     let desk = desk();
     let body = format!("{}IF di1=1 THEN\n{}part;\nENDIF\n{}", all(&[0, 10]), all(&[0, 5]), to(3));
-    let by = rewritten(&desk, &program(&format!("{body}ENDPROC\nPROC part()\n{}", to(1)))).0;
+    let by = rewritten(&desk, &program(&format!("{body}Stop;\nENDPROC\nPROC part()\n{}", to(1)))).0;
     assert_eq!(by[..5], [1, 1, -1, 1, 0], "{by:?}");
 }
 

@@ -125,8 +125,16 @@ fn no_point_is_put_on_the_way_to_the_first_move_of_a_loop() {
 #[test]
 fn moves_that_are_not_written_do_not_count_as_edited() {
     let desk = desk();
-    let body =
-        format!("{}{}{}away;\n{}{}ENDPROC\nPROC part()\n{}{}", to(0), to(10), to(0), to(10), to(0), to(5), to(10));
+    let body = format!(
+        "{}{}{}away;\n{}{}Stop;\nENDPROC\nPROC part()\n{}{}",
+        to(0),
+        to(10),
+        to(0),
+        to(10),
+        to(0),
+        to(5),
+        to(10)
+    );
     desk.write("p.mod", &program(&body));
     let run = desk.run("rewrite --model model.yaml p.mod --output out.mod --max-added 0 --json").success();
     let doc: serde_json::Value = serde_json::from_slice(&run.get_output().stdout).unwrap();

@@ -5,7 +5,7 @@ use crate::vendor_loops::{desk, program, rewritten, to};
 
 /// A module of RAPID in which `main` begins with 0 and 10 and then does `body`, with a routine `part`.
 fn module(body: &str, part: &str) -> String {
-    program(&format!("{}{body}ENDPROC\nPROC part()\n{part}", all(&[0, 10])))
+    program(&format!("{}{body}Stop;\nENDPROC\nPROC part()\n{part}", all(&[0, 10])))
 }
 
 #[test]
@@ -18,7 +18,7 @@ fn what_follows_a_call_comes_from_where_the_routine_ends() {
     }
     // two calls, of routines that call others
     let nested = format!("{}part;\n{}ENDPROC\nPROC part()\n{}", all(&[0, 20]), to(1), all(&[0, 20, 5]));
-    let text = program(&format!("{}outer;\n{}ENDPROC\nPROC outer()\n{nested}", all(&[0, 10]), to(3)));
+    let text = program(&format!("{}outer;\n{}Stop;\nENDPROC\nPROC outer()\n{nested}", all(&[0, 10]), to(3)));
     assert_eq!(rewritten(&desk, &text).0, [1, 1, 1, 0, 1, -1, 0, 1, -1]);
 }
 

@@ -15,9 +15,4 @@ fn a_joint_move_that_moves_nothing_after_a_target_of_unknown_side_stays() {
     let out = String::from_utf8(desk.read("out.src")).unwrap();
     assert_eq!(out.matches(there).count(), 2, "{out}");
     assert!(!out.contains(on) && out.contains("A1 25.0030"), "{out}");
-    // the same where the program starts: its first movement says from which side
-    desk.write("first.src", &format!("DEF first( )\n{there}{there}{on}END\n"));
-    desk.run("rewrite --model model.yaml first.src --output out-first.src").success();
-    let out = String::from_utf8(desk.read("out-first.src")).unwrap();
-    assert!(!out.contains(there) && out.contains("A1 20.0030"), "{out}");
 }
