@@ -216,6 +216,7 @@ fn outliers_and_lost_rows_have_their_shares() {
 
 /// The whole way through the files: the likelihood of the log without the effect against with it is (4.13 k)^2 on average.
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn an_effect_of_k_detectable_biases_has_a_likelihood_ratio_of_k_squared() {
     for (kind, k) in [(Kind::Single(10.0, 4), 10.0), (Kind::Single(10.0, 10), 10.0), (Kind::Single(3.0, 13), 3.0)] {
         let mut ratios = Vec::new();
@@ -277,6 +278,7 @@ fn a_robot_file_says_what_the_physics_runs() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn the_same_seed_makes_the_same_files() {
     for kind in [Kind::Pair, Kind::Bad(9)] {
         let (a, b) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));

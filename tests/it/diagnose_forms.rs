@@ -103,6 +103,7 @@ fn friction_that_builds_up_is_named_with_its_rise() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn friction_that_is_larger_one_way_has_a_size_for_each() {
     let round = found(&gantry(&log(friction([0.05, 0.025], 0.3, 2.0))), "robot.yaml");
     let truth = [("spike_positive_mm", 0.05), ("spike_negative_mm", 0.025), ("decay_s", 2.0)];
@@ -117,6 +118,7 @@ fn a_ripple_that_fades_with_speed_is_named_with_that_speed() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn friction_that_grows_with_load_is_named_with_its_growth() {
     let desk = arm("{effect: stiction, joint: J2, spike_deg: 0.002, rise_s: 0.3, decay_s: 2, per_nm: 0.001}", 0.0);
     let round = found(&desk, "robot.yaml");
@@ -189,6 +191,7 @@ fn play_whose_flank_follows_the_load_is_named_beside_slow_noise() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn friction_of_one_size_keeps_one_size_beside_slow_noise() {
     let desk = arm("{effect: stiction, joint: J2, spike_deg: 0.003, rise_s: 0.3, decay_s: 2}", 3.0);
     let round = found(&desk, "robot.yaml");

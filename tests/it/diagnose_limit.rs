@@ -65,6 +65,7 @@ fn a_gap_that_took_the_place_of_a_hysteresis_is_not_left_over() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn ten_effects_are_told_without_a_geometry_or_a_lag_that_only_helps_to_fit() {
     let found = diagnosed(
         "  - {effect: hysteresis, joint: A3, half_width_deg: 0.0038, presliding_deg: 0.55}

@@ -27,6 +27,7 @@ fn rms_um(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn the_parts_of_a_whole_machine_are_named_together_and_predict_another_path() {
     let desk = WorkFolder::new();
     let path = |name: &str| desk.join(name);

@@ -54,6 +54,7 @@ fn checkout() -> WorkFolder {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn every_printed_command_runs_as_it_stands() {
     let binary = support::binary().parent().unwrap();
     let path = std::env::join_paths(

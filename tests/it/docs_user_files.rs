@@ -67,6 +67,7 @@ fn commands(page: &str) -> Vec<String> {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn commands_on_a_users_files_run_in_a_folder_that_holds_them() {
     let binary = support::binary().parent().unwrap();
     let path = std::env::var_os("PATH").unwrap();

@@ -86,6 +86,7 @@ fn number(v: &Value) -> f64 {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn programs_of_points_some_tenths_of_a_second_apart_show_their_gaps() {
     let folder = machine(|axis| vec![gap(axis)]);
     for apart_s in [0.1, 0.2, 0.3, 0.5] {

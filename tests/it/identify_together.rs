@@ -33,6 +33,7 @@ fn spikes_deg(document: &Value, name: &str) -> f64 {
 
 /// The simulator's dwells hold no stiction; on its circle A1 has 0.0034 deg and A3 0.0017 deg, which decay in 5.2 s.
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn friction_that_dwells_do_not_show_is_found_in_motion_all_the_same() {
     let statics = ["static/single_axis_A1.csv.gz", "static/single_axis_A3.csv.gz"];
     let both = [&statics[..], &["circle/circle_uncompensated_figure5.csv.gz"]].concat();

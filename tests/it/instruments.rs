@@ -113,6 +113,7 @@ fn distances(log: &Log) -> impl Fn(&Vector3<f64>) -> f64 + use<> {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn val_dwells_by_a_tracker_and_a_circle_by_a_ballbar_make_one_document() {
     for machine in ["gantry", "arm"] {
         let bench = Bench::new(machine);

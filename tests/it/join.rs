@@ -63,6 +63,7 @@ fn the_clock_of_the_samples_is_found_within_its_interval() {
 }
 
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn readings_keep_their_digits_and_commands_their_values() {
     let robot = robot();
     for rows in [Rows::Tracker, Rows::Controller] {
@@ -91,6 +92,7 @@ fn source(what: &str, column: &str) -> Vec<String> {
 
 /// A reversal of a command stays one: the interpolated command turns as often as the recorded one, and as far.
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn resampling_neither_adds_nor_cuts_reversals() {
     let out = joined(&samples(), 2, &Options::default());
     let robot = robot();
@@ -146,6 +148,7 @@ fn a_motion_that_repeats_is_refused_with_its_offsets() {
 
 /// A time server set one of the clocks: rows would be off by half the step.
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn a_clock_that_steps_is_refused_with_the_step() {
     use lostmotion::log::columns::Meaning;
     let robot = robot();
@@ -168,6 +171,7 @@ fn a_clock_that_steps_is_refused_with_the_step() {
 
 /// Units, axes and order that are wrong are named, not called a motion that repeats.
 #[test]
+#[ignore = "takes long: .ci/run runs it"]
 fn wrong_units_and_swapped_columns_are_named() {
     use lostmotion::log::columns::Meaning;
     let robot = robot();
