@@ -123,10 +123,10 @@ fn reads_place(p: &Parsed, item: &Item) -> bool {
     let name = p.words.at(item.span.start);
     match item.kind {
         ItemKind::Start | ItemKind::Label => return false,
-        ItemKind::Call { .. } if matches!(name, "pdispon" | "eoffson") => {
-            if given(p, &item.span, "exep") != Given::Yes {
-                return true;
-            }
+        ItemKind::Call { .. }
+            if matches!(name, "pdispon" | "eoffson") && given(p, &item.span, "exep") != Given::Yes =>
+        {
+            return true;
         }
         ItemKind::Call { .. } if WRITES.contains(&name) => return false,
         _ => {}
