@@ -124,11 +124,7 @@ fn walk(
                 let way = passed.get(&k).map_or(&m.way[..], Vec::as_slice);
                 times = path.moves(way, &q, times, step.at, seconds);
                 if m.path != PathKind::Joint {
-                    note(
-                        &mut path,
-                        step.at,
-                        "between its points the robot moves on a Cartesian path, not straight in the joints",
-                    );
+                    note(&mut path, step.at, NOT_STRAIGHT);
                 }
                 last = Some(q);
             }
@@ -139,11 +135,7 @@ fn walk(
                 }
             }
             StepKind::Break(Break::Jump | Break::Loop | Break::Call | Break::Interrupt) => {
-                note(
-                    &mut path,
-                    step.at,
-                    "branches, loops, calls and interrupts are passed once, in the order of the text",
-                );
+                note(&mut path, step.at, PASSED_ONCE);
             }
             StepKind::Dwell(seconds) => {
                 if let Some(q) = &last {
@@ -164,6 +156,10 @@ fn walk(
     path.t_s = times.filter(|t| t.len() == path.places.len() && t.len() > 1);
     Ok(path)
 }
+
+/// Notes of a path.
+const NOT_STRAIGHT: &str = "between its points the robot moves on a Cartesian path, not straight in the joints";
+const PASSED_ONCE: &str = "branches, loops, calls and interrupts are passed once, in the order of the text";
 
 /// Every sentence once, at its first place.
 fn note(path: &mut JointPath, place: At, text: &str) {

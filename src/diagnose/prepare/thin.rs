@@ -124,6 +124,15 @@ fn thinned_joint(sensor: &[Option<f64>], cmd: &[f64], runs: &[std::ops::Range<us
         .collect()
 }
 
+/// The same of the sensors of all joints that have one.
+fn thinned_joints(
+    columns: &[Option<Vec<Option<f64>>>],
+    cmd: &[Vec<f64>],
+    runs: &[std::ops::Range<usize>],
+) -> Vec<Option<Vec<Option<f64>>>> {
+    columns.iter().zip(cmd).map(|(c, cmd)| Some(thinned_joint(c.as_ref()?, cmd, runs))).collect()
+}
+
 /// Readings of a ballbar or a dial in each run: the one of the command in its middle plus the mean of read minus computed.
 fn thinned_reading(
     model: &Model,
@@ -180,9 +189,7 @@ fn thinned(model: &Model, log: &Log, run: usize) -> Log {
             .collect()
     };
     let single = |column: &Option<Vec<Option<f64>>>| Some(thinned_reading(model, log, column.as_ref()?, &runs));
-    let joints = |columns: &[Option<Vec<Option<f64>>>]| -> Vec<Option<Vec<Option<f64>>>> {
-        columns.iter().zip(&log.cmd).map(|(c, cmd)| Some(thinned_joint(c.as_ref()?, cmd, &runs))).collect()
-    };
+    let joints = |columns: &[Option<Vec<Option<f64>>>]| thinned_joints(columns, &log.cmd, &runs);
     Log {
         name: log.name.clone(),
         sha256: log.sha256.clone(),

@@ -52,12 +52,7 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
-    let tracked = |l: &&Log| l.instruments.scalar().is_none() && !l.tcp_m.is_empty();
-    if let Some(log) = logs.iter().find(|l| !tracked(l)) {
-        let single = log.instruments.scalar().is_some();
-        let found = if single { "readings of a ballbar or a dial" } else { "no columns `x_mm,y_mm,z_mm`" };
-        return Err(Error::bad(Place::file(&log.name), found, "a run measured with a tracker (`x_mm,y_mm,z_mm`)"));
-    }
+    refuse_untracked(logs)?;
     let by_gears = geared(robot, logs);
     let (robot, logs) = (by_gears.robot.as_ref(), by_gears.logs.as_ref());
     for log in logs {
@@ -113,6 +108,15 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
         measured::kept_in_mind(axis, run, changed.then(|| previous.on(axis)), &mut next);
     }
     Ok(next)
+}
+
+/// Refuses runs that no tracker has measured.
+fn refuse_untracked(logs: &[Log]) -> Result<()> {
+    let tracked = |l: &&Log| l.instruments.scalar().is_none() && !l.tcp_m.is_empty();
+    let Some(log) = logs.iter().find(|l| !tracked(l)) else { return Ok(()) };
+    let single = log.instruments.scalar().is_some();
+    let found = if single { "readings of a ballbar or a dial" } else { "no columns `x_mm,y_mm,z_mm`" };
+    Err(Error::bad(Place::file(&log.name), found, "a run measured with a tracker (`x_mm,y_mm,z_mm`)"))
 }
 
 /// Puts the laws of the joints to known values, about which corrections are estimated, and fits the rest.

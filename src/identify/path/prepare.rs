@@ -138,21 +138,8 @@ pub fn deadband(log: &Log, axis: usize, robot: &Robot) -> f64 {
 
 /// Bins of `log` for the axes `free`.
 pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
-    let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
-    if log.poses {
-        return refuse(
-            "settled poses (no column `t_s`)",
-            "samples of a motion with times `t_s` (use `identify static` for dwells)",
-        );
-    }
-    if log.tcp_m.is_empty() {
-        return refuse("no columns `x_mm,y_mm,z_mm`", "the measured TCP of each row");
-    }
+    let valid = measured(log)?;
     let want = forward(log, robot);
-    let valid: Vec<usize> = (0..log.len()).filter(|&i| log.tcp_m[i].is_some()).collect();
-    if valid.len() < 100 {
-        return refuse(&format!("{} with a measured TCP", counted(valid.len(), "row")), "at least 100");
-    }
     let tracks: Vec<(usize, Vec<Run>)> = free
         .iter()
         .map(|&a| (a, runs(&Track::new(&log.t_s, &log.cmd[a], deadband(log, a, robot)))))
@@ -199,6 +186,25 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
         .collect();
     out.corner = corners_of(log, &out.joints, &kept);
     Ok(out)
+}
+
+/// Rows with a measured TCP; refuses a log without enough of them.
+fn measured(log: &Log) -> Result<Vec<usize>> {
+    let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
+    if log.poses {
+        return refuse(
+            "settled poses (no column `t_s`)",
+            "samples of a motion with times `t_s` (use `identify static` for dwells)",
+        );
+    }
+    if log.tcp_m.is_empty() {
+        return refuse("no columns `x_mm,y_mm,z_mm`", "the measured TCP of each row");
+    }
+    let valid: Vec<usize> = (0..log.len()).filter(|&i| log.tcp_m[i].is_some()).collect();
+    if valid.len() < 100 {
+        return refuse(&format!("{} with a measured TCP", counted(valid.len(), "row")), "at least 100");
+    }
+    Ok(valid)
 }
 
 /// Bins with corners of commands.

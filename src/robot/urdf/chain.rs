@@ -99,22 +99,6 @@ pub(super) fn build(
     let mut joints = Vec::with_capacity(moving.len());
     for (row, &k) in table.rows.iter().zip(&moving) {
         let e = &chain[k];
-        let follows = match &e.mimic {
-            Some((driver, ratio, _)) => {
-                let joint = moving.iter().position(|&m| chain[m].name == *driver && chain[m].mimic.is_none());
-                let names = || (e.name.clone(), driver.clone());
-                let joint = joint.ok_or_else(|| {
-                    let (joint, driver) = names();
-                    Mimics::Elsewhere { joint, driver }
-                })?;
-                if chain[moving[joint]].kind != e.kind {
-                    let (joint, driver) = names();
-                    return Err(Mimics::OtherKind { joint, driver });
-                }
-                Some(Follow { joint, ratio: *ratio })
-            }
-            None => None,
-        };
         joints.push(Joint {
             name: e.name.clone(),
             kind: e.kind.unwrap_or(JointKind::Revolute),
@@ -129,7 +113,7 @@ pub(super) fn build(
             max_accel: None,
             lead_m_per_rev: None,
             pulses: None,
-            follows,
+            follows: follows(chain, &moving, e)?,
         });
     }
     let (mut base, tool) = (world.inverse() * table.base, flange.inverse() * t);
@@ -137,6 +121,21 @@ pub(super) fn build(
     let mut robot = Robot::new(title.to_string(), Convention::Standard, joints, base, tool).with_flange(table.tool);
     robot.links = link_masses(chain, &moving, &links, masses, &table.frames);
     Ok(robot)
+}
+
+/// Which of the moving joints an element follows, if any.
+fn follows(chain: &[Element], moving: &[usize], e: &Element) -> Result<Option<Follow>, Mimics> {
+    let Some((driver, ratio, _)) = &e.mimic else { return Ok(None) };
+    let names = || (e.name.clone(), driver.clone());
+    let Some(joint) = moving.iter().position(|&m| chain[m].name == *driver && chain[m].mimic.is_none()) else {
+        let (joint, driver) = names();
+        return Err(Mimics::Elsewhere { joint, driver });
+    };
+    if chain[moving[joint]].kind != e.kind {
+        let (joint, driver) = names();
+        return Err(Mimics::OtherKind { joint, driver });
+    }
+    Ok(Some(Follow { joint, ratio: *ratio }))
 }
 
 /// A base that is only turned about the first axis stands still, and the first joint starts from there: controllers that count poses from
