@@ -74,3 +74,34 @@ fn no_added_point_is_nearer_to_the_end_than_what_a_motion_starts_before_it() {
         .success()
         .stderr(predicates::str::contains("would start late"));
 }
+
+/// A joint motion of 80 deg of J1 takes 0.38 s at the largest speed of the robot file (210 deg/s): the point just after the reversal of J1 stands far
+/// before the last tenth of a second, and within the last minute.
+#[test]
+fn a_joint_motion_takes_points_from_which_the_joints_need_longer_than_what_starts_before_its_end() {
+    let desk = Desk::new(0.0);
+    let config = std::fs::read_to_string(bundled("configs/fanuc-m10ia.yaml")).unwrap();
+    desk.write("robot.yaml", &config);
+    desk.write(
+        "model.yaml",
+        "schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect: backlash, joint: J1, half_gap_deg: 0.02}\n",
+    );
+    let there = |options: &str| {
+        let text = program("");
+        let last = text.lines().find(|l| l.contains("L P[2]")).unwrap();
+        let back =
+            format!("   2:J P[2] 100% FINE    ;\n   3:J P[1] 100% FINE {options}    ;\n   4:J P[2] 100% FINE    ;");
+        text.replace(last, &back).replace("LINE_COUNT\t= 2", "LINE_COUNT\t= 4")
+    };
+    let added = |options: &str| {
+        desk.write("p.ls", &there(options));
+        let run = desk.run("rewrite --model model.yaml p.ls --output out.ls --replace --json").success();
+        let document: serde_json::Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+        document["inserted"].as_u64().unwrap()
+    };
+    let whole = added("");
+    assert!(whole >= 2);
+    assert_eq!(added("TB .10sec,DO[1]=ON"), whole);
+    assert_eq!(added("TB 60.00sec,DO[1]=ON"), whole - 1);
+    assert_eq!(added("DB 20.0mm,DO[1]=ON"), whole - 1);
+}

@@ -228,8 +228,13 @@ fn clear_end(run: &Run, robot: &Robot, m: &Move, step: usize, goal: &[f64], edit
         // a gantry goes straight without one
         None => (robot.tcp_m(&p.q) - robot.tcp_m(goal)).norm(),
     };
+    // no sooner than at the largest speeds of the joints
+    let left_s = |p: &NewPoint| {
+        let joints = robot.axis_joints().zip(p.q.iter().zip(goal));
+        joints.filter_map(|(j, (from, to))| Some((to - from).abs() / j.max_speed?)).fold(0.0, f64::max)
+    };
     let all = edit.before.len();
-    edit.before.retain(|p| left_m(p) >= trigger.way_m);
+    edit.before.retain(|p| left_m(p) >= trigger.way_m && (trigger.time_s == 0.0 || left_s(p) >= trigger.time_s));
     (all - edit.before.len()) as u64
 }
 

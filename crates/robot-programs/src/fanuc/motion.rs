@@ -2,7 +2,7 @@
 
 use super::reason::Reason;
 use super::statement::{Statement, has, index, is_position, is_register};
-use super::triggers::{self, Action};
+use super::triggers::{self, Action, Start};
 use crate::script::cursor::strip_word;
 use crate::script::{self, EndTrigger, Few, PathKind, Span, Speed, Text};
 use std::ops::Range;
@@ -312,7 +312,8 @@ fn read_options(
     }
 }
 
-/// What it runs near its end. A new point stands before that where the way tells how far before the end it starts; else none may be added.
+/// What it runs near its end. A new point stands before that where the way or the time tells how far before the end it starts; else none may be
+/// added.
 ///
 /// `option = ("TA" | "TB" | "DB") ...`
 fn read_triggers(text: &Text, words: &[Range<usize>], from: usize, said: &mut MotionInstruction) {
@@ -320,13 +321,17 @@ fn read_triggers(text: &Text, words: &[Range<usize>], from: usize, said: &mut Mo
     said.actions = found.actions;
     let straight = said.path == PathKind::Linear;
     for start in found.starts {
-        match start.way_m(said.speed).filter(|_| straight) {
-            Some(way_m) => {
-                let way_m = said.end_trigger.as_ref().map_or(way_m, |known| known.way_m.max(way_m));
-                said.end_trigger = Some(EndTrigger { way_m, why: Reason::StartsBeforeEnd.into() });
+        let (way_m, time_s) = match (start.way_m(said.speed).filter(|_| straight), start) {
+            (Some(way_m), _) => (way_m, 0.0),
+            (None, Start::Time(s)) => (0.0, s),
+            _ => {
+                close(said, Reason::StartsBeforeEnd);
+                continue;
             }
-            None => close(said, Reason::StartsBeforeEnd),
-        }
+        };
+        let before = said.end_trigger.as_ref().map_or((0.0, 0.0), |known| (known.way_m, known.time_s));
+        let [way_m, time_s] = [f64::max(way_m, before.0), f64::max(time_s, before.1)];
+        said.end_trigger = Some(EndTrigger { way_m, time_s, why: Reason::StartsBeforeEnd.into() });
     }
 }
 

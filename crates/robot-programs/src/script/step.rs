@@ -234,12 +234,14 @@ impl How {
     }
 }
 
-/// Something that a straight motion starts at a distance before its goal, by the last of its pieces: a new point nearer to the goal would
+/// Something that a motion starts at a distance or a time before its goal, by the last of its pieces: a new point nearer to the goal would
 /// delay it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndTrigger {
     /// Way of the TCP to the goal that no new point may shorten, m.
     pub way_m: f64,
+    /// Time to the goal that no new point may shorten, s: the joints must not be able to come from there sooner.
+    pub time_s: f64,
     /// Why no point may be there.
     pub why: Reason,
 }

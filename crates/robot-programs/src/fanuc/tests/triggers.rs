@@ -97,14 +97,15 @@ fn a_motion_on_which_a_program_reads_the_place_keeps_its_goal() {
 
 #[test]
 fn no_point_may_stand_where_it_would_delay_what_a_motion_starts_before_its_end() {
-    // the way that no point may shorten, and whether no point may be added at all
-    for (motion, way_m, closed) in [
-        ("L P[1] 100mm/sec CNT50 DB 200mm,DO[1]=ON", Some(0.2), false),
-        ("L P[1] R[1]mm/sec CNT50 DB 20.0mm,P-SPS", Some(0.02), false),
-        ("L P[1] 100mm/sec CNT50 TB 2.00sec,CALL GLUE", Some(0.2), false),
-        ("L P[1] 60cm/min CNT50 TB .50sec,P-SPS", Some(0.005), false),
-        ("L P[1] R[1]mm/sec CNT50 TB 2.00sec,CALL GLUE", None, true),
-        ("J P[1] 100% CNT50 TB .10sec,P-SPS", None, true),
+    // the way and the time that no point may shorten, and whether no point may be added at all
+    for (motion, left, closed) in [
+        ("L P[1] 100mm/sec CNT50 DB 200mm,DO[1]=ON", Some((0.2, 0.0)), false),
+        ("L P[1] R[1]mm/sec CNT50 DB 20.0mm,P-SPS", Some((0.02, 0.0)), false),
+        ("L P[1] 100mm/sec CNT50 TB 2.00sec,CALL GLUE", Some((0.2, 0.0)), false),
+        ("L P[1] 60cm/min CNT50 TB .50sec,P-SPS", Some((0.005, 0.0)), false),
+        ("L P[1] R[1]mm/sec CNT50 TB 2.00sec,CALL GLUE", Some((0.0, 2.0)), false),
+        ("J P[1] 100% CNT50 TB .10sec,P-SPS", Some((0.0, 0.1)), false),
+        ("J P[1] 100% CNT50 TB R[1]sec,P-SPS", None, true),
         ("J P[1] 100% CNT50 DB 20.0mm,DO[1]=ON", None, true),
         ("L P[1] 100mm/sec CNT50 DB R[1]mm,DO[1]=ON", None, true),
         ("J P[1] 100% CNT50 DB 0.0mm,DO[1]=ON", None, false),
@@ -113,9 +114,9 @@ fn no_point_may_stand_where_it_would_delay_what_a_motion_starts_before_its_end()
     ] {
         let script = script(motion, &[], &[]);
         let (_, m) = script.moves().next().unwrap();
-        let found = m.end_trigger.as_ref().map(|t| t.way_m);
-        let near = found.zip(way_m).is_none_or(|(a, b)| (a - b).abs() < 1e-12);
-        assert!(near && found.is_some() == way_m.is_some(), "{motion}: {found:?}");
+        let found = m.end_trigger.as_ref().map(|t| (t.way_m, t.time_s));
+        let near = found.zip(left).is_none_or(|(a, b)| (a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-12);
+        assert!(near && found.is_some() == left.is_some(), "{motion}: {found:?}");
         let late = |why: &crate::script::Reason| why.to_string().contains("would start late");
         assert_eq!(m.closed.as_ref().map(late), closed.then_some(true), "{motion}");
     }
