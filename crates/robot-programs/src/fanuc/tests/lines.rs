@@ -150,8 +150,9 @@ fn german_words_for_actions_tools_and_loads_are_known() {
     .as_bytes());
     let m = moves(d.as_ref());
     assert!(m.iter().all(|m| matches!(m.1.goal, Goal::Joints(_))), "{m:?}");
-    let closed: Vec<bool> = m.iter().map(|m| m.1.closed.is_some()).collect();
-    assert_eq!(closed, [true, false, false, false], "a time before the end of a joint motion");
+    assert!(m.iter().all(|m| m.1.closed.is_none()), "{m:?}");
+    let starts: Vec<Option<f64>> = m.iter().map(|m| m.1.end_trigger.as_ref().map(|t| t.time_s)).collect();
+    assert_eq!(starts, [Some(0.1), None, None, None], "a time before the end of a joint motion");
     let breaks: Vec<Break> =
         d.script().steps.iter().filter_map(|s| if let StepKind::Break(b) = s.kind { Some(b) } else { None }).collect();
     assert_eq!(breaks, [Break::Start, Break::Call, Break::Jump]);
