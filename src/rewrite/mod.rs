@@ -34,6 +34,7 @@
 //! - `earlier`: results of an earlier rewrite among the programs of a folder
 //! - `foreign`: what stands in a folder of results and is none
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
+//! - `milliseconds`: programs whose times are probably milliseconds in a column of seconds
 //! - `radians`: programs whose angles are probably radians under names that say degrees
 //! - [`near`]: two programs as text, equal but for numbers within a tolerance (checks)
 //! - `original`: the bytes of a program as it was, kept in the note beside its rewritten form: zlib, base64. `undo` brings them

@@ -11,6 +11,7 @@
 //! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
 //! - [`table`]: a robot from the Denavit-Hartenberg table of a data sheet.
 //! - [`plausible`]: whether the numbers can be those of a machine.
+//! - `flip`: which of two wrists the maker calls flipped.
 //! - [`gap_of`]: joints whose gap belongs to a sum of axes.
 //! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
 //!

@@ -1,5 +1,5 @@
 //! What a reader of a gaps document should know, as data: one enum for each kind of identification. Code compares the variants; the
-//! words are for readers.
+//! words are for readers, with values in the units of documents (`unit`).
 
 pub mod commands;
 pub mod deadzone;

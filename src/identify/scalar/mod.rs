@@ -5,7 +5,7 @@
 //! reversals and a lag of every joint that moves, a zero offset of every joint, and what the instrument does not know of itself
 //! (centre and length of a ballbar, zero and tilt of a dial; [`crate::machine::measurement`]). Gaps are free; the rest has weak
 //! priors ([`design`]), so that a single reading a row is enough. Residuals are whitened by an autoregressive model of first order
-//! that is estimated from them ([`solve`]).
+//! that is estimated from them ([`solve`]). `setup` holds the instrument as the user gives it, and refuses readings that no robot makes.
 //!
 //! A single reading does not see every joint. One whose standard deviation is too large for a gap of the usual size is listed as
 //! not determined, with the reason, and gets no gap.

@@ -5,6 +5,7 @@
 //! - [`frame`]: the tracker's frame from both approaches averaged.
 //! - [`deviation`]: each joint's deviation from its command by the inverse of that one joint. Half the difference between the
 //!   two approaches is the half gap: everything that does not depend on the side (geometry, gravity, frame) cancels.
+//! - `tested`: what the pairs of one joint gave, place by place; `stop`: a dial that reads nothing.
 //! - [`creep`]: what the servo still works off within a dwell, so that the gap is that at rest.
 //! - [`drift`]: what moves steadily, which looks like a gap.
 //! - [`summary`]: gross errors, pure error between cycles, intervals, and the test whether the gap varies with position.

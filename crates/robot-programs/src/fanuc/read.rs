@@ -1,4 +1,4 @@
-//! A program's text into its script.
+//! A program's text into its script; `triggered`: what a motion runs near its end.
 
 mod triggered;
 

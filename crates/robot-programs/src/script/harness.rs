@@ -1,7 +1,7 @@
 //! What the tests of the vendor formats share: edits at random, the program read again and compared step by step, and damage.
 //!
 //! One comparison serves all: every new point is there and stands where it was asked for, within half a last digit that is no
-//! coarser than asked for or than the format can hold; every other step is as it was.
+//! coarser than asked for or than the format can hold; every other step is as it was (`compare`).
 
 mod compare;
 
