@@ -168,6 +168,12 @@ fn made_and_scored(plan: &[case::Kind], seed: u64) -> Vec<score::Score> {
         .collect()
 }
 
+/// Figures of the table by how their names begin.
+fn rates(scores: &[score::Score]) -> impl Fn(&str) -> f64 {
+    let figures = table::figures(scores);
+    move |what| figures.iter().find(|f| f.what.starts_with(what)).expect("a figure of the table").rate()
+}
+
 /// One case of most kinds: whether the parts work together.
 #[test]
 fn smallest_set() {
@@ -175,8 +181,7 @@ fn smallest_set() {
     let plan = [Single(10.0, 1), Single(10.0, 4), Single(10.0, 8), Null, Pair, Bad(4)];
     let scores = made_and_scored(&plan, 77);
     println!("{}", table::report(&scores));
-    let figures = table::figures(&scores);
-    let rate = |what: &str| figures.iter().find(|f| f.what.starts_with(what)).expect("a figure of the table").rate();
+    let rate = rates(&scores);
     assert!(rate("null: something named") == 0.0);
     assert!(rate("bad file") == 1.0);
     assert!(rate("single 10 MDB: right") >= 0.6);
@@ -193,8 +198,7 @@ fn fast_set() {
     plan.extend([Outside(0), Outside(3), Bad(0), Bad(4), Bad(8)]);
     let scores = made_and_scored(&plan, 77);
     println!("{}", table::report(&scores));
-    let figures = table::figures(&scores);
-    let rate = |what: &str| figures.iter().find(|f| f.what.starts_with(what)).expect("a figure of the table").rate();
+    let rate = rates(&scores);
     assert!(rate("null: something named") == 0.0);
     assert!(rate("bad file") == 1.0);
     assert!(rate("single 10 MDB: right") >= 0.85);
