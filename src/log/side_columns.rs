@@ -6,8 +6,10 @@
 use super::Log;
 use super::note::Note;
 use crate::error::{Error, Place, Result};
+use crate::numerics::linear;
 use crate::numerics::robust::lower_quantile;
 use crate::robot::{Joint, JointKind, Robot};
+use nalgebra::DMatrix;
 
 /// Fewest rows that say something.
 const FEWEST: usize = 10;
@@ -16,7 +18,8 @@ const SURELY_MILLISECONDS_S: f64 = 25.0;
 
 /// Slope of a sensor over its command beyond which its unit or scale is wrong: gears and encoders err by some per cent at most.
 const SLOPES: [f64; 2] = [0.9, 1.1];
-/// Slope within which nothing is noted, and the correlation from which it is known that well: play makes a loop and not a slope.
+/// Slope within which nothing is noted, and the correlation from which it is known that well: play makes a loop and not a slope, and a
+/// motor that its controller moves for another joint too (a coupled wrist) follows its own command with a slope that is no scale.
 const USUAL_SLOPES: [f64; 2] = [0.97, 1.03];
 const STRAIGHT: f64 = 0.999;
 /// Sensors per unit of the command, and what they are then in: of angles, and of lengths.
@@ -70,7 +73,9 @@ pub(super) fn sensors(log: &Log, robot: &Robot, known: bool, notes: &mut Vec<Not
             }
             // the angle of a screw goes by its lead, which `identify screw` checks
             if known && !angle && correlation.abs() > FOLLOWS {
-                scaled(log, joint, what, slope)?;
+                if explained(log, axis, column).is_some_and(|share| share > STRAIGHT * STRAIGHT) {
+                    scaled(log, joint, what, slope)?;
+                }
                 if correlation > STRAIGHT && !(USUAL_SLOPES[0]..=USUAL_SLOPES[1]).contains(&slope) {
                     notes.push(Note::Slope { column: name, joint: joint.name.clone(), slope });
                     continue;
@@ -154,6 +159,32 @@ fn line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     let sum = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|p| f(p.0 - mc, p.1 - mv)).sum::<f64>();
     let (cc, cv, vv) = (sum(&|c, _| c * c), sum(&|c, v| c * v), sum(&|_, v| v * v));
     (pairs.len() >= FEWEST && cc / n > 1e-6 && vv > 0.0).then(|| (cv / cc, cv / (cc * vv).sqrt()))
+}
+
+/// Share of the variance of a sensor that its command explains, with its speed beside it where rows have times: a sensor that lags has
+/// a loop as well, and is as straight as one that does not.
+fn explained(log: &Log, axis: usize, column: &[Option<f64>]) -> Option<f64> {
+    let (cmd, t) = (&log.cmd[axis], &log.t_s);
+    let speed = |i: usize| -> f64 {
+        let (a, b) = (i.saturating_sub(1), (i + 1).min(cmd.len() - 1));
+        if log.poses || t[b] <= t[a] { 0.0 } else { (cmd[b] - cmd[a]) / (t[b] - t[a]) }
+    };
+    let rows: Vec<(usize, f64)> = column.iter().enumerate().filter_map(|(i, v)| v.map(|v| (i, v))).collect();
+    let n = rows.len() as f64;
+    let mean = rows.iter().map(|r| r.1).sum::<f64>() / n;
+    let all: f64 = rows.iter().map(|r| (r.1 - mean).powi(2)).sum();
+    let y: Vec<f64> = rows.iter().map(|r| r.1).collect();
+    let ones = vec![1.0; y.len()];
+    let of = |columns: usize| {
+        let design = DMatrix::from_fn(y.len(), columns, |r, c| match c {
+            0 => 1.0,
+            1 => cmd[rows[r].0],
+            _ => speed(rows[r].0),
+        });
+        linear::weighted(&design, &y, &ones)
+    };
+    let fit = of(3).or_else(|| of(2))?;
+    (all > 0.0).then(|| 1.0 - fit.residual / all)
 }
 
 /// A joint that is so many times faster than it can be in this share of the rows is no such column: rows out of order, or another unit.

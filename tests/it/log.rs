@@ -384,6 +384,18 @@ fn hygiene_refuses_joint_sensors_that_do_not_follow_their_commands_one_to_one() 
     for factor in [0.98, 1.0, 1.02] {
         assert!(with(factor).unwrap().is_empty(), "{factor}");
     }
+    // a motor that also turns for another joint, as in a coupled wrist: no scale mends it
+    let mut coupled = good.clone();
+    coupled.tcp_m.fill(None);
+    coupled.enc = vec![None; 6];
+    coupled.cmd[4] = coupled.t_s.iter().map(|t| 0.5 * t.sin()).collect();
+    coupled.cmd[5] = coupled.t_s.iter().map(|t| 0.5 * (t.sin() + 0.3 * (3.0 * t).sin())).collect();
+    coupled.enc[4] = Some((0..coupled.len()).map(|i| Some(coupled.cmd[4][i] + 0.2 * coupled.cmd[5][i])).collect());
+    assert!(plausibility::check(&coupled, &robot()).is_ok());
+    // a wrong scale is one under a lag too
+    coupled.enc[4] = Some(coupled.t_s.iter().map(|t| Some(0.6 * (t - 0.08).sin())).collect());
+    let refused = plausibility::check(&coupled, &robot()).unwrap_err().to_string();
+    assert!(refused.contains("`enc_A5_deg` that move 1.19"), "{refused}");
     // behind tendons the ratio is not known
     let mut log = good.clone();
     log.meas = vec![None; 6];
