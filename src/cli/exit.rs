@@ -28,6 +28,16 @@ impl Finished {
 #[error("{0}")]
 pub struct No(pub String);
 
+/// What stands beside results could not be written, and the results are in place.
+#[derive(Debug, thiserror::Error)]
+#[error("{why}; the results of {programs} programs are in place, and the next run goes on from there")]
+pub struct InPlace {
+    /// What the command that writes it says.
+    pub why: String,
+    /// Programs whose results are in place.
+    pub programs: usize,
+}
+
 /// The error of a command whose answer is no. One reason a line.
 pub fn no(why: impl Into<String>) -> anyhow::Error {
     No(why.into()).into()
@@ -43,6 +53,7 @@ pub fn code(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<Error>() {
         Some(e) => code_of(e),
         None if error.is::<No>() => 1,
+        None if error.is::<InPlace>() => UNFINISHED,
         None => INTERNAL,
     }
 }
@@ -56,11 +67,13 @@ pub fn code_of(error: &Error) -> u8 {
         Error::MendedBy { source, .. } => code_of(source),
         Error::BadInput(_) | Error::UnknownHeader(_) | Error::Setting { .. } | Error::RewrittenAlready(_) => 2,
         Error::Io { .. } => 2,
-        Error::Unfinished { .. } => 4,
+        Error::Unfinished { .. } => UNFINISHED,
         Error::Internal { .. } => INTERNAL,
     }
 }
 
+/// Of outputs that belong together and are in place in part.
+const UNFINISHED: u8 = 4;
 /// Of a mistake of the program itself: `EX_SOFTWARE` of sysexits.h.
 pub(super) const INTERNAL: u8 = 70;
 /// What is printed after a panic.
@@ -78,7 +91,7 @@ pub fn words(error: &anyhow::Error) -> String {
             _ => cause.to_string(),
         });
         // a typed error tells its own source
-        if cause.is::<Error>() || cause.is::<No>() {
+        if cause.is::<Error>() || cause.is::<No>() || cause.is::<InPlace>() {
             break;
         }
     }

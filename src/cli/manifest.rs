@@ -57,8 +57,9 @@ pub fn run(args: Args) -> Result<()> {
         (true, Some(_)) => return usage("--root with a folder", "--root with a list of paths"),
         (false, None) => return usage("a list without --root", "--root FOLDER, below which its paths stand"),
         (false, Some(root)) => {
-            let (list, _) = input::read_text(&args.input)?;
-            of_list(&shown(&args.input), &list, root, format)?
+            let list = input::read(&args.input)?.bytes;
+            input::refuse_utf16(&shown(&args.input), &list)?;
+            of_list(&shown(&args.input), list.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&list), root, format)?
         }
     };
     write(&args, &entries)

@@ -9,11 +9,18 @@ const LARGEST: u64 = 64 << 20;
 /// Collections within collections beyond which a document is refused: a parser may take a time that grows with their square.
 const DEEPEST: usize = 64;
 
-/// The line on which brackets, or dashes of lists within lists, go too deep. Brackets in words may count as well: no document of ours has
+/// The line on which brackets, dashes of lists within lists, or steps of indentation go too deep. Brackets in words may count as well: no document of ours has
 /// so many that are never closed.
 fn too_deep(text: &str) -> Option<u64> {
     let mut depth = 0usize;
+    let mut indents: Vec<usize> = Vec::new();
     for (k, line) in text.lines().enumerate() {
+        let indent = line.len() - line.trim_start_matches(' ').len();
+        if indent < line.trim_end().len() {
+            let open = indents.partition_point(|i| *i < indent);
+            indents.truncate(open);
+            indents.push(indent);
+        }
         let dashes =
             line.split(' ').take_while(|w| w.is_empty() || *w == "-" || *w == "?").filter(|w| !w.is_empty()).count();
         let content = line.split(" #").next().unwrap_or_default();
@@ -27,7 +34,7 @@ fn too_deep(text: &str) -> Option<u64> {
                 return Some(k as u64 + 1);
             }
         }
-        if dashes > DEEPEST {
+        if dashes > DEEPEST || indents.len() > DEEPEST {
             return Some(k as u64 + 1);
         }
     }
@@ -177,7 +184,8 @@ mod tests {
     #[test]
     fn a_document_nested_too_deep_is_refused_at_once() {
         let deep = |open: &str, close: &str| format!("a: {}1{}\n", open.repeat(40_000), close.repeat(40_000));
-        for text in [deep("[", "]"), deep("{a: ", "}"), format!("a:\n  {}1\n", "- ".repeat(40_000))] {
+        let indented: String = (0..2_000).map(|k| format!("{}a:\n", " ".repeat(k))).collect();
+        for text in [deep("[", "]"), deep("{a: ", "}"), format!("a:\n  {}1\n", "- ".repeat(40_000)), indented] {
             let document = Document { name: "nest.yaml", text: &text };
             let start = std::time::Instant::now();
             let read = document.parse::<serde_yaml::Value>("a document");

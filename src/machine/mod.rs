@@ -30,5 +30,5 @@ pub mod turns;
 mod wide;
 
 pub use parts::slopes;
-pub use predict::{Prediction, geometry, predict};
+pub use predict::{Prediction, geometry, predict, tcp};
 pub use trajectory::CommandTrajectory;

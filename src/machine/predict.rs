@@ -55,7 +55,7 @@ pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     let robot = geometry(&model.robot, &model.effects);
     let mut chains = vec![robot.chain().clone()];
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
-    let clock = if drive.settled() { Clock::default() } else { parts::clock(&model.effects) };
+    let clock = clock(model, drive);
     let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
     let points_m = chains
         .iter()
@@ -68,16 +68,44 @@ pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     Prediction { servo, joint, points_m }
 }
 
-/// One axis: motor side, and after the link stage.
-fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
-    let effects: Vec<&Effect> = model.effects_on(axis).collect();
-    let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);
-    let servo = drive.servo(axis, &effects, initial_gap_side);
-    let mut joint = drive.gear(axis, &effects, initial_gap_side);
+/// The TCP alone, row by row, as [`predict`] gives it, m: neither motors nor sensors are kept.
+pub fn tcp(model: &Model, drive: &CommandTrajectory) -> Vec<Vector3<f64>> {
+    let joint = (0..model.robot.dof()).par_map(|axis| after_link(model, drive, axis, &effects_on(model, axis)));
+    let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
+    let robot = geometry(&model.robot, &model.effects);
+    let registration = model.registration.as_ref();
+    let clock = clock(model, drive);
+    points(model, &Scene { trajectory: drive, chain: robot.chain(), joint: &columns, registration, clock })
+}
+
+/// The clock of what is measured.
+fn clock(model: &Model, drive: &CommandTrajectory) -> Clock {
+    if drive.settled() { Clock::default() } else { parts::clock(&model.effects) }
+}
+
+/// Effects of one axis, and the side of its gap on which it starts.
+fn effects_on(model: &Model, axis: usize) -> (Vec<&Effect>, i8) {
+    (model.effects_on(axis).collect(), model.initial_gap_side.get(axis).copied().unwrap_or(0))
+}
+
+/// One axis after its link stage.
+fn after_link(
+    model: &Model,
+    drive: &CommandTrajectory,
+    axis: usize,
+    (effects, initial_gap_side): &(Vec<&Effect>, i8),
+) -> Vec<f64> {
+    let mut joint = drive.gear(axis, effects, *initial_gap_side);
     for placed in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
         parts::add_link(drive, placed, &mut joint);
     }
-    (servo, joint)
+    joint
+}
+
+/// One axis: motor side, and after the link stage.
+fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
+    let own = effects_on(model, axis);
+    (drive.servo(axis, &own.0, own.1), after_link(model, drive, axis, &own))
 }
 
 /// One reflector over the rows.

@@ -25,16 +25,12 @@ use std::sync::Arc;
 const HEAD: u64 = 1 << 16;
 /// Bytes of memory that a byte of a vendor program takes at most: joint targets 13 to 21 (benches/vendor.py), Cartesian ones 36.
 const SCRIPT_PER_BYTE: u64 = 45;
-/// Bytes that the verdict takes beside them: it simulates a program of up to 20,000 moves before and after, 5 kB a move (1 MB: 131 to 151
-/// times the size in all).
-const VERDICT_PER_BYTE: u64 = 100;
-const VERDICT_AT_MOST: u64 = 128 << 20;
 /// Violations that are listed.
 const LISTED: usize = 20;
 
-/// Bytes of memory that a vendor program of `bytes` takes at most.
+/// Bytes of memory that a vendor program of `bytes` takes at most; the verdict asks for its own.
 fn script_memory(bytes: u64) -> u64 {
-    bytes.saturating_mul(SCRIPT_PER_BYTE) + bytes.saturating_mul(VERDICT_PER_BYTE).min(VERDICT_AT_MOST)
+    bytes.saturating_mul(SCRIPT_PER_BYTE)
 }
 
 /// What is the same for all programs of one call.

@@ -71,17 +71,17 @@ pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> 
 }
 
 /// The programs that a list names, a path below `root` on each line; blank lines and lines that begin with `#` are left out.
-/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`.
+/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`. Its bytes stand as `ls` prints them, or escaped as in a key.
 ///
 /// # Errors
 /// Bad input where a path leads out of the folder, or stands twice.
-pub fn of_list(name: &str, list: &str, root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
+pub fn of_list(name: &str, list: &[u8], root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
     let mut paths = Vec::new();
-    for (k, line) in list.lines().enumerate() {
-        let line = line.trim_end_matches('\r');
-        if !line.trim().is_empty() && !line.starts_with('#') {
-            let plain = below(line.trim_start_matches("./"));
-            paths.push(plain.ok_or_else(|| outside(name, k as u64 + 1, line))?);
+    for (k, line) in list.split(|b| *b == b'\n').enumerate() {
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        if !line.trim_ascii().is_empty() && !line.starts_with(b"#") {
+            let path = listed(line, root);
+            paths.push(path.ok_or_else(|| outside(name, k as u64 + 1, &line.escape_ascii().to_string()))?);
         }
     }
     let mut entries: Vec<Entry> = paths.par_map(|p| entry(root, p, format));
@@ -180,11 +180,33 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
     Ok(entries)
 }
 
+/// The path of a line of a list: one that exists by these very bytes, or that of a key.
+#[cfg(unix)]
+fn listed(line: &[u8], root: &Path) -> Option<PathBuf> {
+    use std::os::unix::ffi::OsStrExt;
+    let plain = inside(Path::new(std::ffi::OsStr::from_bytes(line)));
+    let exists = plain.as_ref().is_some_and(|p| root.join(p).symlink_metadata().is_ok());
+    let escaped = || std::str::from_utf8(line).ok().and_then(|key| below(key.trim_start_matches("./")));
+    if exists { plain } else { escaped().or(plain) }
+}
+
+#[cfg(not(unix))]
+fn listed(line: &[u8], _root: &Path) -> Option<PathBuf> {
+    below(std::str::from_utf8(line).ok()?.trim_start_matches("./"))
+}
+
+/// A path that stays below its folder, without doubled separators and `.` between them.
+fn inside(path: &Path) -> Option<PathBuf> {
+    let parts = || path.components().filter(|c| !matches!(c, Component::CurDir));
+    let inside = parts().all(|c| matches!(c, Component::Normal(_)));
+    (inside && parts().next().is_some()).then(|| parts().collect())
+}
+
 /// The path of a key, if it stays below its folder, without doubled separators and `.` between them.
 pub fn below(key: &str) -> Option<PathBuf> {
-    let path = path_of(key)?;
-    let inside = path.components().all(|c| matches!(c, Component::Normal(_)));
-    (inside && path.components().next().is_some()).then(|| path.components().collect())
+    path_of(key)
+        .filter(|path| path.components().all(|c| matches!(c, Component::Normal(_))))
+        .and_then(|path| inside(&path))
 }
 
 fn outside(name: &str, line: u64, key: &str) -> Error {

@@ -146,8 +146,7 @@ impl<'a> Turning<'a> {
         if !inserted.is_empty() {
             inserted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for &(share, axis, dir, p) in &inserted {
-                let mut q = self.blended(i - 1, share);
-                q[axis] = p;
+                let q = self.on_the_way(i, (share, axis, p), &inserted);
                 let (a, b) = (self.points.t_s(i - 1), self.points.t_s(i));
                 let origin = between(self.points.origin(i - 1), self.points.origin(i), share);
                 let mut turn = Turns::default();
@@ -161,6 +160,22 @@ impl<'a> Turning<'a> {
         for (_, given) in self.points.given_in(i, i + 1) {
             path.set_given(path.end() - 1, given.clone());
         }
+    }
+
+    /// All joints at an extreme in the leg that ends at point `i`; `all`: every extreme in it. A joint stays between the ends of the leg, or an
+    /// end and its own extreme: beyond the point at which its turn is known to be it would turn twice.
+    fn on_the_way(&self, i: usize, (share, axis, p): (f64, usize, f64), all: &[(f64, usize, i8, f64)]) -> Vec<f64> {
+        let mut q = self.blended(i - 1, share);
+        for (k, v) in q.iter_mut().enumerate() {
+            let [from, to] = [i - 1, i].map(|end| self.points.q(end)[k]);
+            let ends = match all.iter().find(|own| own.1 == k) {
+                Some(&(own, .., extreme)) if share < own => [from, extreme],
+                Some(&(.., extreme)) => [extreme, to],
+                None => [from, to],
+            };
+            *v = if k == axis { p } else { v.clamp(ends[0].min(ends[1]), ends[0].max(ends[1])) };
+        }
+        q
     }
 
     /// True extreme of `axis` near its turn at point `r`: leg, share of it, value. `None`: the point itself.

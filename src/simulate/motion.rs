@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::log::Log;
-use crate::machine::{CommandTrajectory, Prediction, predict};
+use crate::machine::{CommandTrajectory, Prediction, predict, tcp};
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::Robot;
@@ -56,6 +56,36 @@ impl Motion {
         let Some(by_gears) = by_gears(model) else { return Self::of(model, drive) };
         let gears = CommandTrajectory::of_log(&by_gears.robot, &log.by_gears(&model.robot));
         Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) }
+    }
+
+    /// A program as [`Self::of_program_at`] runs it: its commands and the TCP in each row, m, without what takes most of the memory.
+    pub fn tcp_of_program_at(
+        model: &Model,
+        program: &Program,
+        t_s: &[f64],
+        rate_hz: f64,
+        at: &[usize],
+    ) -> Result<(CommandTrajectory, Vec<Vector3<f64>>)> {
+        let drive = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
+        let points = match by_gears(model) {
+            None => tcp(model, &drive),
+            Some(by_gears) => {
+                let program = program.by_gears(&model.robot);
+                let gears = CommandTrajectory::of_program_at(&by_gears.robot, &program, t_s, rate_hz, at)?;
+                tcp(&by_gears, &gears)
+            }
+        };
+        Ok((drive, points))
+    }
+
+    /// The same of the rows of a log.
+    pub fn tcp_of_log(model: &Model, log: &Log) -> (CommandTrajectory, Vec<Vector3<f64>>) {
+        let drive = CommandTrajectory::of_log(&model.robot, log);
+        let points = match by_gears(model) {
+            None => tcp(model, &drive),
+            Some(by_gears) => tcp(&by_gears, &CommandTrajectory::of_log(&by_gears.robot, &log.by_gears(&model.robot))),
+        };
+        (drive, points)
     }
 
     fn of(model: &Model, drive: CommandTrajectory) -> Self {

@@ -139,3 +139,14 @@ fn messages_name_their_file_and_agree_in_number() {
     let out = bench.0.run("undo o.csv --output back.csv").ends_with(1);
     assert!(out.stderr.contains("the bytes of standard input (a stream"), "{}", out.stderr);
 }
+
+/// The verdict starts the machine on the side that the option states: the first target is right with it, and would be off by a gap without.
+#[test]
+fn the_verdict_knows_from_which_side_a_joint_comes() {
+    let bench = Bench::new();
+    let rows: String = (0..6).map(|j| format!("{}.0000,400.0000,-10.0000\n", 500 + 10 * j)).collect();
+    std::fs::write(bench.0.join("p.csv"), format!("x_mm,y_mm,z_mm\n{rows}")).unwrap();
+    let out = bench.rewrite("p.csv --output o.csv --initial-direction X=-").ends_with(0);
+    assert!(out.text().contains("better: path error"), "{}", out.text());
+    assert!(std::fs::read_to_string(bench.0.join("o.csv")).unwrap().contains("499.9500"));
+}

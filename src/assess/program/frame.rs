@@ -75,8 +75,8 @@ mod tests {
         };
         let points: Vec<Vector3<f64>> =
             (0..24).flat_map(|k| (0..40).map(move |i| corner(k).lerp(&corner(k + 1), f64::from(i) / 40.0))).collect();
-        let reference = Reference::new(&points, &(0..points.len()).map(|i| i as f64).collect::<Vec<_>>());
-        let own = super::super::path::lengths(&points);
+        let reference = Reference::new(points.clone(), (0..points.len()).map(|i| i as f64).collect());
+        let own = super::super::path::lengths(points.iter().copied());
         let along: Vec<f64> = own.iter().map(|a| a + 0.5e-3 * (1.0 - (a * 8.0).cos())).collect();
         let frame = Isometry3::new(Vector3::new(2.6, -1.9, 0.3), Vector3::new(0.4, 0.2, -1.0));
         let seen: Vec<Vector3<f64>> = points.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();

@@ -43,12 +43,13 @@ pub use verdict::{AtTargets, Figures, Verdict, judge};
 use crate::compensator::from_model::part_of_geometry;
 use crate::effects::{Effect, Nature, Stage};
 use crate::error::{Error, Place, Result};
+use crate::io::memory;
 use crate::log::Log;
 use crate::model::Model;
 use crate::numerics::parallel::ParMap;
 use crate::program::{Moves, Program};
 use crate::robot::Robot;
-use path::Reference;
+
 use std::collections::VecDeque;
 
 /// Seconds after a reversal within which its largest error is looked for, and before it (a step may come early).
@@ -231,33 +232,34 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     let first = before.first_directions(model);
     let sides = if anew { source::sides_of_offsets(model, before, after) } else { vec![0; first.len()] };
     for (side, (first, own)) in base.initial_gap_side.iter_mut().zip(first.into_iter().zip(sides)) {
-        *side = if own != 0 && anew {
-            own
-        } else if *side == 0 {
-            first
-        } else {
-            *side
+        *side = match [if anew { own } else { *side }, first] {
+            [0, first] => first,
+            [known, _] => known,
         };
     }
     let model = &base;
     let ideal = reference_machine(model);
     let sampling = runs::sampling(model, before, options, rows);
+    memory::require(before.name(), sampling.memory())?;
     let targets = targets::Targets::of(model, before, after);
-    let wanted = runs::simulated(&ideal, before, options, sampling, &targets.before)?;
-    let reference = Reference::new(&wanted.path_m, &wanted.path_s);
+    let mut wanted = runs::simulated(&ideal, before, options, sampling, &targets.before)?;
+    let reference = wanted.become_reference();
     if reference.length_m() <= 0.0 {
         let found = "a program that does not move the TCP";
         return Err(Error::bad(Place::file(before.name()), found, "a path"));
     }
     let mut notes = Vec::new();
-    let run = |source: &Source, at: &[usize]| match source {
-        Source::Program(_) => runs::simulated(model, source, options, sampling, at),
-        Source::Log(log) => runs::measured(&ideal, log, &reference),
+    let run = |source: &Source, at: &[usize]| {
+        let measured = match source {
+            Source::Program(_) => runs::simulated(model, source, options, sampling, at)?,
+            Source::Log(log) => runs::measured(&ideal, log, &reference)?,
+        };
+        Ok::<_, Error>((Run::new(source.name(), &measured, &reference), measured.deviations_m))
     };
-    let measured = [run(before, &targets.before)?, run(after, &targets.after)?];
-    let targets = targets.errors(&model.robot, [before, after], &wanted, measured.each_ref());
-    let first = Run::new(before.name(), &measured[0], &reference);
-    let second = Run::new(after.name(), &measured[1], &reference);
+    let (first, first_off_m) = run(before, &targets.before)?;
+    let (second, second_off_m) = run(after, &targets.after)?;
+    let off_m = [&first_off_m[..], &second_off_m];
+    let targets = targets.errors(&model.robot, [before, after], &wanted.deviations_m, off_m);
     let off = (first.length_m - second.length_m).abs();
     if off > path::SLACK_M.max(0.01 * reference.length_m()) {
         notes.push(Note::LengthsDiffer { off_m: off, length_m: reference.length_m() });

@@ -23,26 +23,25 @@ pub struct Reference {
     points: Vec<Vector3<f64>>,
     t_s: Vec<f64>,
     along: Vec<f64>,
+    /// Whether it goes on smoothly at each point; empty: straight from point to point.
+    smooth: Vec<bool>,
     /// Longest step between two points, m.
     step_m: f64,
 }
 
 /// Length of a path up to each of its points, m.
-pub fn lengths(points: &[Vector3<f64>]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let steps = points.windows(2).map(|w| (w[1] - w[0]).norm());
-    std::iter::once(0.0)
-        .chain(steps.map(|s| {
-            sum += s;
-            sum
-        }))
-        .take(points.len())
-        .collect()
+pub fn lengths(points: impl IntoIterator<Item = Vector3<f64>>) -> Vec<f64> {
+    let (mut sum, mut last) = (0.0, None);
+    let of = |point: Vector3<f64>| {
+        sum += last.replace(point).map_or(0.0, |before: Vector3<f64>| (point - before).norm());
+        sum
+    };
+    points.into_iter().map(of).collect()
 }
 
-/// The points of a path that are kept, by its length up to each: all, but where that many lie within the slack that each point of a run would
+/// The points of a path that are kept, by its length up to each; `None`: all, but where that many lie within the slack that each point of a run would
 /// be compared with very many. Then those a few micrometres apart, and both ends.
-fn thinned(along: &[f64]) -> Vec<usize> {
+fn thinned(along: &[f64]) -> Option<Vec<usize>> {
     let mut ahead = 0;
     let within = |(i, a): (usize, &f64)| {
         while ahead < along.len() && along[ahead] <= a + 2.0 * SLACK_M {
@@ -51,14 +50,17 @@ fn thinned(along: &[f64]) -> Vec<usize> {
         ahead.saturating_sub(i) as f64
     };
     let compared: f64 = along.iter().enumerate().map(within).sum();
-    let apart_m = if compared > MOST_COMPARED { 2.0 * SLACK_M * along.len() as f64 / MOST_COMPARED } else { 0.0 };
+    if compared <= MOST_COMPARED {
+        return None;
+    }
+    let apart_m = 2.0 * SLACK_M * along.len() as f64 / MOST_COMPARED;
     let mut last = f64::NEG_INFINITY;
     let keeps = |&i: &usize| {
         let keeps = along[i] - last >= apart_m || i + 1 == along.len();
         last = if keeps { along[i] } else { last };
         keeps
     };
-    (0..along.len()).filter(keeps).collect()
+    Some((0..along.len()).filter(keeps).collect())
 }
 
 /// The place of a path nearest to a point.
@@ -76,13 +78,43 @@ pub struct Nearest {
 }
 
 impl Reference {
-    pub fn new(points: &[Vector3<f64>], t_s: &[f64]) -> Self {
-        let along = lengths(points);
-        let kept = thinned(&along);
-        let points: Vec<Vector3<f64>> = kept.iter().map(|&i| points[i]).collect();
+    /// Of points and their times, s.
+    pub fn new(mut points: Vec<Vector3<f64>>, mut t_s: Vec<f64>) -> Self {
+        let mut along = lengths(points.iter().copied());
+        if let Some(kept) = thinned(&along) {
+            points = kept.iter().map(|&i| points[i]).collect();
+            [t_s, along] = [t_s, along].map(|of| kept.iter().map(|&i| of[i]).collect());
+        }
         let step_m = points.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
-        let [t_s, along] = [t_s, &along].map(|of| kept.iter().map(|&i| of[i]).collect());
-        Self { points, t_s, along, step_m }
+        Self { points, t_s, along, smooth: Vec::new(), step_m }
+    }
+
+    /// The same path bent between its points where it goes on `smooth`ly at one of them or both: the arcs of a fast arm leave the chords of rows
+    /// some millimetres apart by micrometres.
+    pub fn bent(self, smooth: Vec<bool>) -> Self {
+        if smooth.len() == self.points.len() { Self { smooth, ..self } } else { self }
+    }
+
+    /// Second derivative by time on the way after a point, times the square of its duration: from the chord's share `s` the path is
+    /// `s (s - 1) / 2` of it away.
+    fn bend(&self, i: usize) -> Vector3<f64> {
+        let second = |k: usize| {
+            let smooth = self.smooth.get(k) == Some(&true) && k > 0 && k + 1 < self.points.len();
+            let [before, after] = if smooth {
+                [k - 1, k].map(|j| (self.points[j + 1] - self.points[j], self.t_s[j + 1] - self.t_s[j]))
+            } else {
+                return None;
+            };
+            (before.1 > 0.0 && after.1 > 0.0)
+                .then(|| (after.0 / after.1 - before.0 / before.1) * (2.0 / (before.1 + after.1)))
+        };
+        let duration = self.t_s[i + 1] - self.t_s[i];
+        let mean = match (second(i), second(i + 1)) {
+            (Some(first), Some(last)) => (first + last) * 0.5,
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => return Vector3::zeros(),
+        };
+        mean * (duration * duration)
     }
 
     pub fn length_m(&self) -> f64 {
@@ -98,11 +130,18 @@ impl Reference {
         self.points[before].lerp(&self.points[i], share)
     }
 
-    /// The places nearest to the points of a run that has come `along` (scaled onto this path's length) at each: near that length of this
-    /// path, or as far after the previous place as the run has advanced since, whichever is nearer.
-    pub fn follow(&self, points: &[Vector3<f64>], along: &[f64], slack_m: f64) -> Vec<Nearest> {
+    /// The places nearest to the points of a run that has come `along` at each (times `scale` of this path's length): near that length of
+    /// this path, or as far after the previous place as the run has advanced since, whichever is nearer.
+    pub fn follow<'a>(
+        &'a self,
+        points: &'a [Vector3<f64>],
+        along: &'a [f64],
+        scale: f64,
+        slack_m: f64,
+    ) -> impl Iterator<Item = Nearest> + 'a {
         let mut before: Option<(f64, f64)> = None;
-        let of = |(point, &along): (&Vector3<f64>, &f64)| {
+        let of = move |(point, along): (&Vector3<f64>, &f64)| {
+            let along = along * scale;
             let hint = before.map(|(place, was)| place + along - was);
             // no place near the length from the start is further than one that stands there
             let hinted = hint.map_or(f64::INFINITY, |hint| (self.at(hint) - point).norm());
@@ -117,7 +156,7 @@ impl Reference {
             before = Some((near.along_m, along));
             near
         };
-        points.iter().zip(along).map(of).collect()
+        points.iter().zip(along).map(of)
     }
 
     /// The place of the path nearest to a point, near a length of it; beyond the ends by a step at most.
@@ -153,14 +192,16 @@ impl Reference {
             let share = on.clamp(0.0, 1.0);
             let beyond = self.step_m / length2.sqrt().max(f64::MIN_POSITIVE);
             let nearest = on.clamp(if i == 0 { -beyond } else { 0.0 }, if i + 1 == last { 1.0 + beyond } else { 1.0 });
-            let off = (point - a - step * nearest).norm();
+            let bend =
+                if self.smooth.is_empty() { Vector3::zeros() } else { self.bend(i) * (share * (share - 1.0) / 2.0) };
+            let off = (point - a - step * nearest - bend).norm();
             // of equal distances the place nearest in length counts: a path that comes back on itself has two
             let apart = (self.along[i] + share * length2.sqrt() - along).abs();
             if off < best.0.off_m - SAME_M || (off < best.0.off_m + SAME_M && apart < best.1) {
                 let near = Nearest {
                     off_m: off,
                     t_s: self.t_s[i] + share * (self.t_s[i + 1] - self.t_s[i]),
-                    at: a + step * nearest,
+                    at: a + step * nearest + bend,
                     direction: step.try_normalize(0.0).unwrap_or_default(),
                     along_m: self.along[i] + share * length2.sqrt(),
                 };
@@ -181,7 +222,7 @@ mod tests {
         // 2 mm out in 100,000 points, and a rest of as many
         let points: Vec<_> = (0..200_000).map(|i| Vector3::new(2e-8 * f64::from(i.min(100_000)), 0.0, 0.0)).collect();
         let t: Vec<f64> = (0..points.len()).map(|i| i as f64 * 1e-3).collect();
-        let path = Reference::new(&points, &t);
+        let path = Reference::new(points, t);
         assert!((100..2000).contains(&path.points.len()), "{}", path.points.len());
         assert!((path.length_m() - 2e-3).abs() < 1e-12);
         for x in [0.0, 0.5e-3, 1.99e-3, 2e-3] {
@@ -192,12 +233,34 @@ mod tests {
         assert_eq!(line().points.len(), 21);
     }
 
+    #[test]
+    fn a_smooth_path_bends_between_its_points_and_stays_straight_beside_a_corner() {
+        // a quarter of a circle of 0.5 m in steps of 20 mm, then straight on across it
+        let arc = (0..40).map(|k| f64::from(k) * 0.04).map(|w| Vector3::new(w.sin(), 1.0 - w.cos(), 0.0) * 0.5);
+        let mut points: Vec<_> = arc.collect();
+        let last = points[39];
+        points.extend((1..10).map(|k| last + Vector3::z() * (0.02 * f64::from(k))));
+        let t: Vec<f64> = (0..points.len()).map(|i| i as f64 * 0.1).collect();
+        let smooth = (0..points.len()).map(|i| i != 39 && i != 0).collect();
+        let straight = Reference::new(points, t);
+        let on = Vector3::new(0.46_f64.sin(), 1.0 - 0.46_f64.cos(), 0.0) * 0.5;
+        let chord = straight.nearest(&on, 0.5 * 0.46, 2e-3).off_m;
+        assert!((chord - 0.5 * (1.0 - 0.02_f64.cos())).abs() < 1e-8, "{chord}");
+        let bent = straight.bent(smooth);
+        for w in [0.03_f64, 0.46, 1.5, 1.545] {
+            let off = bent.nearest(&(Vector3::new(w.sin(), 1.0 - w.cos(), 0.0) * 0.5), 0.5 * w, 2e-3).off_m;
+            assert!(off < 1e-6, "{w}: {off}");
+        }
+        let beside = bent.nearest(&(last + Vector3::z() * 0.011), 0.5 * 1.56 + 0.011, 2e-3).off_m;
+        assert!(beside < 1e-9, "{beside}");
+    }
+
     fn line() -> Reference {
         // 0 -> 10 mm and back, one second a millimetre
         let mm = |x: f64| Vector3::new(x * 1e-3, 0.0, 0.0);
         let points: Vec<_> = (0..=10).chain((0..10).rev()).map(|x| mm(f64::from(x))).collect();
         let t: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
-        Reference::new(&points, &t)
+        Reference::new(points, t)
     }
 
     #[test]
@@ -220,7 +283,7 @@ mod tests {
     #[test]
     fn a_run_that_ends_between_rows_of_the_reference_or_starts_late_has_the_error_across_the_path_alone() {
         let points: Vec<_> = (0..=10).map(|x| Vector3::new(f64::from(x) * 1e-4, 0.0, 0.0)).collect();
-        let path = Reference::new(&points, &(0..=10).map(f64::from).collect::<Vec<_>>());
+        let path = Reference::new(points, (0..=10).map(f64::from).collect());
         for (x, along) in [(1.085e-3, 1.085e-3), (-0.06e-3, 0.0)] {
             let off = path.nearest(&Vector3::new(x, 4e-6, 0.0), along, SLACK_M).off_m;
             assert!((off - 4e-6).abs() < 1e-12, "{x}: {off}");
@@ -241,15 +304,16 @@ mod tests {
             points
         };
         let points = walk(&[(x, 1000), (y, 500)]);
-        let path = Reference::new(&points, &(0..points.len()).map(|i| i as f64).collect::<Vec<_>>());
+        let times = (0..points.len()).map(|i| i as f64).collect();
+        let path = Reference::new(points, times);
         let run = walk(&[(x, 500), (x, 20), (-x, 20), (x, 500), (y, 500)]);
-        let along: Vec<f64> = lengths(&run).iter().map(|a| a * 150.0 / 154.0).collect();
-        let off = path.follow(&run, &along, SLACK_M).iter().map(|n| n.off_m).fold(0.0, f64::max);
+        let along = lengths(run.iter().copied());
+        let off = path.follow(&run, &along, 150.0 / 154.0, SLACK_M).map(|n| n.off_m).fold(0.0, f64::max);
         assert!(off < 1e-9, "{off}");
         // what leaves the path is still seen
         let astray = walk(&[(x, 1000), (x, 10), (-x, 10), (y, 500)]);
-        let along: Vec<f64> = lengths(&astray).iter().map(|a| a * 150.0 / 152.0).collect();
-        let off = path.follow(&astray, &along, SLACK_M).iter().map(|n| n.off_m).fold(0.0, f64::max);
+        let along = lengths(astray.iter().copied());
+        let off = path.follow(&astray, &along, 150.0 / 152.0, SLACK_M).map(|n| n.off_m).fold(0.0, f64::max);
         assert!((off - 1e-3).abs() < 1e-9, "{off}");
     }
 }

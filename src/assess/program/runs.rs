@@ -23,8 +23,10 @@ const DRIFTS_M: f64 = 5.0;
 const LEAST_ROWS: f64 = 20.0;
 /// Longest path between two rows where the program is fastest, m.
 const LONGEST_STEP_M: f64 = 0.5e-3;
-/// Rate of a log, and that which a program of many rows may have in any case, Hz.
+/// Rate of a log, and that which a program of many rows may have, Hz, with the rows that a long program has for it at most: rows of some
+/// millimetres bend the path by micrometres less than the arm does, while memory and time grow with them.
 const FASTEST_HZ: f64 = 250.0;
+const LONG_ROWS: f64 = 500_000.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
 
@@ -47,6 +49,8 @@ pub struct Measured {
     pub along_m: Vec<f64>,
     /// Those of its points that are rows, evenly in time.
     pub rows: Vec<usize>,
+    /// Whether the path goes on smoothly at each of its points: no point of the program. Empty: its points stand so near that it is not asked.
+    pub smooth: Vec<bool>,
     /// How far the TCP is from where the nominal robot has it, at the requested points, m.
     pub deviations_m: Vec<Vector3<f64>>,
     pub turns: Vec<TurningPoint>,
@@ -54,6 +58,15 @@ pub struct Measured {
     pub points: usize,
     pub stops: usize,
     pub cycle_s: f64,
+}
+
+impl Measured {
+    /// The path as what runs are compared with; reversals and deviations stay.
+    pub fn become_reference(&mut self) -> Reference {
+        (self.along_m, self.rows) = Default::default();
+        let (points, t_s) = (std::mem::take(&mut self.path_m), std::mem::take(&mut self.path_s));
+        Reference::new(points, t_s).bent(std::mem::take(&mut self.smooth))
+    }
 }
 
 /// A run against the reference.
@@ -82,15 +95,15 @@ impl Run {
         // offsets make the commanded path a little longer: its length is scaled onto the reference's
         let scale = if length_m > 0.0 { reference.length_m() / length_m } else { 1.0 };
         let slack = slack_m(length_m, reference);
-        let scaled: Vec<f64> = along.iter().map(|a| a * scale).collect();
-        let near = reference.follow(&measured.path_m, &scaled, slack);
-        let (errors_m, reference_s) = measured.rows.iter().map(|&row| (near[row].off_m, near[row].t_s)).unzip();
+        let passed: Vec<[f64; 2]> =
+            reference.follow(&measured.path_m, along, scale, slack).map(|near| [near.off_m, near.t_s]).collect();
+        let (errors_m, reference_s) = measured.rows.iter().map(|&row| passed[row].into()).unzip();
         let mut run = Self {
             name: name.into(),
             length_m,
             errors_m,
             reference_s,
-            corners_m: near.iter().map(|n| n.off_m).fold(0.0, f64::max),
+            corners_m: passed.iter().map(|[off, _]| *off).fold(0.0, f64::max),
             points: measured.points,
             stops: measured.stops,
             cycle_s: measured.cycle_s,
@@ -128,19 +141,20 @@ fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
     }
 }
 
-/// Least and most rows of a run.
+/// Least and most rows of a run, and the most for its rate.
 #[derive(Debug, Clone, Copy)]
-pub struct Rows([f64; 2]);
+pub struct Rows([f64; 3]);
 
 impl Rows {
     /// Of a whole program.
     pub fn whole() -> Self {
-        Self(ROWS)
+        Self::share(1.0)
     }
 
     /// Of a stretch that is this share of a program.
     pub fn share(share: f64) -> Self {
-        Self(ROWS.map(|rows| (rows * share).max(LEAST_ROWS)))
+        let [least, most] = ROWS;
+        Self([least, most, LONG_ROWS].map(|rows| (rows * share).max(LEAST_ROWS)))
     }
 }
 
@@ -150,13 +164,23 @@ pub struct Sampling {
     pub rate_hz: f64,
     /// The path has the program's points beside its rows: a corner between two rows would be cut.
     pub corners: bool,
+    /// About so many rows and points.
+    pub rows: f64,
+}
+
+impl Sampling {
+    /// Bytes of memory that both runs and the reference take at most.
+    pub fn memory(&self) -> u64 {
+        const PER_ROW: f64 = 400.0;
+        (PER_ROW * self.rows) as u64
+    }
 }
 
 /// Rows that stand near enough everywhere.
-const FINE: Sampling = Sampling { rate_hz: FASTEST_HZ, corners: false };
+const FINE: Sampling = Sampling { rate_hz: FASTEST_HZ, corners: false, rows: 0.0 };
 
 /// How the runs of a program, and of what it became, are sampled.
-pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, most]): Rows) -> Sampling {
+pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, most, long]): Rows) -> Sampling {
     let Source::Program(program) = source else { return FINE };
     let t = times(model, program, options);
     let duration = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
@@ -170,17 +194,18 @@ pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, 
             model.robot.tcp_m(&q)
         })
         .collect();
-    let along = lengths(&path);
+    let along = lengths(path);
     let length = along.last().copied().unwrap_or(0.0);
     let rows = (length / STEP_M).clamp(least, most);
     // where a program is fast its rows stand further apart, but not so far that an arc between them is lost
     let speed = |k: usize| (along[k] - along[k - 1]) / (t[k] - t[k - 1]).max(f64::MIN_POSITIVE);
     let moving = (1..along.len()).filter(|&k| along[k] - along[k - 1] > REST).map(speed);
     let fast = moving.fold(0.0, f64::max) / LONGEST_STEP_M;
-    let most_hz = FASTEST_HZ.max(most / duration);
+    let most_hz = FASTEST_HZ.min(long / duration).max(most / duration);
     let rate_hz = (rows / duration).max(fast).min(most_hz);
     // rows of two runs stand at other places near a corner: where points are further apart than rows, they belong to the path
-    Sampling { rate_hz, corners: fast > most_hz || (program.len() as f64) < rate_hz * duration }
+    let (points, rows) = (program.len() as f64, rate_hz * duration);
+    Sampling { rate_hz, corners: fast > most_hz || points < rows, rows: points + rows }
 }
 
 /// A program, or the commands of a log, on a modelled machine; `at`: points of the program whose deviation is requested, increasing.
@@ -191,45 +216,45 @@ pub fn simulated(
     sampling: Sampling,
     at: &[usize],
 ) -> Result<Measured> {
-    let (motion, points, stops) = match source {
+    let ((drive, tcp_m), points, stops) = match source {
         Source::Program(program) => {
             let t_s = times(model, program, options);
             let corners: Vec<usize> = if sampling.corners { (0..program.len()).collect() } else { at.to_vec() };
-            let motion = Motion::of_program_at(model, program, &t_s, sampling.rate_hz, &corners)?;
-            (motion, program.len(), stops(&program.q))
+            let run = Motion::tcp_of_program_at(model, program, &t_s, sampling.rate_hz, &corners)?;
+            (run, program.len(), stops(&program.q))
         }
         Source::Log(log) => {
             refuse_poses(log)?;
-            (Motion::of_log(model, log), log.len(), stops(&log.cmd))
+            (Motion::tcp_of_log(model, log), log.len(), stops(&log.cmd))
         }
     };
-    let mut plain = vec![true; motion.len()];
-    for &(row, own) in motion.drive.rows_of_points() {
-        plain[row] = !own;
+    let (mut plain, mut smooth) = (vec![true; drive.rows()], vec![sampling.corners; drive.rows()]);
+    for &(row, own) in drive.rows_of_points() {
+        (plain[row], smooth[row]) = (!own, false);
     }
-    let rows: Vec<usize> = (0..motion.len()).filter(|&row| plain[row]).collect();
-    let t_s: Vec<f64> = rows.iter().map(|&row| motion.drive.t_s()[row]).collect();
-    let cmd = |rows: &[usize]| -> Vec<Vec<f64>> {
-        (0..model.robot.dof()).map(|a| rows.iter().map(|&row| motion.drive.command(a)[row]).collect()).collect()
-    };
-    let of_points = motion.drive.rows_of_points();
+    let rows: Vec<usize> = (0..drive.rows()).filter(|&row| plain[row]).collect();
+    let of_points = drive.rows_of_points();
     let asked: Vec<usize> = match sampling.corners {
         true => at.iter().filter_map(|&k| of_points.get(k)).map(|p| p.0).collect(),
         false => of_points.iter().map(|p| p.0).collect(),
     };
-    let nominal = commanded(model, &cmd(&asked));
-    let deviations_m = asked.iter().zip(nominal).map(|(&row, nominal)| motion.point_m(0, row) - nominal).collect();
-    let path: Vec<usize> = if sampling.corners { (0..motion.len()).collect() } else { rows.clone() };
+    let command = |axis: usize, row: usize| drive.command(axis)[row];
+    let nominal = commanded(model, &asked, command);
+    let deviations_m = nominal.zip(&asked).map(|(nominal, &row)| tcp_m[row] - nominal).collect();
+    let path: Vec<usize> = if sampling.corners { (0..drive.rows()).collect() } else { rows.clone() };
+    let t_s = drive.t_s();
+    let times = rows.first().zip(rows.last()).map(|(&first, &last)| t_s[last] - t_s[first]);
     Ok(Measured {
-        path_m: path.iter().map(|&row| motion.point_m(0, row)).collect(),
-        path_s: path.iter().map(|&row| motion.drive.t_s()[row]).collect(),
-        along_m: lengths(&commanded(model, &cmd(&path))),
+        path_m: path.iter().map(|&row| tcp_m[row]).collect(),
+        path_s: path.iter().map(|&row| t_s[row]).collect(),
+        along_m: lengths(commanded(model, &path, command)),
         deviations_m,
-        turns: turning_points(&t_s, &cmd(&rows)),
+        turns: turning_points(model.robot.dof(), &rows, command, t_s),
         rows: if sampling.corners { rows } else { (0..path.len()).collect() },
+        smooth: if sampling.corners { smooth } else { Vec::new() },
         points,
         stops,
-        cycle_s: t_s.last().copied().unwrap_or(0.0) - t_s.first().copied().unwrap_or(0.0),
+        cycle_s: times.unwrap_or(0.0),
     })
 }
 
@@ -248,13 +273,12 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
         return Err(Error::bad(Place::file(&log.name), format!("{} rows with a TCP", rows.len()), expected));
     }
     let t_s: Vec<f64> = rows.iter().map(|&r| log.t_s[r]).collect();
-    let cmd: Vec<Vec<f64>> = log.cmd.iter().map(|c| rows.iter().map(|&r| c[r]).collect()).collect();
-    let commanded_m = commanded(model, &cmd);
-    let along = lengths(&commanded_m);
-    let total = along.last().copied().unwrap_or(0.0);
+    let command = |axis: usize, row: usize| log.cmd[axis][row];
+    let along_m = lengths(commanded(model, &rows, command));
+    let total = along_m.last().copied().unwrap_or(0.0);
     let scale = if total > 0.0 { reference.length_m() / total } else { 1.0 };
     let seen: Vec<Vector3<f64>> = rows.iter().filter_map(|&r| log.tcp_m[r]).collect();
-    let along: Vec<f64> = along.iter().map(|a| a * scale).collect();
+    let along: Vec<f64> = along_m.iter().map(|a| a * scale).collect();
     let slack = slack_m(total, reference);
     let Some(frame) = frame::across(&seen, &along, reference, slack) else {
         let expected = "a path whose points do not lie on one line, so that the frame can be determined";
@@ -267,11 +291,12 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let off: Vec<Vector3<f64>> = placed.iter().zip(&near).map(|(p, n)| p - n).collect();
     let points_m: Vec<Vector3<f64>> = near.iter().zip(averaged(&t_s, &off)).map(|(n, o)| n + o).collect();
     Ok(Measured {
-        along_m: lengths(&commanded_m),
+        along_m,
         rows: (0..points_m.len()).collect(),
+        smooth: Vec::new(),
         path_m: points_m,
         deviations_m: Vec::new(),
-        turns: turning_points(&t_s, &cmd),
+        turns: turning_points(log.cmd.len(), &rows, command, &log.t_s),
         path_s: t_s,
         points: log.len(),
         stops: stops(&log.cmd),
@@ -301,27 +326,27 @@ fn averaged(t_s: &[f64], values: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-fn commanded(model: &Model, cmd: &[Vec<f64>]) -> Vec<Vector3<f64>> {
-    let rows = cmd.first().map_or(0, Vec::len);
-    let mut q = vec![0.0; cmd.len()];
-    (0..rows)
-        .map(|row| {
-            for (v, column) in q.iter_mut().zip(cmd) {
-                *v = column[row];
-            }
-            model.robot.tcp_m(&q)
-        })
-        .collect()
+/// Where the nominal robot has the TCP in some rows of commands, m.
+fn commanded<'a>(
+    model: &'a Model,
+    rows: &'a [usize],
+    command: impl Fn(usize, usize) -> f64 + 'a,
+) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    let mut q = vec![0.0; model.robot.dof()];
+    rows.iter().map(move |&row| {
+        q.iter_mut().enumerate().for_each(|(axis, v)| *v = command(axis, row));
+        model.robot.tcp_m(&q)
+    })
 }
 
-/// Reversals of every joint, in the order of time.
-fn turning_points(t_s: &[f64], cmd: &[Vec<f64>]) -> Vec<TurningPoint> {
+/// Reversals of every joint in some rows, in the order of time.
+fn turning_points(dof: usize, rows: &[usize], command: impl Fn(usize, usize) -> f64, t_s: &[f64]) -> Vec<TurningPoint> {
     let mut out = Vec::new();
-    for (axis, column) in cmd.iter().enumerate() {
+    for axis in 0..dof {
         let mut detector = ReversalDetector::new(REST, 0);
-        for (row, &position) in column.iter().enumerate() {
-            if let Movement::Reversed { at, extreme } = detector.take(row, position) {
-                out.push(TurningPoint { axis, at_s: t_s[at], command: extreme, direction: detector.direction() });
+        for (i, &row) in rows.iter().enumerate() {
+            if let Movement::Reversed { at, extreme } = detector.take(i, command(axis, row)) {
+                out.push(TurningPoint { axis, at_s: t_s[rows[at]], command: extreme, direction: detector.direction() });
             }
         }
     }

@@ -54,7 +54,7 @@ impl Stretch {
             robot.tcp_m(&q)
         };
         let path: Vec<Vector3<f64>> = points.clone().map(&mut at).collect();
-        let along = lengths(&path);
+        let along = lengths(path.iter().copied());
         let length_m = along.last().copied().unwrap_or(0.0);
         let place = |n: usize| {
             let wanted = length_m * n as f64 / (PLACES - 1) as f64;

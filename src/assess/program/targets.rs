@@ -8,7 +8,6 @@
 //! three times the largest half gap. One that is not found is left out. Goals that stand closer to each other than twice that are points
 //! of a path, which the error along the way covers.
 
-use super::runs::Measured;
 use super::source::{Source, half_gap};
 use crate::model::Model;
 use crate::program::Program;
@@ -42,21 +41,22 @@ impl Targets {
         Self { before, after }
     }
 
-    /// Errors at them, m, before and after; `wanted`: the run of the program before on the machine without errors.
+    /// Errors at them, m, before and after. `wanted_m`, `off_m`: how far the TCP is from where the nominal robot has it, in the run of the
+    /// program before on the machine without errors, and in both runs.
     pub fn errors(
         &self,
         robot: &Robot,
         sources: [&Source; 2],
-        wanted: &Measured,
-        runs: [&Measured; 2],
+        wanted_m: &[Vector3<f64>],
+        off_m: [&[Vector3<f64>]; 2],
     ) -> Vec<[f64; 2]> {
         let [Source::Program(before), Source::Program(after)] = sources else { return Vec::new() };
         let of = |k: usize| {
             let shift = commanded(robot, after, self.after[k]) - commanded(robot, before, self.before[k]);
-            let off = runs.map(|run| run.deviations_m[k] - wanted.deviations_m[k]);
+            let off = off_m.map(|run| run[k] - wanted_m[k]);
             [off[0].norm(), (off[1] + shift).norm()]
         };
-        let known = runs.iter().chain([&wanted]).map(|run| run.deviations_m.len()).min().unwrap_or(0);
+        let known = off_m.iter().chain([&wanted_m]).map(|run| run.len()).min().unwrap_or(0);
         (0..self.before.len().min(known)).map(of).collect()
     }
 }

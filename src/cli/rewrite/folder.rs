@@ -5,8 +5,7 @@ use super::job::Source;
 use super::proof::{self, Proof};
 use super::{Args, FailOn, printed, style, summarise};
 use crate::cli::console::{say, shows_progress};
-use crate::cli::exit::Finished;
-use crate::cli::exit::{REPLACE, bad, no};
+use crate::cli::exit::{Finished, InPlace, REPLACE, bad, code, no, words};
 use crate::cli::{page, paths};
 use crate::error::{Error, Place, counted, shown};
 use crate::io::journal::{self, Towards};
@@ -86,9 +85,9 @@ impl Outputs {
         Ok(Self { summary, report })
     }
 
-    /// Writes them, and says what became of the programs.
+    /// Writes them, and says what became of the programs: also where they cannot be written, as the results are in place.
     pub(super) fn finish(
-        mut self,
+        self,
         args: &Args,
         job: &Job,
         results: Results,
@@ -99,6 +98,20 @@ impl Outputs {
             super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()))?;
             return Ok(Finished::Done);
         }
+        let written = self.write(args, job, results, lines);
+        let ended = match results {
+            Results::Check(golden) => conclude_check(args, golden, programs, lines),
+            _ => conclude(args, lines),
+        };
+        let in_place = lines.iter().filter(|l| l.status == Status::Written).count();
+        match written {
+            Err(e) if in_place > 0 && code(&e) != 0 => Err(InPlace { why: words(&e), programs: in_place }.into()),
+            Err(e) => Err(e),
+            Ok(()) => ended,
+        }
+    }
+
+    fn write(mut self, args: &Args, job: &Job, results: Results, lines: &[Line]) -> Result<()> {
         summarise(&mut self.summary, lines)?;
         let document = Batch { schema: "lostmotion/rewrite-batch/1", programs: lines };
         let json = args.json.then(|| printed(&document)).transpose()?;
@@ -110,11 +123,7 @@ impl Outputs {
             };
             page::rewrite::of_folder(job.robot, job.compensator, &shown(&args.input), lines, what)
         })?;
-        output::commit([self.summary, self.report, json])?;
-        match results {
-            Results::Check(golden) => conclude_check(args, golden, programs, lines),
-            _ => conclude(args, lines),
-        }
+        Ok(output::commit([self.summary, self.report, json])?)
     }
 }
 

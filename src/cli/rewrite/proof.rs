@@ -13,6 +13,7 @@ use crate::cli::page::rewrite::Shown;
 use crate::compensator::Predicted;
 use crate::error::is_stdio;
 use crate::io::input;
+use crate::model::Model;
 use crate::numerics::robust::median_of;
 use crate::rewrite::batch::Texts;
 use crate::rewrite::job::Job;
@@ -126,7 +127,9 @@ pub(super) fn of_texts(
     let assessed = input::read(original).and_then(|bytes| {
         let before = reading.load(original, bytes)?;
         let after = reading.written(original, texts()?)?;
-        program::assess(model, &program::Source::Program(&before), &program::Source::Program(&after), &options)
+        // the joints come from the sides that the offsets of the first targets are for
+        let model = Model { initial_gap_side: job.options.initial_direction.clone(), ..model.clone() };
+        program::assess(&model, &program::Source::Program(&before), &program::Source::Program(&after), &options)
     });
     Some(match assessed {
         Ok(a) => Proof::Proven(Box::new(Proven::of(&a, &source.robot, &source.compensator.evidence.predicted))),

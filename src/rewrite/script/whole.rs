@@ -1,9 +1,10 @@
 //! Goals of moves on which a joint turns shortly before the end, where no point may stand on the way.
 //!
-//! With points on its way, a joint crosses its gap behind the turn, and the goal carries the offset of the new direction. Without them the
+//! With points on its way, a joint crosses its gap after the turn, and the goal carries the offset of the new direction. Without them the
 //! offset goes over from the start to the goal along the whole move, so that at the turn, at the share `s` of the move, only `s` of it is
-//! done. A joint that goes on by `leg` after the turn then stands off its goal by what is left of its gap, `s |step| - leg`; with the offset of
-//! the direction before the turn it is off by `leg`. The goal takes the better of the two.
+//! done. A joint that goes on by `leg` after the turn then stands off its goal by what is left of its gap, `s |step| - leg`. Where that is above
+//! 0 the joint stays where it stood at the turn, and the goal has the offset of the direction before it, less the `leg`: with it the joint
+//! stands at its goal by then.
 
 use super::edits::Out;
 use super::run::{Role, Run, Vertex};
@@ -37,9 +38,9 @@ pub(super) fn goal(robot: &Robot, run: &Run, vertex: &Vertex, span: &[Out], end:
         let at = ways[turn - 1];
         let before = gears(at.q)[axis] - places[turn];
         let step = (*own - goal[axis] - before).abs();
-        let leg = (goal[axis] - places[turn]).abs();
-        if step > NOTHING && leg < 0.5 * run.vertices[at.vertex].share * step {
-            (*own, changed) = (goal[axis] + before, true);
+        let leg = goal[axis] - places[turn];
+        if step > NOTHING && leg.abs() < run.vertices[at.vertex].share * step {
+            (*own, changed) = (goal[axis] + before + leg, true);
         }
     }
     robot.from_gears(&mut whole);

@@ -98,6 +98,25 @@ fn a_turn_stands_at_the_last_point_of_its_extreme_and_starts_count_as_turns() {
 }
 
 #[test]
+fn a_joint_whose_turn_stays_at_its_point_does_not_go_beyond_it_at_the_extreme_of_another() {
+    // both turn between the rows 4 and 5; only Y is smooth enough there for an extreme of its own
+    let x = [39.3183, 32.3902, 32.7295, 40.0122, 47.2832, 47.5987, 40.6575, 33.0883, 32.1198];
+    let y = [32.1993, 32.0347, 36.5360, 43.0665, 47.8007, 47.9653, 43.4640, 36.9335, 32.1993];
+    let rows: Vec<[f64; 3]> = x.iter().zip(y).map(|(&x, y)| [x * 1e-3, y * 1e-3, 0.0]).collect();
+    let times: Vec<f64> = (0..rows.len()).map(|i| i as f64 * 2.5).collect();
+    let (_, handed) = through(&Way { cubic: true, times: Some(&times), ..PLAIN }, &rows);
+    assert!(handed.iter().any(|h| h.origin != Origin::Point(h.origin.point()) && h.turns == [(1, -1)]), "{handed:?}");
+    for axis in 0..2 {
+        // between two turns the joint only goes on
+        let mut dir = 0;
+        for w in handed.windows(2) {
+            dir = w[0].turns.iter().find(|t| t.0 == axis).map_or(dir, |t| t.1);
+            assert!(f64::from(dir) * (w[1].q[axis] - w[0].q[axis]) >= 0.0, "axis {axis}: {:?} -> {:?}", w[0].q, w[1].q);
+        }
+    }
+}
+
+#[test]
 fn points_are_handed_on_when_their_turns_are_known_and_all_of_them_at_the_end() {
     // a joint that moves on: two points are held back
     let on = along_x(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);

@@ -142,16 +142,22 @@ impl Format for Krl {
 
 /// The `.dat` beside a `.src`: the same stem, as it is, in one case or capital, packed or not; the exact stem goes first.
 fn companion(path: &Path, there: &dyn Fn(&Path) -> bool) -> Option<PathBuf> {
-    let file = path.file_name().map(|n| n.to_string_lossy().into_owned())?;
-    let plain = if file.to_ascii_lowercase().ends_with(".gz") { &file[..file.len() - 3] } else { file.as_str() };
-    let (stem, _) = plain.rsplit_once('.')?;
-    let mut capital = stem.to_lowercase();
-    if let Some(first) = capital.get_mut(..1) {
-        first.make_ascii_uppercase();
-    }
-    let stems = [stem.to_string(), stem.to_lowercase(), stem.to_uppercase(), capital];
-    let names = ["dat", "DAT", "Dat", "dat.gz"].iter().flat_map(|e| stems.iter().map(move |s| format!("{s}.{e}")));
-    names.map(|n| path.with_file_name(n)).find(|p| there(p))
+    let packed = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let plain = if packed { path.with_extension("") } else { path.to_path_buf() };
+    plain.extension()?;
+    // a name that is no text has its own stem alone
+    let other_stems = plain.file_stem().and_then(|s| s.to_str()).map_or(Vec::new(), |stem| {
+        let mut capital = stem.to_lowercase();
+        if let Some(first) = capital.get_mut(..1) {
+            first.make_ascii_uppercase();
+        }
+        vec![stem.to_lowercase(), stem.to_uppercase(), capital]
+    });
+    let of_ending = |ending: &'static str| {
+        let others = other_stems.iter().map(move |s| format!("{s}.{ending}"));
+        std::iter::once(plain.with_extension(ending)).chain(others.map(|name| plain.with_file_name(name)))
+    };
+    ["dat", "DAT", "Dat", "dat.gz"].into_iter().flat_map(of_ending).find(|p| there(p))
 }
 
 impl Document for Program {

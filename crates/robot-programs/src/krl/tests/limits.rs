@@ -23,6 +23,14 @@ fn the_data_list_is_found_whatever_its_case() {
     std::fs::write(folder.join("Weld.DAT"), "DEFDAT Weld\nENDDAT\n").unwrap();
     assert_eq!(Krl.companions(&folder.join("weld.SRC"), &Files::Disk), [folder.join("Weld.DAT")]);
     assert!(Krl.companions(&folder.join("none.src"), &Files::Disk).is_empty());
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        let named = |ending: &[u8]| folder.join(std::ffi::OsStr::from_bytes(&[b"n\xe4", ending].concat()));
+        std::fs::write(named(b".dat"), "DEFDAT N\nENDDAT\n").unwrap();
+        std::fs::write(named(b"x.dat"), "DEFDAT N\nENDDAT\n").unwrap();
+        assert_eq!(Krl.companions(&named(b".src"), &Files::Disk), [named(b".dat")]);
+    }
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
