@@ -6,7 +6,7 @@ pub use super::curve::GapCurve;
 pub use super::decay::Decay;
 pub use super::effect::{Effect, EffectInstance, EffectType, Undo, UndoContext};
 pub use super::fields::Fields;
-pub use super::info::{ActsOn, AfterReversal, EffectForm, EffectInfo, Family, Nature, TypicalSize, View};
+pub use super::info::{ActsOn, AfterReversal, EffectForm, EffectInfo, Family, Nature, Special, TypicalSize, View};
 pub use super::inputs::{Geometry, Inputs, Row};
 pub use super::site::{Parameter, Site};
 pub use super::stage::Stage;

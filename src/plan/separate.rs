@@ -219,7 +219,7 @@ pub fn nested(narrow: &Alternative, wide: &Alternative) -> bool {
         });
     }
     match (narrow.effects.as_slice(), wide.effects.as_slice()) {
-        ([a], [b]) if a.target == b.target => b.effect.info().includes.contains(&a.effect.name()),
+        ([a], [b]) if a.target == b.target => b.effect.info().special.includes.contains(&a.effect.name()),
         _ => false,
     }
 }

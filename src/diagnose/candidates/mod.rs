@@ -78,7 +78,7 @@ pub fn further(problem: &Problem) -> Vec<Candidate> {
     let survey = survey(problem);
     let mut list = Vec::new();
     for info in catalogue::ALL {
-        (info.further)(&survey, &mut list);
+        (info.special.further)(&survey, &mut list);
     }
     list
 }
@@ -88,7 +88,7 @@ pub fn wider(problem: &Problem, axis: usize) -> Vec<Candidate> {
     let survey = Survey { only: Some(axis), ..survey(problem) };
     let mut list = Vec::new();
     for info in catalogue::ALL {
-        (info.further)(&survey, &mut list);
+        (info.special.further)(&survey, &mut list);
     }
     list.retain(|c| c.axis() == Some(axis));
     list

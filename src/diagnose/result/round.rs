@@ -147,7 +147,7 @@ fn at_reversals(outcome: &Outcome, placed: &EffectInstance) -> Place {
     let joint = placed.axis().map(|a| robot.axis(a).name.clone());
     let log = &outcome.problem.logs[0];
     let info = placed.effect.info();
-    let reverses = info.after_reversal != AfterReversal::Nothing;
+    let reverses = info.special.after_reversal != AfterReversal::Nothing;
     let Some(axis) = placed.axis().filter(|_| reverses && !log.log.poses) else {
         return Place { joint, description: format!("all along: {}", info.adds), t_s: Vec::new() };
     };
@@ -162,7 +162,7 @@ fn at_reversals(outcome: &Outcome, placed: &EffectInstance) -> Place {
             [digits(t.0), digits(next.min(t.0 + 2.0))]
         })
         .collect();
-    let what = if info.after_reversal == AfterReversal::Tail { "tails after" } else { "steps at" };
+    let what = if info.special.after_reversal == AfterReversal::Tail { "tails after" } else { "steps at" };
     let description = match turns.len() {
         0 => "because it moves in one direction throughout this log".into(),
         1 => format!("{what} its reversal"),

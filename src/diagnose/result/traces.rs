@@ -168,7 +168,7 @@ fn turns(outcome: &Outcome, effect: usize, log: &LogData) -> Vec<(f64, i8)> {
 
 /// Effects that show after the reversals of their joint.
 pub fn after_reversals(effect: &str) -> bool {
-    catalogue::find(effect).is_some_and(|e| e.after_reversal != AfterReversal::Nothing)
+    catalogue::find(effect).is_some_and(|e| e.special.after_reversal != AfterReversal::Nothing)
 }
 
 /// Position, direction, residual before and after of every sample that tells something about a joint.

@@ -216,7 +216,7 @@ impl<'a> Refit<'a> {
     }
 
     /// Normal matrix and gradient with the prior's.
-    fn model(&self, h: &Hypothesis, at: &Evaluated) -> Products<'static> {
+    fn model(&self, h: &Hypothesis, at: &Evaluated) -> Products {
         let mut gradient: Vec<f64> = self.sensitivities.columns().map(|c| -dot(c, &at.white)).collect();
         let mut normal = self.sensitivities.normal.clone();
         for (k, (pull, p)) in self.prior.pull(h, self.free).into_iter().zip(&self.prior.precision).enumerate() {
@@ -230,7 +230,7 @@ impl<'a> Refit<'a> {
 impl least_squares::Problem for Refit<'_> {
     type Point = Hypothesis;
     type State = Evaluated;
-    type Model = Products<'static>;
+    type Model = Products;
 
     fn evaluate(&mut self, h: &Hypothesis) -> Evaluated {
         self.start.take().unwrap_or_else(|| {
@@ -244,7 +244,7 @@ impl least_squares::Problem for Refit<'_> {
         dot(&at.white, &at.white) + self.prior.penalty(h, self.free)
     }
 
-    fn linearise(&mut self, h: &Hypothesis, at: &Evaluated) -> Products<'static> {
+    fn linearise(&mut self, h: &Hypothesis, at: &Evaluated) -> Products {
         // close to the end the sensitivities hardly change any more
         if self.gain > REFRESHED {
             let stale = self.sensitivities.moved_too_far(h, self.free, &self.moves);

@@ -173,7 +173,7 @@ impl Search<'_> {
         let plain: Vec<(String, f64)> =
             picked.iter().filter_map(|s| promised(&s.1.target)).map(|s| (s.1.target.clone(), s.0.gain)).collect();
         picked.retain(|(s, c)| {
-            !catalogue::find(c.effect).is_some_and(|e| e.includes.contains(&PLAIN))
+            !catalogue::find(c.effect).is_some_and(|e| e.special.includes.contains(&PLAIN))
                 || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
         });
         let mut trials: Vec<Trial> = picked

@@ -74,7 +74,7 @@ pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64, doubtf
 
 /// Is `wide` a form of `narrow` with more freedom?
 fn widens(wide: &str, narrow: &str) -> bool {
-    catalogue::find(wide).is_some_and(|e| e.imitates.contains(&narrow))
+    catalogue::find(wide).is_some_and(|e| e.special.imitates.contains(&narrow))
 }
 
 /// Structure in words.

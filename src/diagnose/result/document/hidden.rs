@@ -72,7 +72,7 @@ pub(super) fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
 
 /// Effects that show in motion alone.
 pub fn of_motion() -> Vec<&'static str> {
-    catalogue::ALL.iter().filter(|e| e.needs_motion).map(|e| e.name).collect()
+    catalogue::ALL.iter().filter(|e| e.special.needs_motion).map(|e| e.name).collect()
 }
 
 /// Effects of motion on joints that move in no log, or that do not move what is measured as they do.
