@@ -85,10 +85,10 @@ impl EffectType for BaseTilt {
     }
 
     fn idle(&self, site: &Site, _settled_poses: bool) -> Option<&'static str> {
-        site.robot.links.is_empty().then_some("the robot file has no `links`")
+        site.without_links()
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("it moves poses, not joints: correct it in the kinematics")
+        Undo::moves_poses()
     }
 }

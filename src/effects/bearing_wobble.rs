@@ -175,6 +175,6 @@ impl EffectType for BearingWobble {
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("it moves poses, not joints: correct it in the kinematics")
+        Undo::moves_poses()
     }
 }

@@ -13,3 +13,15 @@ pub use super::stage::Stage;
 pub use super::target::{DhParameter, Target};
 pub use super::track::{Between, Track};
 pub use crate::error::Result;
+pub use crate::numerics::robust::largest_size;
+
+/// Why an effect over time does nothing in settled poses.
+pub fn in_settled_poses(settled_poses: bool) -> Option<&'static str> {
+    settled_poses.then_some("settled poses have no time")
+}
+
+/// The column that an effect of the measured torque lacks.
+pub fn without_torque(target: Target, inputs: &dyn Inputs) -> Option<&'static str> {
+    let axis = target.axis()?;
+    inputs.measured_torque(axis).is_none().then_some("torque_<joint>_nm")
+}

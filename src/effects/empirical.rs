@@ -354,7 +354,7 @@ impl EffectType for Empirical {
     }
 
     fn magnitude(&self) -> f64 {
-        self.values().iter().fold(0.0, |m, v| m.max(v.abs()))
+        largest_size(self.values())
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {

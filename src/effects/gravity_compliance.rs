@@ -99,7 +99,7 @@ impl EffectType for GravityCompliance {
     }
 
     fn idle(&self, site: &Site, _settled_poses: bool) -> Option<&'static str> {
-        site.robot.links.is_empty().then_some("the robot file has no `links`")
+        site.without_links()
     }
 
     fn undo(&self, context: &UndoContext) -> Undo {

@@ -110,11 +110,10 @@ impl EffectType for TorqueWindup {
     }
 
     fn without_columns(&self, target: Target, inputs: &dyn Inputs) -> Option<&'static str> {
-        let axis = target.axis()?;
-        inputs.measured_torque(axis).is_none().then_some("torque_<joint>_nm")
+        without_torque(target, inputs)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("a program contains no torque")
+        Undo::needs_torque()
     }
 }

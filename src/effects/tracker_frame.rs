@@ -149,7 +149,7 @@ impl TrackerFrame {
     }
 
     /// What it does and from when on, in words.
-    pub fn said(&self) -> String {
+    pub fn describe(&self) -> String {
         let does = if self.over_s.is_none() { "jumps" } else { "drifts" };
         format!("{}: the frame of the tracker {does}", self.when())
     }

@@ -153,7 +153,7 @@ impl EffectType for Vibration {
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
-        settled_poses.then_some("settled poses have no time")
+        in_settled_poses(settled_poses)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {

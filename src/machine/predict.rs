@@ -28,7 +28,7 @@ const BEYOND: f64 = 2.0;
 pub struct Prediction {
     /// Motor side, `[axis][row]`, rad or m.
     pub servo: Vec<Vec<f64>>,
-    /// Behind gear and link stage as a joint sensor shows it, `[axis][row]`, rad or m.
+    /// After gear and link stage as a joint sensor shows it, `[axis][row]`, rad or m.
     pub joint: Vec<Vec<f64>>,
     /// Reflectors in the tracker frame (the base frame where the model has no registration), `[reflector][row]`, m. The first is the
     /// TCP.
@@ -49,33 +49,33 @@ pub fn geometry(robot: &Robot, effects: &[EffectInstance]) -> Robot {
 }
 
 /// Runs the whole chain.
-pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
+pub fn predict(model: &Model, trajectory: &CommandTrajectory) -> Prediction {
     let (servo, joint): (Vec<_>, Vec<_>) =
-        (0..model.robot.dof()).par_map(|a| axis(model, drive, a)).into_iter().unzip();
+        (0..model.robot.dof()).par_map(|a| axis(model, trajectory, a)).into_iter().unzip();
     let robot = geometry(&model.robot, &model.effects);
     let mut chains = vec![robot.chain().clone()];
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
-    let clock = if drive.settled() { Clock::default() } else { parts::clock(&model.effects) };
+    let clock = if trajectory.settled() { Clock::default() } else { parts::clock(&model.effects) };
     let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
     let points_m = chains
         .iter()
         .map(|chain| {
             let registration = model.registration.as_ref();
-            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, clock })
+            points(model, &Scene { trajectory, chain, joint: &columns, registration, clock })
         })
         .collect();
-    let joint = joint.iter().map(|j| parts::number_in_time(drive, clock, j).into_owned()).collect();
+    let joint = joint.iter().map(|j| parts::number_in_time(trajectory, clock, j).into_owned()).collect();
     Prediction { servo, joint, points_m }
 }
 
 /// One axis: motor side, and after the link stage.
-fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
+fn axis(model: &Model, trajectory: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();
     let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);
-    let servo = drive.servo(axis, &effects, initial_gap_side);
-    let mut joint = drive.gear(axis, &effects, initial_gap_side);
+    let servo = trajectory.servo(axis, &effects, initial_gap_side);
+    let mut joint = trajectory.gear(axis, &effects, initial_gap_side);
     for placed in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
-        parts::add_link(drive, placed, &mut joint);
+        parts::add_link(trajectory, placed, &mut joint);
     }
     (servo, joint)
 }

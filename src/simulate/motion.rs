@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 #[derive(Debug)]
 pub struct Motion {
     /// The commands.
-    pub drive: CommandTrajectory,
+    pub trajectory: CommandTrajectory,
     /// What the machine makes of them.
     pub prediction: Prediction,
 }
@@ -43,29 +43,29 @@ impl Motion {
 
     /// The same with rows at the points `at` of the program (increasing), too.
     pub fn of_program_at(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64, at: &[usize]) -> Result<Self> {
-        let drive = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
-        let Some(by_gears) = by_gears(model) else { return Ok(Self::of(model, drive)) };
+        let trajectory = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
+        let Some(by_gears) = by_gears(model) else { return Ok(Self::of(model, trajectory)) };
         let program = program.by_gears(&model.robot);
         let gears = CommandTrajectory::of_program_at(&by_gears.robot, &program, t_s, rate_hz, at)?;
-        Ok(Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) })
+        Ok(Self { trajectory, prediction: back(predict(&by_gears, &gears), &model.robot) })
     }
 
     /// Runs the rows of a log.
     pub fn of_log(model: &Model, log: &Log) -> Self {
-        let drive = CommandTrajectory::of_log(&model.robot, log);
-        let Some(by_gears) = by_gears(model) else { return Self::of(model, drive) };
+        let trajectory = CommandTrajectory::of_log(&model.robot, log);
+        let Some(by_gears) = by_gears(model) else { return Self::of(model, trajectory) };
         let gears = CommandTrajectory::of_log(&by_gears.robot, &log.by_gears(&model.robot));
-        Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) }
+        Self { trajectory, prediction: back(predict(&by_gears, &gears), &model.robot) }
     }
 
-    fn of(model: &Model, drive: CommandTrajectory) -> Self {
-        let prediction = predict(model, &drive);
-        Self { drive, prediction }
+    fn of(model: &Model, trajectory: CommandTrajectory) -> Self {
+        let prediction = predict(model, &trajectory);
+        Self { trajectory, prediction }
     }
 
     /// Number of rows.
     pub fn len(&self) -> usize {
-        self.drive.rows()
+        self.trajectory.rows()
     }
 
     /// Whether there are no rows.

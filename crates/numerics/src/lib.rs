@@ -11,7 +11,7 @@
 //! - [`series`]: positions between samples;
 //! - [`robust`]: median, quantiles, scale from the median, and a mean without gross errors;
 //! - [`fading`]: `exp` of many numbers at once;
-//! - [`fourier`]: discrete Fourier transforms; [`parallel`]: maps over all processors.
+//! - [`fourier`]: discrete Fourier transforms; [`halton`]: points that fill a range evenly; [`parallel`]: maps over all processors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
 //! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
@@ -26,6 +26,7 @@ pub mod derivative;
 pub mod fading;
 pub mod fisher;
 pub mod fourier;
+pub mod halton;
 pub mod least_squares;
 pub mod legendre;
 pub mod linear;

@@ -204,15 +204,15 @@ pub fn simulated(
         }
     };
     let mut plain = vec![true; motion.len()];
-    for &(row, own) in motion.drive.rows_of_points() {
+    for &(row, own) in motion.trajectory.rows_of_points() {
         plain[row] = !own;
     }
     let rows: Vec<usize> = (0..motion.len()).filter(|&row| plain[row]).collect();
-    let t_s: Vec<f64> = rows.iter().map(|&row| motion.drive.t_s()[row]).collect();
+    let t_s: Vec<f64> = rows.iter().map(|&row| motion.trajectory.t_s()[row]).collect();
     let cmd = |rows: &[usize]| -> Vec<Vec<f64>> {
-        (0..model.robot.dof()).map(|a| rows.iter().map(|&row| motion.drive.command(a)[row]).collect()).collect()
+        (0..model.robot.dof()).map(|a| rows.iter().map(|&row| motion.trajectory.command(a)[row]).collect()).collect()
     };
-    let of_points = motion.drive.rows_of_points();
+    let of_points = motion.trajectory.rows_of_points();
     let asked: Vec<usize> = match sampling.corners {
         true => at.iter().filter_map(|&k| of_points.get(k)).map(|p| p.0).collect(),
         false => of_points.iter().map(|p| p.0).collect(),
@@ -222,7 +222,7 @@ pub fn simulated(
     let path: Vec<usize> = if sampling.corners { (0..motion.len()).collect() } else { rows.clone() };
     Ok(Measured {
         path_m: path.iter().map(|&row| motion.point_m(0, row)).collect(),
-        path_s: path.iter().map(|&row| motion.drive.t_s()[row]).collect(),
+        path_s: path.iter().map(|&row| motion.trajectory.t_s()[row]).collect(),
         along_m: lengths(&commanded(model, &cmd(&path))),
         deviations_m,
         turns: turning_points(&t_s, &cmd(&rows)),

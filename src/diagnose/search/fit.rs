@@ -4,7 +4,8 @@
 //! [`crate::diagnose::problem::forward`], scaled by the columns' norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
 //! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
 
-use crate::diagnose::candidates::sensitivities::Sensitivities;
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::dot;
@@ -35,6 +36,12 @@ impl Fit {
     /// Number of free parameters.
     pub fn parameters(&self) -> usize {
         self.covariance.nrows()
+    }
+
+    /// What it leaves, off the sensitivities of everything that it fitted.
+    pub fn screening<'a>(&'a self, problem: &'a Problem, whitening: &'a Whitening) -> ScreeningContext<'a> {
+        let tangent = tangent(problem, &self.hypothesis, &self.state, &self.free, whitening);
+        ScreeningContext::new(problem, &self.hypothesis, &self.state, whitening, tangent)
     }
 
     /// Standard uncertainties of the values of the k-th free effect.
