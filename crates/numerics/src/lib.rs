@@ -2,7 +2,6 @@
 //!
 //! Read in this order:
 //! - [`least_squares`]: nonlinear least squares, one Levenberg-Marquardt; [`qr`]: the decomposition below it;
-//!   [`derivative`]: derivatives by differences, to check others;
 //! - [`linear`]: weighted linear fits by QR; [`normal_equations`]: the inverse of a normal matrix; [`legendre`]: the basis of polynomials;
 //! - [`student`], [`fisher`], [`chi_squared`], [`normal`]: tail probabilities and quantiles;
 //! - [`autoregression`]: correlated noise and its whitening; [`dependent`]: uncertainties in spite of it;
@@ -22,7 +21,6 @@
 pub mod autoregression;
 pub mod chi_squared;
 pub mod dependent;
-pub mod derivative;
 pub mod fading;
 pub mod fisher;
 pub mod fourier;
