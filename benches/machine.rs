@@ -20,7 +20,7 @@ fn robot() -> Robot {
 }
 
 /// Five joints swing at 25 Hz, the sixth rests.
-fn drive(robot: &Robot) -> CommandTrajectory {
+fn trajectory(robot: &Robot) -> CommandTrajectory {
     let t_s: Vec<f64> = (0..ROWS).map(|i| i as f64 * 0.04).collect();
     let column =
         |a: usize| t_s.iter().map(move |t| if a < 5 { 0.3 * (t * (0.05 + 0.02 * a as f64)).sin() } else { 0.1 });
@@ -29,9 +29,9 @@ fn drive(robot: &Robot) -> CommandTrajectory {
 }
 
 fn gear(bencher: divan::Bencher, effects: &[Effect]) {
-    let drive = drive(&robot());
+    let trajectory = trajectory(&robot());
     let effects: Vec<&Effect> = effects.iter().collect();
-    bencher.bench_local(|| drive.gear(0, &effects, 0));
+    bencher.bench_local(|| trajectory.gear(0, &effects, 0));
 }
 
 #[divan::bench]
@@ -81,13 +81,13 @@ fn backlash_behind_a_lag(bencher: divan::Bencher) {
 #[divan::bench]
 fn prepare(bencher: divan::Bencher) {
     let robot = robot();
-    bencher.bench_local(|| drive(&robot));
+    bencher.bench_local(|| trajectory(&robot));
 }
 
 #[divan::bench]
 fn whole_chain(bencher: divan::Bencher) {
     let robot = robot();
-    let drive = drive(&robot);
+    let trajectory = trajectory(&robot);
     let model = Model::ideal(robot);
-    bencher.bench_local(|| predict(&model, &drive));
+    bencher.bench_local(|| predict(&model, &trajectory));
 }

@@ -3,6 +3,13 @@
 //! The modules, and the one direction in which they know each other, are drawn in `docs/architecture.md`. The feature `cli`
 //! (on by default) adds the command line and the reports; without it the library needs neither.
 //!
+//! - [`robot`], [`log`], [`program`], [`model`]: what is read: an arm, a motion as measured, a program, a machine with its faults.
+//! - [`effects`]: the catalogue of faults; [`machine`]: from commands to measurements through all of them; [`simulate`]: a predicted log.
+//! - [`identify`]: logs to [`gaps`]; [`fit`]: gaps to a [`compensator`]; [`rewrite`]: a program with its offsets.
+//! - [`diagnose`]: what a model lacks of its logs; [`plan`]: motions that tell more; [`assess`]: programs, circles and lines before and after.
+//! - [`join`]: two recordings on one clock; [`learn`], [`track`]: kinematics by networks, and paths through them.
+//! - [`numerics`], [`io`], [`error`], [`name`], [`schemas`]: fits, files, refusals, file names, schemas of documents.
+//!
 //! The whole job through the API, with the samples of the repository: a robot, a log of its motion, the gaps of its joints, a
 //! compensator, a rewritten program.
 //!

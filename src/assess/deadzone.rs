@@ -43,7 +43,7 @@ pub struct JointLeft {
 }
 
 impl JointLeft {
-    /// Share of the mean size that compensation takes away; `None` where there was none to take: its interval holds 0.
+    /// Share of the mean size that compensation takes away; `None` where there was none to take: its interval contains 0.
     pub fn reduction(&self) -> Option<f64> {
         let after = self.after?;
         (self.before.ci95[0] > 0.0).then(|| 1.0 - after.mean / self.before.mean)

@@ -119,7 +119,7 @@ fn within(args: &Args, diagnosis: &Diagnosis) -> Result<()> {
     if left <= most {
         return Ok(());
     }
-    Err(no(format!("a gap of {} remains, more than --max-gap-um {most}", diagnosis.unit.said(left))))
+    Err(no(format!("a gap of {} remains, more than --max-gap-um {most}", diagnosis.unit.with(left))))
 }
 
 /// The document where the log cannot be diagnosed.

@@ -4,6 +4,7 @@ use crate::cli::exit::bad;
 use crate::cli::identify::common::{LogArgs, Opened, ResultArgs, SetupArgs, Shown};
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
+use crate::effects::Decay;
 use crate::error::Place;
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
@@ -141,9 +142,15 @@ fn table(found: &PathFound, robot: &Robot) -> String {
         ];
         match &j.stiction {
             Some(s) => {
-                let (crate::effects::Decay::Time(d) | crate::effects::Decay::Travel(d)) = s.decay;
-                row.extend([edge(s.spike), span(s.ci95), format!("{d:.2}")]);
-                row.push(format!("{:.2} .. {:.2}", s.decay_ci95[0], s.decay_ci95[1]));
+                row.extend([edge(s.spike), span(s.ci95)]);
+                match s.decay {
+                    Decay::Time(d) => row.push(format!("{d:.2}")),
+                    Decay::Travel(d) => row.push(format!("{} {}", edge(d), joint.kind.unit())),
+                }
+                row.push(match s.decay {
+                    Decay::Time(_) => format!("{:.2} .. {:.2}", s.decay_ci95[0], s.decay_ci95[1]),
+                    Decay::Travel(_) => span(s.decay_ci95),
+                });
             }
             None => row.extend(["none".into(), String::new(), String::new(), String::new()]),
         }

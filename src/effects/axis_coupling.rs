@@ -22,10 +22,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "move the other joint alone",
     action: "correct the coupling ratio in the controller",
     undone: "all of it, point by point",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: axis_coupling, target: A1<-A2, ratio: 0.0002}", View::JointOverOther),
     read: |f| {
         let per_user_unit = 1.0 / f.site().user_units_per_ratio();
@@ -33,7 +30,6 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     typical: |_| vec![("ratio".into(), 1e-4.into())],
     candidates,
-    further: |_, _| {},
 };
 
 /// Movement of this joint per movement of the other.

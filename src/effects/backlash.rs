@@ -23,10 +23,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse slowly, with rows inside the gap, at several positions and two speeds",
     action: "remove the gap (preload, shim, new nut or pinion); an offset of half a gap in the direction of travel compensates it",
     undone: "an offset of half a gap in the direction of travel",
-    after_reversal: AfterReversal::Step,
-    includes: &[],
-    imitates: &[],
-    needs_motion: true,
+    special: Special { after_reversal: AfterReversal::Step, needs_motion: true, ..Special::NONE },
     example: ("{effect: backlash, joint: A1, half_gap_deg: 0.003}", View::JointOverCommand),
     read: |f| Ok(Backlash { half_gap: f.length("half_gap", 0.0)? }.into()),
     typical: |size| vec![(size.key("half_gap"), size.gap.into())],
@@ -35,7 +32,6 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, gap).positive();
         list.extend(survey.moving().map(one));
     },
-    further: |_, _| {},
 };
 
 /// Play with half gap `half_gap` (rad or m, 0 or more).

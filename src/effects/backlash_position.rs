@@ -26,10 +26,12 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse at five or more positions over the range",
     action: "local wear: replace the part, or work elsewhere in the range; an offset scheduled over position compensates it",
     undone: "an offset of half the local gap in the direction of travel",
-    after_reversal: AfterReversal::Step,
-    includes: &["backlash"],
-    imitates: &["backlash"],
-    needs_motion: false,
+    special: Special {
+        after_reversal: AfterReversal::Step,
+        includes: &["backlash"],
+        imitates: &["backlash"],
+        ..Special::NONE
+    },
     example: (
         "{effect: backlash_position, joint: A1, knots: [[-20, 0.001], [0, 0.004], [20, 0.002]]}",
         View::JointOverCommand,
@@ -37,7 +39,6 @@ pub static INFO: EffectInfo = EffectInfo {
     read,
     typical,
     candidates,
-    further: |_, _| {},
 };
 
 /// Play with a half gap (rad or m, 0 or more) over position.

@@ -28,10 +28,12 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse at three or more speeds",
     action: "identify and compensate at the working speed; check lubrication and preload",
     undone: "an offset of half the gap at the TCP speed of the program if you give it, otherwise of half the gap at rest",
-    after_reversal: AfterReversal::Step,
-    includes: &["backlash"],
-    imitates: &["backlash"],
-    needs_motion: false,
+    special: Special {
+        after_reversal: AfterReversal::Step,
+        includes: &["backlash"],
+        imitates: &["backlash"],
+        ..Special::NONE
+    },
     example: (
         "{effect: backlash_speed, joint: A1, half_gap_deg: 0.001, slope_deg_per_mm_s: 1.0e-5}",
         View::JointWhileSlowing,
@@ -46,7 +48,6 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     typical,
     candidates,
-    further: |_, _| {},
 };
 
 /// Half gap at rest (rad or m), and its slope (rad or m per m/s).

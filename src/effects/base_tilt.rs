@@ -26,10 +26,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "put a level or a second reflector on the base and extend the arm to all sides",
     action: "tighten the bolts, regrout or stiffen the base",
     undone: "nothing: it changes poses, not joint positions",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: base_tilt, x_rad_per_nm: 0, y_rad_per_nm: 1.0e-7}", View::TcpOverTime),
     read: |f| {
         let x = f.number("x_rad_per_nm", 0.0)?;
@@ -46,7 +43,6 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(Candidate::of_sizes(survey.robot, Target::Base, &[1e-9; 2], make));
         }
     },
-    further: |_, _| {},
 };
 
 /// Compliance about the x and y axes of the world, rad/Nm.
@@ -89,10 +85,10 @@ impl EffectType for BaseTilt {
     }
 
     fn idle(&self, site: &Site, _settled_poses: bool) -> Option<&'static str> {
-        site.robot.links.is_empty().then_some("the robot file has no `links`")
+        site.without_links()
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("it moves poses, not joints: correct it in the kinematics")
+        Undo::moves_poses()
     }
 }

@@ -38,10 +38,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "measure two reflectors far apart on the link after the joint while this joint alone turns: a wobble tilts them about another axis",
     action: "preload or replace the bearing; correct poses with a calibration that contains the wobble",
     undone: "nothing: it changes poses, not joint positions",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: (
         "{effect: bearing_wobble, joint: A1, amplitude_deg: 0.004, cycles_per_rev: 6, phase_deg: 0, direction: [0, 1, 0]}",
         View::TcpOverTime,
@@ -64,7 +61,6 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
-    further: |_, _| {},
 };
 
 /// Amplitude in rad, periods per turn, phase in rad, direction across the axis.
@@ -179,6 +175,6 @@ impl EffectType for BearingWobble {
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("it moves poses, not joints: correct it in the kinematics")
+        Undo::moves_poses()
     }
 }

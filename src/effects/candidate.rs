@@ -41,6 +41,11 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Whether it is this effect on this target, with whatever values.
+    pub fn names(&self, found: &EffectInstance, robot: &Robot) -> bool {
+        found.effect.name() == self.effect && found.target_text(robot) == self.target
+    }
+
     /// An effect with one coefficient: `make(size)`, tried at `trial`.
     pub fn of_size<E: Into<Effect>>(
         robot: &Robot,

@@ -31,10 +31,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse the other joint while this one continues in one direction",
     action: "remove the gap of the wrist's gears",
     undone: "nothing: it reverses with the difference of two joints",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: coupled_play, target: A1<-A2, half_gap_deg: 0.003, ratio: 1}", View::JointOverOther),
     read: |f| {
         let per_ratio = f.site().user_units_per_ratio();
@@ -56,7 +53,6 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
-    further: |_, _| {},
 };
 
 /// Half gap (rad or m), and movement of the gear per movement of the other joint.

@@ -170,7 +170,7 @@ impl Pchip {
 }
 
 /// Three-point end slope that keeps the shape.
-fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
+pub(crate) fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
     let s = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
     if s * d0 <= 0.0 {
         0.0

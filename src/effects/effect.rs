@@ -67,7 +67,7 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
     /// Geometry: changes the kinematic parameters.
     fn change_geometry(&self, _target: Target, _geometry: &mut Geometry) {}
 
-    /// Behind the kinematics: how far a point of the tool is moved, m, base frame.
+    /// After the kinematics: how far a point of the tool is moved, m, base frame.
     fn displacement_m(&self, _target: Target, _row: &Row, _point_m: &Vector3<f64>) -> Vector3<f64> {
         Vector3::zeros()
     }
@@ -343,6 +343,11 @@ impl EffectInstance {
         self.target.text(robot)
     }
 
+    /// Its name and its target, as documents give them.
+    pub fn named(&self, robot: &Robot) -> (&'static str, String) {
+        (self.effect.name(), self.target_text(robot))
+    }
+
     /// Keys, bounds and typical sizes of the values, in the order of [`EffectType::values`].
     pub fn parameters(&self, robot: &Robot) -> Vec<Parameter> {
         self.effect.parameters(&self.site(robot))
@@ -388,6 +393,16 @@ impl Undo {
     /// Nothing can be done by offsets.
     pub fn nothing(why: &'static str) -> Self {
         Self { left: Some(why), ..Self::default() }
+    }
+
+    /// It shows in poses, not in joints.
+    pub fn moves_poses() -> Self {
+        Self::nothing("it moves poses, not joints: correct it in the kinematics")
+    }
+
+    /// It follows the measured torque.
+    pub fn needs_torque() -> Self {
+        Self::nothing("a program contains no torque")
     }
 
     /// A gap of this half width.

@@ -46,10 +46,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "repeat the log: a curve that appears again belongs to the machine; move at two speeds and with two loads",
     action: "see where it occurs and what it depends on; compensate it as it is, and diagnose again with a log that excites it",
     undone: "a curve over position point by point; a curve over direction, or times direction, as a gap; otherwise nothing",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: (
         "{effect: empirical, joint: A1, over: position, knots: [[-20, 0.001], [-8, -0.002], [5, 0.003], [20, 0]]}",
         View::JointOverCommand,
@@ -71,7 +68,6 @@ pub static INFO: EffectInfo = EffectInfo {
         vec![("over".into(), over.into()), ("knots".into(), Value::Sequence(knots))]
     },
     candidates: |_, _| {},
-    further: |_, _| {},
 };
 
 /// What a curve is a function of.
@@ -358,7 +354,7 @@ impl EffectType for Empirical {
     }
 
     fn magnitude(&self) -> f64 {
-        self.values().iter().fold(0.0, |m, v| m.max(v.abs()))
+        largest_size(self.values())
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {

@@ -21,10 +21,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "move the joint through its whole range",
     action: "correct the gear ratio or encoder scale in the controller",
     undone: "all of it, point by point",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: true,
+    special: Special { needs_motion: true, ..Special::NONE },
     example: ("{effect: encoder_scale, joint: A1, scale_ppm: 150}", View::JointOverCommand),
     read: |f| Ok(EncoderScale { scale: f.any("scale_ppm")? * 1e-6 }.into()),
     typical: |_| vec![("scale_ppm".into(), 100.0.into())],
@@ -32,7 +29,6 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-6, |scale| EncoderScale { scale });
         list.extend(survey.moving().map(one));
     },
-    further: |_, _| {},
 };
 
 /// Relative error of the movement (1e-6 per ppm).

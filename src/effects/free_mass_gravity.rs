@@ -123,7 +123,7 @@ impl EffectType for FreeMassGravity {
     }
 
     fn magnitude(&self) -> f64 {
-        self.values().iter().fold(0.0, |m, v| m.max(v.abs()))
+        largest_size(self.values())
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {

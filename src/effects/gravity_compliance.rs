@@ -31,10 +31,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "repeat the poses with another payload",
     action: "enter load data, use the controller's elasto-static correction, check the counterbalance",
     undone: "the part of the links (without payload), point by point",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special { further: free_mass_gravity::further, ..Special::NONE },
     example: ("{effect: gravity_compliance, joint: A1, compliance_deg_per_nm: 1.0e-5}", View::JointOverCommand),
     read: |f| {
         let site = f.site();
@@ -52,7 +49,6 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-8, yields).positive();
         list.extend(survey.all_axes().filter(|&a| survey.axes[a].loaded).map(one));
     },
-    further: free_mass_gravity::further,
 };
 
 pub(super) const REVOLUTE_KEY: &str = "compliance_deg_per_nm";
@@ -103,7 +99,7 @@ impl EffectType for GravityCompliance {
     }
 
     fn idle(&self, site: &Site, _settled_poses: bool) -> Option<&'static str> {
-        site.robot.links.is_empty().then_some("the robot file has no `links`")
+        site.without_links()
     }
 
     fn undo(&self, context: &UndoContext) -> Undo {

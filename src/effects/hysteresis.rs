@@ -29,10 +29,12 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse slowly, with ten or more rows inside the transition",
     action: "wind-up of belt, cable or wave gear: stiffen or preload; an offset of half a width in the direction of travel compensates most of it",
     undone: "if it is the only such effect of its joint, an offset that builds up as it does; otherwise half a width in the direction of travel",
-    after_reversal: AfterReversal::Step,
-    includes: &[],
-    imitates: &["backlash"],
-    needs_motion: true,
+    special: Special {
+        after_reversal: AfterReversal::Step,
+        imitates: &["backlash"],
+        needs_motion: true,
+        ..Special::NONE
+    },
     example: ("{effect: hysteresis, joint: A1, half_width_deg: 0.003, presliding_deg: 4}", View::JointOverCommand),
     read: |f| {
         let site = f.site();
@@ -55,7 +57,6 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
-    further: |_, _| {},
 };
 
 /// Half width in rad or m, and presliding travel in rad or m.

@@ -34,14 +34,8 @@ pub struct EffectInfo {
     pub action: &'static str,
     /// What `rewrite --model` undoes of it.
     pub undone: &'static str,
-    /// What it does after the reversals of its joint.
-    pub after_reversal: AfterReversal,
-    /// Effects that are special cases of it.
-    pub includes: &'static [&'static str],
-    /// Effects to which it comes as close as one likes, so that it always fits a log as well as they do.
-    pub imitates: &'static [&'static str],
-    /// It shows in motion alone: a log in which its joint is stationary does not show it.
-    pub needs_motion: bool,
+    /// What holds for few effects.
+    pub special: Special,
     /// An entry of a model file, and what a picture of it shows over what.
     pub example: (&'static str, View),
     /// Reads the keys of an entry.
@@ -50,8 +44,32 @@ pub struct EffectInfo {
     pub typical: fn(&TypicalSize) -> Vec<(String, Value)>,
     /// What a diagnosis tries at first: adds its candidates to the list.
     pub candidates: fn(&Survey, &mut Vec<Candidate>),
+}
+
+/// What holds for few effects: the rest writes [`Special::NONE`].
+#[derive(Debug)]
+pub struct Special {
+    /// What it does after the reversals of its joint.
+    pub after_reversal: AfterReversal,
+    /// Effects that are special cases of it.
+    pub includes: &'static [&'static str],
+    /// Effects to which it comes as close as one likes, so that it always fits a log as well as they do.
+    pub imitates: &'static [&'static str],
+    /// It shows in motion alone: a log in which its joint is stationary does not show it.
+    pub needs_motion: bool,
     /// Forms with more freedom and rarer effects, tried where the plain ones leave something, and of settled poses and clocks.
     pub further: fn(&Survey, &mut Vec<Candidate>),
+}
+
+impl Special {
+    /// Nothing of it.
+    pub const NONE: Self = Self {
+        after_reversal: AfterReversal::Nothing,
+        includes: &[],
+        imitates: &[],
+        needs_motion: false,
+        further: |_, _| {},
+    };
 }
 
 /// Another form of an effect: other keys in its entry, an equation of their own.

@@ -21,10 +21,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "fix the registration by measuring the base (first joint); measure two reflectors on the tool (last joint)",
     action: "master the joint again, or enter the offset in the controller",
     undone: "all of it, point by point",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: joint_zero_offset, joint: A1, offset_deg: 0.003}", View::JointOverCommand),
     read: |f| Ok(JointZeroOffset { offset: f.length("offset", f64::NEG_INFINITY)? }.into()),
     typical: |size| vec![(size.key("offset"), if size.is_revolute() { 0.01 } else { 0.05 }.into())],
@@ -33,7 +30,6 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, zero);
         list.extend(survey.all_axes().map(one));
     },
-    further: |_, _| {},
 };
 
 /// Constant, rad or m.

@@ -26,10 +26,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "poses over the whole workspace, each joint through its range; parallel axes share their d",
     action: "enter the calibrated parameter, or correct poses with the calibrated kinematics",
     undone: "nothing: it changes poses, not joint positions",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special { further, ..Special::NONE },
     example: ("{effect: link_error, target: A1.a, delta_mm: 0.1}", View::TcpOverTime),
     read: |f| Ok(LinkError { delta: f.length("delta", f64::NEG_INFINITY)? }.into()),
     typical: |size| {
@@ -37,7 +34,6 @@ pub static INFO: EffectInfo = EffectInfo {
         vec![if angle { ("delta_deg".into(), 0.005.into()) } else { ("delta_mm".into(), 0.1.into()) }]
     },
     candidates,
-    further,
 };
 
 /// Change of the parameter, m or rad.
@@ -113,6 +109,6 @@ impl EffectType for LinkError {
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("it moves poses, not joints: correct it in the kinematics")
+        Undo::moves_poses()
     }
 }

@@ -31,10 +31,21 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse at positions where gravity loads the joint in one direction, in the other, and not at all; change the payload",
     action: "remove the gap; or work where the load keeps its sign: the gap has no effect there",
     undone: "nothing: the flank follows the load",
-    after_reversal: AfterReversal::Step,
-    includes: &[],
-    imitates: &["backlash"],
-    needs_motion: false,
+    special: Special {
+        after_reversal: AfterReversal::Step,
+        imitates: &["backlash"],
+        further: |survey, list| {
+            for axis in survey.moving().filter(|&a| survey.axes[a].loaded) {
+                let largest = survey.axes[axis].load;
+                for share in SHARES {
+                    let make = move |b: f64| LoadedPlay { half_gap: b.max(0.0), torque: share * largest };
+                    let one = Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make);
+                    list.push(one.positive().with_shape(1));
+                }
+            }
+        },
+        ..Special::NONE
+    },
     example: ("{effect: loaded_play, joint: A1, half_gap_deg: 0.003, torque_nm: 900}", View::JointOverCommand),
     read: |f| {
         let key = torque_key(f.site().is_revolute());
@@ -44,16 +55,6 @@ pub static INFO: EffectInfo = EffectInfo {
         vec![(size.key("half_gap"), size.gap.into()), (torque_key(size.is_revolute()).into(), Value::from(50.0))]
     },
     candidates: |_, _| {},
-    further: |survey, list| {
-        for axis in survey.moving().filter(|&a| survey.axes[a].loaded) {
-            let largest = survey.axes[axis].load;
-            for share in SHARES {
-                let make = move |b: f64| LoadedPlay { half_gap: b.max(0.0), torque: share * largest };
-                let one = Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make);
-                list.push(one.positive().with_shape(1));
-            }
-        }
-    },
 };
 
 /// Torques that are tried, as shares of the largest: the likelihood has steps, so that a refit does not find the torque.

@@ -91,7 +91,7 @@ pub use free_mass_gravity::FreeMassGravity;
 pub use gravity_compliance::GravityCompliance;
 pub use hysteresis::Hysteresis;
 pub use idle::{Idle, WhyIdle};
-pub use info::{ActsOn, AfterReversal, EffectForm, EffectInfo, Family, Nature, TypicalSize, View};
+pub use info::{ActsOn, AfterReversal, EffectForm, EffectInfo, Family, Nature, Special, TypicalSize, View};
 pub use inputs::{Geometry, Inputs, Row};
 pub use joint_zero_offset::JointZeroOffset;
 pub use link_error::LinkError;

@@ -29,10 +29,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "record the same path with and without the process, or press the tool against a fixed load cell in several directions and poses",
     action: "take lighter cuts or another pose, in which the soft joint has a shorter lever to the force; stiffen the joint",
     undone: "nothing: a program contains no force",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: process_force, joint: A1, compliance_deg_per_nm: 1.0e-5}", View::JointOverTime),
     read: |f| {
         let site = f.site();
@@ -47,7 +44,6 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-8, yields).positive();
         list.extend(survey.all_axes().filter(|&a| survey.axes[a].pressed).map(one));
     },
-    further: |_, _| {},
 };
 
 /// deg/Nm, or mm/N: 6e5 Nm/rad, of a robot for some hundred kg.

@@ -27,10 +27,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "log the encoders; or move one joint at a time, at two speeds: a time offset is the same for all joints",
     action: "enable or tune velocity feed-forward, or run slower; offsets in a program cannot compensate it",
     undone: "nothing: it is not an error of position",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: true,
+    special: Special { needs_motion: true, ..Special::NONE },
     example: ("{effect: servo_lag, joint: A1, lag_s: 0.01}", View::JointOverCommand),
     read: |f| Ok(ServoLag { lag_s: f.needed("lag_s", 0.0)? }.into()),
     typical: |_| vec![("lag_s".into(), 0.01.into())],
@@ -40,7 +37,6 @@ pub static INFO: EffectInfo = EffectInfo {
             list.extend(survey.moving().map(|axis| lag(Target::Joint(axis))));
         }
     },
-    further: |_, _| {},
 };
 
 /// Time constant, s (0 or more).
@@ -197,7 +193,7 @@ impl EffectType for ServoLag {
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
-        settled_poses.then_some("settled poses have no time")
+        in_settled_poses(settled_poses)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {

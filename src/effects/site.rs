@@ -51,6 +51,11 @@ impl Site<'_> {
         format!("{name}_{}", self.unit())
     }
 
+    /// Why an effect of gravity does nothing on this robot.
+    pub fn without_links(&self) -> Option<&'static str> {
+        self.robot.links.is_empty().then_some("the robot file has no `links`")
+    }
+
     /// One turn of the joint: 2 pi rad, or the lead of a screw in m.
     pub fn rev(&self) -> f64 {
         match self.kind() {

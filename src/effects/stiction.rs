@@ -39,15 +39,16 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "reverse at two speeds and wait after one reversal: stiction fades, a gap remains",
     action: "grease, check preload and seals, raise the integral gain; a fading offset after each reversal compensates it",
     undone: "a fading offset after each reversal",
-    after_reversal: AfterReversal::Tail,
-    includes: &[],
-    imitates: &[],
-    needs_motion: true,
+    special: Special {
+        after_reversal: AfterReversal::Tail,
+        needs_motion: true,
+        further: presliding_stiction::further,
+        ..Special::NONE
+    },
     example: ("{effect: stiction, joint: A1, spike_deg: 0.004, decay_s: 1.5}", View::JointOverTime),
     read,
     typical,
     candidates,
-    further: presliding_stiction::further,
 };
 
 /// Spike in rad or m, and its decay.

@@ -22,10 +22,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "return to one pose repeatedly over the whole log",
     action: "warm up before work, measure again when warm",
     undone: "nothing: it depends on time, not on the program",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: thermal_drift, x_mm: 0.1, y_mm: 0, z_mm: 0.05, tau_s: 8}", View::TcpOverTime),
     read: |f| Ok(ThermalDrift { amplitude_m: f.xyz_m()?, tau_s: f.above_0("tau_s")?, tau_held: false }.into()),
     typical: |size| {
@@ -34,7 +31,6 @@ pub static INFO: EffectInfo = EffectInfo {
         keys
     },
     candidates,
-    further: |_, _| {},
 };
 
 /// Where it ends, m, and its time constant, s.
@@ -130,7 +126,7 @@ impl EffectType for ThermalDrift {
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
-        settled_poses.then_some("settled poses have no time")
+        in_settled_poses(settled_poses)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {

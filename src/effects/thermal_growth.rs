@@ -32,10 +32,17 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "log the temperature; visit the same poses cold and warm, in another order",
     action: "warm up before work; measure and calibrate at the working temperature",
     undone: "nothing: it depends on time, not on the program",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special {
+        further: |survey, list| {
+            let until = |(_, length): (f64, f64)| SHARES.map(|share| Some((With::HoursUntil(share * length), "until")));
+            let kelvin = survey.clock.is_none() && survey.temperature;
+            let without_clock = [Some((With::Rows, "rows")), kelvin.then_some((With::Kelvin, "kelvin"))];
+            if survey.clock.is_none() || survey.points {
+                tried(survey, list, &survey.clock.map_or(without_clock, until));
+            }
+        },
+        ..Special::NONE
+    },
     example: ("{effect: thermal_growth, target: A1.a, per_hour_mm: 15, tau_s: 8}", View::TcpOverTime),
     read,
     typical: |size| {
@@ -54,14 +61,6 @@ pub static INFO: EffectInfo = EffectInfo {
                 list,
                 &[Some((With::Hours, "hours")), survey.temperature.then_some((With::Kelvin, "kelvin"))],
             );
-        }
-    },
-    further: |survey, list| {
-        let until = |(_, length): (f64, f64)| SHARES.map(|share| Some((With::HoursUntil(share * length), "until")));
-        let kelvin = survey.clock.is_none() && survey.temperature;
-        let without_clock = [Some((With::Rows, "rows")), kelvin.then_some((With::Kelvin, "kelvin"))];
-        if survey.clock.is_none() || survey.points {
-            tried(survey, list, &survey.clock.map_or(without_clock, until));
         }
     },
 };

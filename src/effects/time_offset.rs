@@ -25,10 +25,15 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "log the encoders; or move one joint at a time, at two speeds",
     action: "trigger tracker and controller by one signal; or shift the times of the log",
     undone: "nothing: it is an error of the measurement",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special {
+        further: |survey, list| {
+            if survey.motion {
+                let make = |drift| TimeOffset { offset_s: None, drift: Some(drift) };
+                list.push(Candidate::of_size(survey.robot, Target::Log, PPM, make).with_form("drift"));
+            }
+        },
+        ..Special::NONE
+    },
     example: ("{effect: time_offset, offset_s: 0.002}", View::TcpOverTime),
     read: |f| {
         let drift = f.number(DRIFT, f64::NEG_INFINITY)?.map(|ppm| ppm * PPM);
@@ -42,12 +47,6 @@ pub static INFO: EffectInfo = EffectInfo {
     candidates: |survey, list| {
         if survey.motion {
             list.push(Candidate::of_size(survey.robot, Target::Log, 1e-4, TimeOffset::by));
-        }
-    },
-    further: |survey, list| {
-        if survey.motion {
-            let make = |drift| TimeOffset { offset_s: None, drift: Some(drift) };
-            list.push(Candidate::of_size(survey.robot, Target::Log, PPM, make).with_form("drift"));
         }
     },
 };
@@ -103,7 +102,7 @@ impl EffectType for TimeOffset {
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
-        settled_poses.then_some("settled poses have no time")
+        in_settled_poses(settled_poses)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {

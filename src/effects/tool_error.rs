@@ -21,10 +21,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "turn the wrist about the TCP in three or more orientations; measure a second reflector",
     action: "measure the tool again and enter it",
     undone: "nothing: it changes poses, not joint positions",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: tool_error, x_mm: 0.1, y_mm: 0.05, z_mm: 0}", View::TcpOverTime),
     read: |f| Ok(ToolError { offset_m: f.xyz_m()? }.into()),
     typical: |size| size.xyz_mm(0.05),
@@ -33,7 +30,6 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(Candidate::of_vector(survey.robot, Target::Tool, 1e-5, |offset_m| ToolError { offset_m }));
         }
     },
-    further: |_, _| {},
 };
 
 /// Change of the TCP in the flange frame, m.
@@ -69,6 +65,6 @@ impl EffectType for ToolError {
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("it moves poses, not joints: correct it in the kinematics")
+        Undo::moves_poses()
     }
 }

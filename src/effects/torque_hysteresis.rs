@@ -34,10 +34,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "lock the output and ramp the torque both ways, with two amplitudes; log it",
     action: "preload or shim the reducer; avoid torque that changes its sign where accuracy matters",
     undone: "nothing: a program contains no torque",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: torque_hysteresis, joint: A1, half_width_deg: 0.003, torque_nm: 400}", View::JointOverCommand),
     read: |f| {
         let key = torque_key(f.site().is_revolute());
@@ -59,7 +56,6 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
-    further: |_, _| {},
 };
 
 /// Travel of a joint, deg or mm, up to which it counts as held.
@@ -116,12 +112,11 @@ impl EffectType for TorqueHysteresis {
     }
 
     fn without_columns(&self, target: Target, inputs: &dyn Inputs) -> Option<&'static str> {
-        let axis = target.axis()?;
-        inputs.measured_torque(axis).is_none().then_some("torque_<joint>_nm")
+        without_torque(target, inputs)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("a program contains no torque")
+        Undo::needs_torque()
     }
 }
 

@@ -30,10 +30,19 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "log the torque; move at two speeds and with two loads",
     action: "enter load data and joint stiffness in the controller; accelerate less",
     undone: "nothing: a program contains no torque",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special {
+        further: |survey, list| {
+            for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured) {
+                let target = Target::Joint(axis);
+                let [lo, hi] = survey.axes[axis].torque;
+                let largest = lo.abs().max(hi.abs()).max(1.0);
+                let stiffening = |c: &[f64]| TorqueWindup { compliance: c[0], cubic: Some(c[1]) };
+                let trials = [1e-8, 1e-8 / (largest * largest)];
+                list.push(Candidate::of_sizes(survey.robot, target, &trials, stiffening).with_form("stiffening"));
+            }
+        },
+        ..Special::NONE
+    },
     example: (
         "{effect: torque_windup, joint: A1, compliance_deg_per_nm: 1.0e-5, cubic_deg_per_nm3: -1.0e-11}",
         View::JointOverCommand,
@@ -51,16 +60,6 @@ pub static INFO: EffectInfo = EffectInfo {
         for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured) {
             let linear = |compliance| TorqueWindup { compliance, cubic: None };
             list.push(Candidate::of_size(survey.robot, Target::Joint(axis), 1e-8, linear));
-        }
-    },
-    further: |survey, list| {
-        for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured) {
-            let target = Target::Joint(axis);
-            let [lo, hi] = survey.axes[axis].torque;
-            let largest = lo.abs().max(hi.abs()).max(1.0);
-            let stiffening = |c: &[f64]| TorqueWindup { compliance: c[0], cubic: Some(c[1]) };
-            let trials = [1e-8, 1e-8 / (largest * largest)];
-            list.push(Candidate::of_sizes(survey.robot, target, &trials, stiffening).with_form("stiffening"));
         }
     },
 };
@@ -111,11 +110,10 @@ impl EffectType for TorqueWindup {
     }
 
     fn without_columns(&self, target: Target, inputs: &dyn Inputs) -> Option<&'static str> {
-        let axis = target.axis()?;
-        inputs.measured_torque(axis).is_none().then_some("torque_<joint>_nm")
+        without_torque(target, inputs)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
-        Undo::nothing("a program contains no torque")
+        Undo::needs_torque()
     }
 }

@@ -34,10 +34,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "measure a fixed nest before, during and after; a drift of the robot does not move it",
     action: "secure the tripod, let the tracker warm up, register again after a lost beam",
     undone: "nothing: it is an error of the measurement",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: tracker_frame, x_um: 30, z_um: -20, t_s: 9}", View::TcpOverTime),
     read,
     typical: |size| {
@@ -53,7 +50,6 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(drift(survey.robot, length_s));
         }
     },
-    further: |_, _| {},
 };
 
 /// From where on it acts.
@@ -153,7 +149,7 @@ impl TrackerFrame {
     }
 
     /// What it does and from when on, in words.
-    pub fn said(&self) -> String {
+    pub fn describe(&self) -> String {
         let does = if self.over_s.is_none() { "jumps" } else { "drifts" };
         format!("{}: the frame of the tracker {does}", self.when())
     }

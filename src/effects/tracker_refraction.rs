@@ -32,10 +32,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "measure the air at two heights along the beam; repeat with the tracker at half the distance: the error falls to a quarter",
     action: "stir the air with fans, keep the beam short and away from the floor and the ceiling",
     undone: "nothing: it is an error of the measurement",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: tracker_refraction, gradient_k_per_m: 1}", View::TcpOverTime),
     read: |f| Ok(TrackerRefraction { gradient_k_per_m: f.any("gradient_k_per_m")? }.into()),
     typical: |_| vec![("gradient_k_per_m".into(), 0.5.into())],
@@ -45,7 +42,6 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(Candidate::of_size(survey.robot, Target::Log, 0.1, make));
         }
     },
-    further: |_, _| {},
 };
 
 /// Change of the temperature with height.

@@ -26,10 +26,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "measure a scale bar or two fixed nests before and after; move the tracker to another distance",
     action: "enter temperature, pressure and humidity of the air; check the tracker on a scale bar",
     undone: "nothing: it is an error of the measurement",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: ("{effect: tracker_scale, scale_ppm: 40}", View::TcpOverTime),
     read: |f| Ok(TrackerScale { scale: f.any("scale_ppm")? * 1e-6 }.into()),
     typical: |_| vec![("scale_ppm".into(), 10.0.into())],
@@ -38,7 +35,6 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(Candidate::of_size(survey.robot, Target::Log, 1e-6, |scale| TrackerScale { scale }));
         }
     },
-    further: |_, _| {},
 };
 
 /// Relative error of distances (1e-6 per ppm).

@@ -40,10 +40,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "move the joint at two speeds: a vibration keeps its frequency, a transmission error its period in degrees",
     action: "service the gear (worn tooth, wave generator, eccentric pinion); an offset of opposite sign compensates it",
     undone: "all of it, point by point, unless it fades with speed",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: (
         "{effect: transmission_error, joint: A1, amplitude_deg: 0.002, cycles_per_rev: 60, phase_deg: 0}",
         View::JointOverCommand,
@@ -56,7 +53,6 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     // a spectrum finds the frequencies: [`ripple`]
     candidates: |_, _| {},
-    further: |_, _| {},
 };
 
 /// How the catalogue describes the form that fades with speed.

@@ -31,10 +31,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "log while the robot stands still; or move at two speeds",
     action: "find the source (fan, pump, resonance) and damp it; avoid motions that contain its frequency",
     undone: "nothing: it depends on time, not on the program",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: false,
+    special: Special::NONE,
     example: (
         "{effect: vibration, amplitude_um: 40, frequency_hz: 0.7, phase_deg: 0, direction: [1, 0, 0.5]}",
         View::TcpOverTime,
@@ -54,7 +51,6 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     // a spectrum finds the frequencies: [`swing`]
     candidates: |_, _| {},
-    further: |_, _| {},
 };
 
 /// Amplitude in m along a unit vector, frequency, phase.
@@ -157,7 +153,7 @@ impl EffectType for Vibration {
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
-        settled_poses.then_some("settled poses have no time")
+        in_settled_poses(settled_poses)
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {

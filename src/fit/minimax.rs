@@ -8,6 +8,7 @@
 use crate::gaps::GapPoint;
 use crate::numerics::chi_squared;
 use crate::numerics::normal::Z95;
+use crate::numerics::robust::range;
 
 /// p below which the gaps at the reversals count as different.
 const DIFFERENT: f64 = 1e-3;
@@ -29,7 +30,7 @@ pub fn constant_gap(common: f64, points: &[GapPoint]) -> f64 {
     if p >= DIFFERENT {
         return common;
     }
-    let (lo, hi) = known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (b, _)| (l.min(*b), h.max(*b)));
+    let [lo, hi] = range(known.iter().map(|(b, _)| *b));
     ((lo + hi) / 2.0).max(0.0)
 }
 

@@ -41,7 +41,7 @@ pub struct Store {
 
 /// What was read of an object.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Got<T> {
+pub enum Fetched<T> {
     /// All of it.
     Whole(T),
     /// There is no such object, or it may not be read; why.
@@ -188,7 +188,7 @@ impl Store {
     ///
     /// # Errors
     /// The store fails, other than by not having an object.
-    pub fn digests(&self, locations: &[String], head: usize) -> Result<Vec<Got<Digest>>> {
+    pub fn digests(&self, locations: &[String], head: usize) -> Result<Vec<Fetched<Digest>>> {
         let one = |location: &String| {
             let location = location.clone();
             async move {
@@ -204,8 +204,8 @@ impl Store {
                 let got = self.read(&location, &mut take).await?;
                 digest.sha256 = hex(&hash.finalize());
                 Ok(match got {
-                    Got::Whole(()) => Got::Whole(digest),
-                    Got::Not(why) => Got::Not(why),
+                    Fetched::Whole(()) => Fetched::Whole(digest),
+                    Fetched::Not(why) => Fetched::Not(why),
                 })
             }
         };
@@ -216,7 +216,7 @@ impl Store {
     ///
     /// # Errors
     /// The store or the disk fails, other than by not having an object.
-    pub fn get(&self, objects: &[(String, PathBuf)]) -> Result<Vec<Got<()>>> {
+    pub fn get(&self, objects: &[(String, PathBuf)]) -> Result<Vec<Fetched<()>>> {
         let one = |(location, path): &(String, PathBuf)| {
             let (location, path) = (location.clone(), path.clone());
             async move {
@@ -234,10 +234,10 @@ impl Store {
     }
 
     /// Gives an object's bytes to `take` in pieces, at least one.
-    async fn read(&self, location: &str, take: &mut dyn FnMut(&[u8]) -> Result<()>) -> Result<Got<()>> {
+    async fn read(&self, location: &str, take: &mut dyn FnMut(&[u8]) -> Result<()>) -> Result<Fetched<()>> {
         let refused = |e: &StoreError| match e {
-            StoreError::NotFound { .. } => Some(Got::Not("there is no such object".into())),
-            StoreError::PermissionDenied { .. } => Some(Got::Not(format!("it may not be read ({e})"))),
+            StoreError::NotFound { .. } => Some(Fetched::Not("there is no such object".into())),
+            StoreError::PermissionDenied { .. } => Some(Fetched::Not(format!("it may not be read ({e})"))),
             _ => None,
         };
         let object = match self.objects.get(&self.parsed(location)?).await {
@@ -249,7 +249,7 @@ impl Store {
         while let Some(piece) = pieces.next().await {
             take(&piece.map_err(|e| self.failed(location, "read", &e))?)?;
         }
-        Ok(Got::Whole(()))
+        Ok(Fetched::Whole(()))
     }
 
     /// Puts files as objects, each whole.

@@ -19,6 +19,7 @@
 
 use super::failure::Failure;
 use super::frame::Frame;
+use super::placement::{NO_GAP, Placement};
 use super::play::Play;
 use super::search::Seen;
 use super::step::{self, Reading, Step};
@@ -26,11 +27,10 @@ use super::variance::long_run_variance;
 use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::normal::Z95;
 use crate::numerics::qr::Triangle;
-use crate::numerics::robust::MEDIAN_DISTANCE;
-use crate::numerics::robust::median_of;
+use crate::numerics::robust::{MEDIAN_DISTANCE, median_of};
 use crate::numerics::series::Series;
 use crate::robot::Robot;
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Rows that are fitted at most; a longer recording is thinned.
 const MOST_ROWS: usize = 40_000;
@@ -40,10 +40,6 @@ const ROUNDS: usize = 40;
 /// In this many last rounds a step of the offset below this part of half its interval is taken as none.
 const WAVERING: usize = 15;
 const WAVER: f64 = 0.1;
-/// Standard deviations of the priors: reflector in the flange frame, m; zero offset and half gap, rad or m.
-const TOOL_M: f64 = 1.0;
-const ZERO: f64 = 0.01;
-const GAP: f64 = 0.002;
 /// Readings farther out than this many robust standard deviations are outliers.
 const OUTLIER: f64 = 6.0;
 /// A joint that travels less than this many half gaps does not move after its gap for certain.
@@ -52,8 +48,6 @@ const MOVES: f64 = 20.0;
 const MOST_DRIFT: f64 = 1000e-6;
 /// Step of offset, s, and drift below which the fit stands.
 const STEP_S: f64 = 1e-8;
-/// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
-const NO_GAP: f64 = 1e-6;
 /// Share of what the rows know of a parameter by which a step is held back.
 const RIDGE: f64 = 1e-12;
 /// Readings that are decomposed together.
@@ -133,12 +127,7 @@ pub(super) trait Estimated {
 }
 
 struct State {
-    offset_s: f64,
-    drift: f64,
-    middle_s: f64,
-    rotation: Rotation3<f64>,
-    shift: Vector3<f64>,
-    tool: Vector3<f64>,
+    placement: Placement,
     zero: Vec<f64>,
     gap: Vec<f64>,
     travel: Vec<f64>,
@@ -148,7 +137,7 @@ impl Estimated for State {
     type Play = Play;
 
     fn clock(&self) -> [f64; 3] {
-        [self.offset_s, self.drift, self.middle_s]
+        self.placement.clock()
     }
 
     fn plays(&self, commands: &Series) -> Vec<Play> {
@@ -158,8 +147,7 @@ impl Estimated for State {
     fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
         let n = commands.channels();
         let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
-        let from_middle = t - self.middle_s;
-        let u = t + self.offset_s + self.drift * from_middle;
+        let u = self.placement.controller_s(t);
         if !commands.at(u, &mut q, &mut rate) {
             return None;
         }
@@ -178,33 +166,15 @@ impl Estimated for State {
                 rate[axis] = 0.0;
             }
         }
-        let (pose, geometric) = robot.chain().jacobian(&q);
-        let turned = *self.rotation.matrix();
-        let reflector = pose.rotation * self.tool;
-        let point = pose.position + reflector;
-        let jacobian: Vec<Vector3<f64>> = (geometric.column_iter())
-            .map(|c| Vector3::new(c[0], c[1], c[2]) + Vector3::new(c[3], c[4], c[5]).cross(&reflector))
-            .collect();
-        let velocity: Vector3<f64> = jacobian.iter().zip(&rate).map(|(c, r)| c * *r).sum();
-        let mut columns = Vec::with_capacity(COMMON + 2 * n);
-        columns.extend([turned * velocity, turned * velocity * from_middle]);
-        let lever = turned * point;
-        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis.cross(&lever)));
-        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()]);
-        let frame: Matrix3<f64> = turned * pose.rotation.matrix();
-        columns.extend((0..3).map(|k| frame.column(k).into_owned()));
-        columns.extend(jacobian.iter().map(|c| turned * c));
-        columns.extend((0..n).map(|a| turned * jacobian[a] * sides[a]));
-        Some(Row { residual: at - lever - self.shift, columns })
+        let (mut row, levers) = self.placement.row(robot, &q, &rate, t, at);
+        row.columns.extend_from_slice(&levers);
+        row.columns.extend(levers.iter().zip(&sides).map(|(c, side)| c * *side));
+        Some(row)
     }
 
     fn moved(&mut self, step: &[f64]) {
         let n = self.zero.len();
-        self.offset_s += step[0];
-        self.drift += step[1];
-        self.rotation = Rotation3::new(Vector3::new(step[2], step[3], step[4])) * self.rotation;
-        self.shift += Vector3::new(step[5], step[6], step[7]);
-        self.tool += Vector3::new(step[8], step[9], step[10]);
+        self.placement.moved(step);
         for axis in 0..n {
             self.zero[axis] += step[COMMON + axis];
             self.gap[axis] += step[COMMON + n + axis];
@@ -212,11 +182,7 @@ impl Estimated for State {
     }
 
     fn priors(&self) -> Vec<(f64, f64)> {
-        let open = std::iter::repeat_n((0.0, 0.0), 8);
-        let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
-        let zero = self.zero.iter().map(|v| (*v, ZERO.powi(-2)));
-        let gap = self.gap.iter().map(|v| (*v, GAP.powi(-2)));
-        open.chain(tool).chain(zero).chain(gap).collect()
+        self.placement.priors((0.0, 0.0), &self.zero, &self.gap)
     }
 }
 
@@ -231,12 +197,7 @@ fn plausible_drift(drift: f64) -> Result<(), Failure> {
 pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, Failure> {
     let n = commands.channels();
     let state = |frame: Frame| State {
-        offset_s: start_s,
-        drift: 0.0,
-        middle_s: frame.middle_s,
-        rotation: frame.rotation,
-        shift: frame.shift,
-        tool: Vector3::zeros(),
+        placement: Placement::begin(&frame, start_s),
         zero: vec![0.0; n],
         gap: vec![0.0; n],
         travel: (0..n).map(|axis| commands.travel(axis)).collect(),

@@ -9,7 +9,7 @@ use nalgebra::{Rotation3, Vector3};
 /// Where a fit begins: the frame of the tracker by a rigid fit of the paths, and the middle of the readings, s.
 pub(super) struct Frame {
     pub rotation: Rotation3<f64>,
-    pub shift: Vector3<f64>,
+    pub translation_m: Vector3<f64>,
     pub middle_s: f64,
 }
 
@@ -25,6 +25,10 @@ impl Frame {
         }
         let found = rigid::fit(pairs.iter().copied(), false)?;
         let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
-        Some(Self { rotation: Rotation3::from_matrix_unchecked(found.rotation), shift: found.translation, middle_s })
+        Some(Self {
+            rotation: Rotation3::from_matrix_unchecked(found.rotation),
+            translation_m: found.translation,
+            middle_s,
+        })
     }
 }

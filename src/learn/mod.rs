@@ -38,6 +38,7 @@ use crate::gaps::LogRef;
 use crate::log::Log;
 use crate::numerics::least_squares::TerminationReason;
 use crate::numerics::parallel::ParMap;
+use crate::numerics::robust::range;
 use crate::program::Program;
 use crate::robot::Robot;
 use data::Row;
@@ -203,8 +204,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
 fn ranges(robot: &Robot, rows: &[Row]) -> Vec<Input> {
     (0..robot.dof())
         .map(|a| {
-            let (lo, hi) =
-                rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| (l.min(r.q[a]), h.max(r.q[a])));
+            let [lo, hi] = range(rows.iter().map(|r| r.q[a]));
             // less than the last digit of a log is no movement
             let half = 0.5 * (hi - lo);
             Input { centre: 0.5 * (hi + lo), half_range: if half > 1e-6 { half } else { 0.0 } }

@@ -125,7 +125,7 @@ impl Problem for Evidence<'_> {
     type Point = Network;
     /// The data's cost: half the sum of squares.
     type State = f64;
-    type Model = Products<'static>;
+    type Model = Products;
 
     fn evaluate(&mut self, network: &Network) -> f64 {
         sum(network, self.samples, self.cost)
@@ -135,7 +135,7 @@ impl Problem for Evidence<'_> {
         2.0 * (data + self.rho * prior(network))
     }
 
-    fn linearise(&mut self, network: &Network, data: &f64) -> Products<'static> {
+    fn linearise(&mut self, network: &Network, data: &f64) -> Products {
         let mut normal = Normal::of(network, self.samples, self.cost);
         if let Some(found) = evidence(&normal, network, self.samples.len(), *data, self.rho) {
             (self.rho, self.determined) = found;

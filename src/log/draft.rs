@@ -180,7 +180,7 @@ fn parted(name: &str) -> String {
 
 /// What a column seems to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Seems {
+enum Guess {
     Time,
     Coordinate(usize),
     /// Of an axis: command, encoder, or whatever it is the only one of.
@@ -215,7 +215,7 @@ fn numbered(name: &Name) -> Option<usize> {
     JOINTS.contains(&word.as_str()).then(|| number.parse().ok())?
 }
 
-fn seems(name: &Name, robot: &Robot, from_zero: bool) -> Option<Seems> {
+fn seems(name: &Name, robot: &Robot, from_zero: bool) -> Option<Guess> {
     if says(name, OTHERS) {
         return None;
     }
@@ -232,19 +232,19 @@ fn seems(name: &Name, robot: &Robot, from_zero: bool) -> Option<Seems> {
         let coordinate =
             ["x", "y", "z"].contains(&letters[axis].as_str()) && side == Side::Unsaid && !says(name, JOINTS);
         if !coordinate {
-            return Some(Seems::Joint(axis, side));
+            return Some(Guess::Joint(axis, side));
         }
     }
     if let Some(number) = numbered(name) {
         let axis = if from_zero { Some(number) } else { number.checked_sub(1) };
-        return axis.filter(|a| *a < robot.dof()).map(|a| Seems::Joint(a, side));
+        return axis.filter(|a| *a < robot.dof()).map(|a| Guess::Joint(a, side));
     }
     let last = words.last()?;
     if let Some(k) = ["x", "y", "z"].iter().position(|c| c == last) {
         // where the TCP should be is no measurement of it
-        return (side != Side::Command).then_some(Seems::Coordinate(k));
+        return (side != Side::Command).then_some(Guess::Coordinate(k));
     }
-    TIMES.contains(&name.words[0].as_str()).then_some(Seems::Time)
+    TIMES.contains(&name.words[0].as_str()).then_some(Guess::Time)
 }
 
 /// The entry of a column that was not recognised, as a comment.
@@ -285,24 +285,24 @@ pub(crate) fn draft(header: &[String], stamps: &[Option<Stamp>], separator: u8, 
     let names: Vec<Name> = header.iter().map(|h| take_apart(h)).collect();
     let numbers: Vec<usize> = names.iter().filter_map(numbered).collect();
     let from_zero = numbers.contains(&0) && !numbers.contains(&robot.dof());
-    let all: Vec<Option<Seems>> = names.iter().map(|n| seems(n, robot, from_zero)).collect();
+    let all: Vec<Option<Guess>> = names.iter().map(|n| seems(n, robot, from_zero)).collect();
     let stamp = |k: usize| stamps.get(k).copied().flatten();
     // a column of times under another name, where no name is one of a time
-    let timed = |k: usize| all[k] == Some(Seems::Time);
+    let timed = |k: usize| all[k] == Some(Guess::Time);
     let unnamed = (0..all.len()).find(|&k| stamp(k).is_some()).filter(|_| !(0..all.len()).any(timed));
-    let all: Vec<Option<Seems>> =
-        all.iter().enumerate().map(|(k, s)| if unnamed == Some(k) { Some(Seems::Time) } else { *s }).collect();
-    let commanded = |axis: usize| all.contains(&Some(Seems::Joint(axis, Side::Command)));
+    let all: Vec<Option<Guess>> =
+        all.iter().enumerate().map(|(k, s)| if unnamed == Some(k) { Some(Guess::Time) } else { *s }).collect();
+    let commanded = |axis: usize| all.contains(&Some(Guess::Joint(axis, Side::Command)));
     let mut taken: Vec<String> = Vec::new();
     let mut lines = String::new();
     let mut passed: Vec<String> = Vec::new();
     for (k, (name, seems)) in names.iter().zip(&all).enumerate() {
         // beside a command, a column that says nothing may be anything
-        let seems = seems.filter(|s| !matches!(s, Seems::Joint(axis, Side::Unsaid) if commanded(*axis)));
+        let seems = seems.filter(|s| !matches!(s, Guess::Joint(axis, Side::Unsaid) if commanded(*axis)));
         let ours = seems.map(|seems| match seems {
-            Seems::Time => ("t_s".to_string(), "s"),
-            Seems::Coordinate(k) => (format!("{}_mm", ["x", "y", "z"][k]), "mm"),
-            Seems::Joint(axis, side) => {
+            Guess::Time => ("t_s".to_string(), "s"),
+            Guess::Coordinate(k) => (format!("{}_mm", ["x", "y", "z"][k]), "mm"),
+            Guess::Joint(axis, side) => {
                 let joint = robot.axis(axis);
                 let unit = if joint.kind == JointKind::Prismatic { "mm" } else { "deg" };
                 (joint_column(if side == Side::Encoder { "enc" } else { "cmd" }, joint), unit)
@@ -333,7 +333,7 @@ pub(crate) fn draft(header: &[String], stamps: &[Option<Stamp>], separator: u8, 
     // a map that ships reads numbers of seconds, or dates in its one way
     let reads_times = |map: &&'static str| {
         let map = maps::named(map).and_then(Result::ok);
-        (0..all.len()).filter(|&k| all[k] == Some(Seems::Time)).all(|k| {
+        (0..all.len()).filter(|&k| all[k] == Some(Guess::Time)).all(|k| {
             let unit = map.as_ref().and_then(|m| m.of(names[k].whole)?.unit.and_then(Stamp::named));
             unit == stamp(k) || stamps.is_empty()
         })

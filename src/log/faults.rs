@@ -5,6 +5,7 @@
 use super::Log;
 use super::note::Mistake;
 use super::shape::{Fit, fit, spread};
+use crate::numerics::robust;
 use crate::robot::{JointKind, Robot};
 use nalgebra::Vector3;
 
@@ -78,8 +79,7 @@ impl Sample {
 
 /// Largest value less the smallest.
 fn travel(values: &[f64]) -> f64 {
-    let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
-    if hi > lo { hi - lo } else { 0.0 }
+    robust::spread(values.iter().copied())
 }
 
 /// One thing that may be wrong with the file.

@@ -31,10 +31,10 @@ pub(super) fn leave_out(log: &mut Log, robot: &Robot) -> Option<(usize, f64)> {
     let columns: Vec<&[f64]> = log.cmd.iter().map(Vec::as_slice).collect();
     let mut nominal = vec![Vector3::zeros(); log.len()];
     robot.chain().positions(&columns, 0, &mut nominal);
-    let back = fit.turn.transpose();
+    let back = fit.rotation.transpose();
     let rows: Vec<usize> = (0..log.len()).filter(|i| log.tcp_m[*i].is_some()).collect();
     let off: Vec<Vector3<f64>> =
-        rows.iter().filter_map(|i| log.tcp_m[*i].map(|p| back * (p - fit.shift) - nominal[*i])).collect();
+        rows.iter().filter_map(|i| log.tcp_m[*i].map(|p| back * (p - fit.translation) - nominal[*i])).collect();
     let stands: Vec<f64> = (0..off.len()).map(|k| (off[k] - running_median(&off, k)).norm()).collect();
     let scatter = SIGMA_PER_MAD * median_of(&mut stands.clone())?;
     let limit = LEAST_M.max(TIMES * scatter);

@@ -48,6 +48,8 @@ pub use columns::ColumnMap;
 pub use instruments::Instruments;
 pub use note::Note;
 
+use crate::numerics::robust::spread;
+use crate::robot::Robot;
 use nalgebra::Vector3;
 
 /// A log in SI, column by column. Joint columns stand in the order of the robot's axes.
@@ -118,9 +120,12 @@ impl Log {
 
     /// Range of the commands of an axis, rad or m.
     pub fn travel(&self, axis: usize) -> f64 {
-        let (lo, hi) =
-            self.cmd[axis].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
-        if hi > lo { hi - lo } else { 0.0 }
+        spread(self.cmd[axis].iter().copied())
+    }
+
+    /// Axes of a robot that move by more than `least` (rad, m).
+    pub fn moving(&self, robot: &Robot, least: [f64; 2]) -> Vec<usize> {
+        (0..robot.dof()).filter(|&a| self.travel(a) > robot.axis(a).kind.pick(least)).collect()
     }
 
     /// Axes that move by more than the last digit of their column.

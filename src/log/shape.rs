@@ -10,11 +10,11 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 const ROUNDS: usize = 5;
 
-/// A rigid (or mirrored) fit `to ~ turn * from + shift`.
+/// A rigid (or mirrored) fit `to ~ rotation * from + translation`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fit {
-    pub turn: Matrix3<f64>,
-    pub shift: Vector3<f64>,
+    pub rotation: Matrix3<f64>,
+    pub translation: Vector3<f64>,
     /// 75th percentile of the distances that are left, metres.
     pub misfit_m: f64,
 }
@@ -22,23 +22,23 @@ pub(super) struct Fit {
 /// Best fit of `from` to `to`; `mirrored` requests a reflection.
 pub(super) fn fit(from: &[Vector3<f64>], to: &[Vector3<f64>], mirrored: bool) -> Fit {
     let mut keep = vec![true; from.len()];
-    let mut best = Fit { turn: Matrix3::identity(), shift: Vector3::zeros(), misfit_m: f64::INFINITY };
+    let mut best = Fit { rotation: Matrix3::identity(), translation: Vector3::zeros(), misfit_m: f64::INFINITY };
     for _ in 0..ROUNDS {
         let kept = from.iter().zip(to).zip(&keep).filter(|(_, k)| **k).map(|((p, q), _)| (*p, *q, 1.0));
         let Some(found) = rigid::fit(kept, mirrored) else { return best };
-        let (turn, shift) = (found.rotation, found.translation);
-        let distance: Vec<f64> = from.iter().zip(to).map(|(p, q)| (q - (turn * p + shift)).norm()).collect();
+        let (rotation, translation) = (found.rotation, found.translation);
+        let distance: Vec<f64> = from.iter().zip(to).map(|(p, q)| (q - (rotation * p + translation)).norm()).collect();
         let misfit_m = lower_quantile(&distance, 0.75);
         if misfit_m.is_nan() || misfit_m >= best.misfit_m {
             return best;
         }
-        best = Fit { turn, shift, misfit_m };
+        best = Fit { rotation, translation, misfit_m };
         keep = distance.iter().map(|d| *d <= 4.0 * misfit_m).collect();
     }
     best
 }
 
-/// The same with the TCP free in the flange frame: `to ~ turn * (from + frame * offset) + shift`. Gauss-Newton steps of offset, rotation
+/// The same with the TCP free in the flange frame: `to ~ rotation * (from + frame * offset) + translation`. Gauss-Newton steps of offset, rotation
 /// and translation together: on a path along which the flange turns little, one of them alone hardly moves.
 pub(super) fn fit_with_free_tool(
     from: &[Vector3<f64>],
@@ -66,13 +66,13 @@ fn tool_step(moved: &[Vector3<f64>], frames: &[Rotation3<f64>], to: &[Vector3<f6
     let middle = centre(moved, &vec![true; moved.len()]);
     let (mut normal, mut right) = (SMatrix::<f64, 9, 9>::zeros(), SVector::<f64, 9>::zeros());
     for ((p, f), q) in moved.iter().zip(frames).zip(to) {
-        let left = q - (at.turn * p + at.shift);
+        let left = q - (at.rotation * p + at.translation);
         if left.norm() > 4.0 * at.misfit_m {
             continue;
         }
         let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
-        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&(at.turn * f.matrix()));
-        jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(at.turn * (p - middle)).cross_matrix());
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&(at.rotation * f.matrix()));
+        jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(at.rotation * (p - middle)).cross_matrix());
         jacobian.fixed_view_mut::<3, 3>(0, 6).copy_from(&Matrix3::identity());
         normal += jacobian.transpose() * jacobian;
         right += jacobian.transpose() * left;

@@ -12,13 +12,13 @@ use nalgebra::{Isometry3, Vector3};
 const BLOCK: usize = 4096;
 
 /// Adds what a link effect adds to its axis, row by row, rad or m.
-pub fn add_link(drive: &CommandTrajectory, placed: &EffectInstance, joint: &mut [f64]) {
-    placed.effect.add_to_joint(placed.target, drive, joint);
+pub fn add_link(trajectory: &CommandTrajectory, placed: &EffectInstance, joint: &mut [f64]) {
+    placed.effect.add_to_joint(placed.target, trajectory, joint);
 }
 
 /// Between the two gaps of a drive (coupling and nut, Gantry (2015)), row by row, rad or m: after what the model lists before the
 /// last play of the axis. With one play or none that is the motor side.
-pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Vec<f64> {
+pub fn between_gaps(model: &Model, trajectory: &CommandTrajectory, axis: usize) -> Vec<f64> {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();
     let play = |e: &&Effect| e.is_play();
     let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);
@@ -27,9 +27,9 @@ pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Ve
             // servo effects stand where they like in the file and act first all the same
             let servo = effects[last..].iter().filter(|e| e.stage() == Stage::Servo);
             let before: Vec<&Effect> = effects[..last].iter().chain(servo).copied().collect();
-            drive.gear(axis, &before, initial_gap_side)
+            trajectory.gear(axis, &before, initial_gap_side)
         }
-        _ => drive.servo(axis, &effects, initial_gap_side),
+        _ => trajectory.servo(axis, &effects, initial_gap_side),
     }
 }
 
@@ -116,21 +116,25 @@ fn each_point<'a>(
 }
 
 /// The path as another clock sees it. Settled poses stay.
-pub fn shift_in_time(drive: &CommandTrajectory, clock: Clock, points: &mut Vec<Vector3<f64>>) {
-    if clock.is_right() || drive.settled() || points.len() < 2 {
+pub fn shift_in_time(trajectory: &CommandTrajectory, clock: Clock, points: &mut Vec<Vector3<f64>>) {
+    if clock.is_right() || trajectory.settled() || points.len() < 2 {
         return;
     }
-    let t_s = drive.t_s();
+    let t_s = trajectory.t_s();
     let old = std::mem::take(points);
     points.extend(t_s.iter().map(|t| at_time(t_s, &old, clock.at(*t, t_s[0]))));
 }
 
 /// A number per row as another clock sees it. Settled poses stay.
-pub fn number_in_time<'a>(drive: &CommandTrajectory, clock: Clock, values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
-    if clock.is_right() || drive.settled() || values.len() < 2 {
+pub fn number_in_time<'a>(
+    trajectory: &CommandTrajectory,
+    clock: Clock,
+    values: &'a [f64],
+) -> std::borrow::Cow<'a, [f64]> {
+    if clock.is_right() || trajectory.settled() || values.len() < 2 {
         return values.into();
     }
-    let t_s = drive.t_s();
+    let t_s = trajectory.t_s();
     let points: Vec<Vector3<f64>> = values.iter().map(|v| Vector3::new(*v, 0.0, 0.0)).collect();
     t_s.iter().map(|t| at_time(t_s, &points, clock.at(*t, t_s[0])).x).collect::<Vec<f64>>().into()
 }

@@ -28,7 +28,7 @@ const BEYOND: f64 = 2.0;
 pub struct Prediction {
     /// Motor side, `[axis][row]`, rad or m.
     pub servo: Vec<Vec<f64>>,
-    /// Behind gear and link stage as a joint sensor shows it, `[axis][row]`, rad or m.
+    /// After gear and link stage as a joint sensor shows it, `[axis][row]`, rad or m.
     pub joint: Vec<Vec<f64>>,
     /// Reflectors in the tracker frame (the base frame where the model has no registration), `[reflector][row]`, m. The first is the
     /// TCP.
@@ -49,38 +49,38 @@ pub fn geometry(robot: &Robot, effects: &[EffectInstance]) -> Robot {
 }
 
 /// Runs the whole chain.
-pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
+pub fn predict(model: &Model, trajectory: &CommandTrajectory) -> Prediction {
     let (servo, joint): (Vec<_>, Vec<_>) =
-        (0..model.robot.dof()).par_map(|a| axis(model, drive, a)).into_iter().unzip();
+        (0..model.robot.dof()).par_map(|a| axis(model, trajectory, a)).into_iter().unzip();
     let robot = geometry(&model.robot, &model.effects);
     let mut chains = vec![robot.chain().clone()];
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
-    let clock = clock(model, drive);
+    let clock = clock(model, trajectory);
     let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
     let points_m = chains
         .iter()
         .map(|chain| {
             let registration = model.registration.as_ref();
-            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, clock })
+            points(model, &Scene { trajectory, chain, joint: &columns, registration, clock })
         })
         .collect();
-    let joint = joint.iter().map(|j| parts::number_in_time(drive, clock, j).into_owned()).collect();
+    let joint = joint.iter().map(|j| parts::number_in_time(trajectory, clock, j).into_owned()).collect();
     Prediction { servo, joint, points_m }
 }
 
 /// The TCP alone, row by row, as [`predict`] gives it, m: neither motors nor sensors are kept.
-pub fn tcp(model: &Model, drive: &CommandTrajectory) -> Vec<Vector3<f64>> {
-    let joint = (0..model.robot.dof()).par_map(|axis| after_link(model, drive, axis, &effects_on(model, axis)));
+pub fn tcp(model: &Model, trajectory: &CommandTrajectory) -> Vec<Vector3<f64>> {
+    let joint = (0..model.robot.dof()).par_map(|axis| after_link(model, trajectory, axis, &effects_on(model, axis)));
     let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
     let robot = geometry(&model.robot, &model.effects);
     let registration = model.registration.as_ref();
-    let clock = clock(model, drive);
-    points(model, &Scene { trajectory: drive, chain: robot.chain(), joint: &columns, registration, clock })
+    let clock = clock(model, trajectory);
+    points(model, &Scene { trajectory, chain: robot.chain(), joint: &columns, registration, clock })
 }
 
 /// The clock of what is measured.
-fn clock(model: &Model, drive: &CommandTrajectory) -> Clock {
-    if drive.settled() { Clock::default() } else { parts::clock(&model.effects) }
+fn clock(model: &Model, trajectory: &CommandTrajectory) -> Clock {
+    if trajectory.settled() { Clock::default() } else { parts::clock(&model.effects) }
 }
 
 /// Effects of one axis, and the side of its gap on which it starts.
@@ -91,21 +91,21 @@ fn effects_on(model: &Model, axis: usize) -> (Vec<&Effect>, i8) {
 /// One axis after its link stage.
 fn after_link(
     model: &Model,
-    drive: &CommandTrajectory,
+    trajectory: &CommandTrajectory,
     axis: usize,
     (effects, initial_gap_side): &(Vec<&Effect>, i8),
 ) -> Vec<f64> {
-    let mut joint = drive.gear(axis, effects, *initial_gap_side);
+    let mut joint = trajectory.gear(axis, effects, *initial_gap_side);
     for placed in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
-        parts::add_link(drive, placed, &mut joint);
+        parts::add_link(trajectory, placed, &mut joint);
     }
     joint
 }
 
 /// One axis: motor side, and after the link stage.
-fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
+fn axis(model: &Model, trajectory: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
     let own = effects_on(model, axis);
-    (drive.servo(axis, &own.0, own.1), after_link(model, drive, axis, &own))
+    (trajectory.servo(axis, &own.0, own.1), after_link(model, trajectory, axis, &own))
 }
 
 /// One reflector over the rows.

@@ -109,15 +109,15 @@ impl CommandTrajectory {
     /// of the column `speed_mm_s`, with which they were reached.
     pub fn of_log(robot: &Robot, log: &Log) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
-        let drive = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses)
+        let trajectory = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses)
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
             .with_measured_torque(measured_torque(log))
             .with_force(force(log));
         if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
             // it has not been needed yet
-            let _ = drive.speed.set(carried(speed));
+            let _ = trajectory.speed.set(carried(speed));
         }
-        drive
+        trajectory
     }
 
     /// The rows of a log with other columns (rad or m) instead of its commands, of which a movement of at most `deadbands[axis]`

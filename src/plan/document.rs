@@ -9,6 +9,7 @@ use super::separate::{Comparison, DesignScore, Experiment, NEEDED, named, right}
 use super::{LEAST, Separation, Shown, reasons};
 use crate::diagnose::search::MOST_EFFECTS;
 use crate::effects::{EffectInstance, entry};
+use crate::io::rounded::significant;
 use crate::log::write;
 use crate::robot::Robot;
 use serde::Serialize;
@@ -159,11 +160,7 @@ pub struct ChannelShown {
 }
 
 fn digits(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let scale = 10f64.powi(5 - value.abs().log10().floor() as i32);
-    if scale.is_finite() && scale > 0.0 { (value * scale).round() / scale } else { value }
+    significant(value, 6)
 }
 
 fn effect(placed: &EffectInstance, robot: &Robot) -> Value {

@@ -14,7 +14,7 @@ use crate::diagnose::candidates;
 use crate::diagnose::candidates::screen::{SWALLOWED, ScreeningContext};
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::verdict::MDB;
-use crate::effects::EffectInstance;
+use crate::effects::{EffectInstance, transmission_error};
 use crate::io::yaml::Document;
 use serde_yaml::Mapping;
 
@@ -37,7 +37,7 @@ pub fn seen(bench: &Experiment, motion: &Motion, scale: &Scale) -> Vec<Seen> {
     let (problem, start, whitening) = bench.problem(motion);
     let state = problem.evaluate(&start);
     let tangent = tangent(&problem, &start, &state, &[], &whitening);
-    let ground = ScreeningContext::new(&problem, &start, &state, &whitening, tangent);
+    let context = ScreeningContext::new(&problem, &start, &state, &whitening, tangent);
     let doc = Document { name: "typical sizes", text: "" };
     let mut list: Vec<Seen> = Vec::new();
     let mut candidates = candidates::all(&problem);
@@ -46,13 +46,13 @@ pub fn seen(bench: &Experiment, motion: &Motion, scale: &Scale) -> Vec<Seen> {
         if problem.robot.axis(axis).kind == crate::robot::JointKind::Revolute
             || problem.robot.axis(axis).lead_m_per_rev.is_some()
         {
-            candidates.extend([37.0, 101.0].map(|n| candidates::ripple(&problem, axis, n)));
+            candidates.extend([37.0, 101.0].map(|n| transmission_error::ripple(&problem.robot, axis, n)));
         }
     }
     candidates.push(candidates::vibration(&problem.robot, 7.3));
     for (index, c) in candidates.iter().enumerate() {
         let Ok(typical) = sizes::placed(c.effect, &c.target, &Mapping::new(), scale, &doc) else { continue };
-        let score = ground.score(index, c);
+        let score = context.score(index, c);
         let visible = score.own >= SWALLOWED && score.sigma.iter().all(|s| s.is_finite() && *s > 0.0);
         let (ratio, detectable) = if visible {
             let size = typical.effect.magnitude();

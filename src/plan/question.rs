@@ -5,7 +5,9 @@
 //! `nothing`) is the alternative without any effect: what the estimated frame can absorb.
 
 use super::sizes::{self, Scale};
+use crate::diagnose::Verdict;
 use crate::diagnose::result::document::SCHEMA;
+use crate::diagnose::search::across::ALL;
 use crate::effects::{EffectInstance, catalogue, entry};
 use crate::error::{Error, Place, Result};
 use crate::io::yaml::Document;
@@ -111,7 +113,7 @@ fn first_guess(effect: &str, target: &str, scale: &Scale, doc: &Document) -> Res
     }
     let placed = |target: &str| sizes::placed(effect, target, &Mapping::new(), scale, doc);
     // the alternative of a clock offset: every joint by the same lag
-    if target == "all" {
+    if target == ALL {
         return scale.robot.axis_names().into_iter().map(placed).collect();
     }
     Ok(vec![placed(target)?])
@@ -128,7 +130,7 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
         )
     })?;
     doc.require_schema(value["schema"].as_str().unwrap_or("none"), SCHEMA)?;
-    if value["verdict"] == "bad_data" {
+    if serde_json::to_value(Verdict::BadData).is_ok_and(|bad| value["verdict"] == bad) {
         let reason = value["reason"].as_str().unwrap_or("its log cannot be right");
         let found = format!("a diagnosis of bad data: {reason}");
         return Err(Error::bad(Place::file(name), found, "a diagnosis of a log without such errors"));

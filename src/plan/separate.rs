@@ -168,14 +168,14 @@ impl Experiment<'_> {
                 synthetic::measure(&mut problem, &h);
                 let state = problem.evaluate(&base);
                 let tangent = tangent(&problem, &base, &state, &free, &whitening);
-                let ground = ScreeningContext::new(&problem, &base, &state, &whitening, tangent);
+                let context = ScreeningContext::new(&problem, &base, &state, &whitening, tangent);
                 let inside = |c: &Candidate| {
                     set.alternatives
                         .iter()
                         .flat_map(|r| &r.effects)
-                        .any(|p| (p.effect.name(), p.target_text(&problem.robot)) == (c.effect, c.target.clone()))
+                        .any(|p| p.named(&problem.robot) == (c.effect, c.target.clone()))
                 };
-                let mut scored: Vec<(f64, Alternative)> = ground
+                let mut scored: Vec<(f64, Alternative)> = context
                     .score_all(&candidates)
                     .iter()
                     .map(|s| (s, &candidates[s.candidate]))
@@ -219,7 +219,7 @@ pub fn nested(narrow: &Alternative, wide: &Alternative) -> bool {
         });
     }
     match (narrow.effects.as_slice(), wide.effects.as_slice()) {
-        ([a], [b]) if a.target == b.target => b.effect.info().includes.contains(&a.effect.name()),
+        ([a], [b]) if a.target == b.target => b.effect.info().special.includes.contains(&a.effect.name()),
         _ => false,
     }
 }
@@ -272,22 +272,22 @@ fn screened(
     let from = base.effects.len();
     let mut h = base.clone();
     for (k, wanted) in alternative.effects.iter().enumerate() {
-        let name = (wanted.effect.name(), wanted.target_text(&problem.robot));
+        let name = wanted.named(&problem.robot);
         let state = problem.evaluate(&h);
         let free: Vec<usize> = (known..h.effects.len()).collect();
         let tangent = tangent(problem, &h, &state, &free, whitening);
-        let ground = ScreeningContext::new(problem, &h, &state, whitening, tangent);
-        if dot(&ground.residual, &ground.residual) == 0.0 {
+        let context = ScreeningContext::new(problem, &h, &state, whitening, tangent);
+        if dot(&context.residual, &context.residual) == 0.0 {
             return None;
         }
         // what has a phase has a frequency, which a spectrum finds
-        let spectral = if wanted.effect.phase().is_some() { ground.spectral() } else { Vec::new() };
+        let spectral = if wanted.effect.phase().is_some() { context.spectral() } else { Vec::new() };
         let mut scored: Vec<(f64, Vec<EffectInstance>)> = candidates
             .iter()
             .chain(&spectral)
             .filter(|c| c.effect == name.0 && c.target == name.1)
             .map(|c| {
-                let s = ground.score(0, c);
+                let s = context.score(0, c);
                 (s.gain, c.at(&s.coefficients))
             })
             .filter(|(gain, placed)| *gain > 0.0 && !placed.is_empty())

@@ -9,7 +9,7 @@
 
 mod rows;
 
-pub use rows::{CompensatorRow, GapRow, LeftOut, ReversalRow, ReversalValue, ReversalsView, StictionRow};
+pub use rows::{CompensatorRow, GapRow, ReversalRow, ReversalValue, ReversalsView, StictionRow};
 
 /// Which of the compared runs: fixes colour and line on the whole page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

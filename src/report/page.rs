@@ -184,7 +184,6 @@ fn content(content: &Content, joints: &Joints) -> Markup {
         Content::Reversals(v) => tables::reversals(v, joints),
         Content::GapTable(v) => tables::gaps(v, joints),
         Content::Compensator(v) => tables::compensator(v, joints),
-        Content::LeftOut(v) => tables::left_out(v),
         Content::Places(v) => tables::places(v, joints),
         Content::Table(v) => tables::plain(v),
         Content::Notes(v) => notes(v),

@@ -160,21 +160,6 @@ fn or_dash(text: &str) -> &str {
     if text.is_empty() { "–" } else { text }
 }
 
-/// What was not used, and why.
-pub(super) fn left_out(rows: &[LeftOut]) -> Markup {
-    let shown = &rows[..rows.len().min(ROWS)];
-    html! {
-        @if rows.is_empty() { p { "Nothing was left out." } }
-        @else {
-            div.scroll { table {
-                thead { tr { th scope="col" { "What" } th scope="col" { "Why" } } }
-                tbody { @for r in shown { tr { th scope="row" { (r.what) } td { (r.why) } } } }
-            } }
-            (rest(shown.len(), rows.len()))
-        }
-    }
-}
-
 /// Places of a program that were changed: the first of them and the count.
 pub(super) fn places(view: &PlacesView, joints: &Joints) -> Markup {
     let shown = &view.places[..view.places.len().min(PLACES)];

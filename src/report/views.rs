@@ -148,8 +148,6 @@ pub enum Content {
     GapTable(Vec<GapRow>),
     /// What a compensator holds, as a table.
     Compensator(Vec<CompensatorRow>),
-    /// What was left out, and why.
-    LeftOut(Vec<LeftOut>),
     /// Places of a program that change.
     Places(PlacesView),
     /// A table of words.
@@ -160,7 +158,7 @@ pub enum Content {
     Method(Vec<Method>),
 }
 
-/// The name of a file as a page shows it: the folders of an absolute path are nobody's business but the user's.
+/// The name of a file as a page shows it: without the folders of an absolute path, which are private.
 pub fn file_name(name: &str) -> String {
     let path = std::path::Path::new(name);
     let short = path.file_name().filter(|_| path.is_absolute());
@@ -242,7 +240,7 @@ impl Content {
     /// Whether two such sections stand side by side on a wide screen.
     pub(super) fn is_narrow(&self) -> bool {
         use Content::*;
-        matches!(self, Histogram(_) | Bars(_) | Waterfall(_) | LeftOut(_) | Places(_) | Notes(_))
+        matches!(self, Histogram(_) | Bars(_) | Waterfall(_) | Places(_) | Notes(_))
     }
 
     /// What kind of section it is, in a few words.
@@ -266,7 +264,6 @@ impl Content {
             Self::Reversals(_) => "Errors at the reversals",
             Self::GapTable(_) => "Gaps and stiction",
             Self::Compensator(_) => "Compensator",
-            Self::LeftOut(_) => "Left out",
             Self::Places(_) => "Rewritten places",
             Self::Table(_) => "Table",
             Self::Notes(_) => "Notes",
@@ -302,7 +299,6 @@ content_from! {
     ReversalsView => Reversals,
     Vec<GapRow> => GapTable,
     Vec<CompensatorRow> => Compensator,
-    Vec<LeftOut> => LeftOut,
     PlacesView => Places,
     TableView => Table,
     Vec<String> => Notes,

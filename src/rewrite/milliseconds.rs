@@ -7,7 +7,7 @@
 //! How it fails: a program that really moves so slowly gets a note that does not concern it. It is a note, never a refusal.
 
 use super::Points;
-use crate::robot::{Joint, JointKind, Robot};
+use crate::robot::{Joint, Robot};
 
 /// Rows from which times are suspicious, and up to which they are looked at.
 const MANY: usize = 10;
@@ -63,7 +63,7 @@ impl Suspicion {
 
 /// Largest speed of a joint, rad/s or m/s.
 fn fastest(joint: &Joint) -> f64 {
-    let usual = USUAL[usize::from(joint.kind == JointKind::Prismatic)];
+    let usual = joint.kind.pick(USUAL);
     joint.max_speed.filter(|v| *v > 0.0).unwrap_or(usual)
 }
 

@@ -10,7 +10,7 @@ use super::guard::{self, is_note, note_name};
 use super::manifest::{Entry, State};
 use crate::error::{Error, Place, Result, shown};
 use crate::io::name::{path_of, text_of};
-use crate::io::store::{Digest, Got, Store};
+use crate::io::store::{Digest, Fetched, Store};
 use crate::io::temporary::TemporaryFolder;
 use crate::program::formats::{self, Recognised};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -49,13 +49,13 @@ pub fn entries(store: &Store, format: Option<Recognised>) -> Result<Vec<Entry>> 
 }
 
 /// `None`: it is no program.
-fn entry(key: &str, got: Got<Digest>, format: Option<Recognised>) -> Option<Entry> {
+fn entry(key: &str, got: Fetched<Digest>, format: Option<Recognised>) -> Option<Entry> {
     let (path, key) = (Path::new(key), text_of(Path::new(key)));
     let unreadable = Entry { key, size: 0, sha256: None, format: None, state: State::Unreadable, reason: None };
     let by_name = formats::is_program_by_name(path, format);
     match got {
-        Got::Not(why) => Some(Entry { reason: Some(why), ..unreadable }),
-        Got::Whole(d) if by_name.unwrap_or_else(|| formats::is_program_by_content(path, &d.head, format)) => {
+        Fetched::Not(why) => Some(Entry { reason: Some(why), ..unreadable }),
+        Fetched::Whole(d) if by_name.unwrap_or_else(|| formats::is_program_by_content(path, &d.head, format)) => {
             let format = format.unwrap_or_else(|| formats::recognise(path, &d.head));
             Some(Entry {
                 size: d.size,
@@ -65,7 +65,7 @@ fn entry(key: &str, got: Got<Digest>, format: Option<Recognised>) -> Option<Entr
                 ..unreadable
             })
         }
-        Got::Whole(_) => None,
+        Fetched::Whole(_) => None,
     }
 }
 
@@ -108,7 +108,7 @@ impl Staged {
         let whole: Vec<_> = wanted.beside.iter().filter(|(_, whole)| **whole).map(|(l, _)| of(l)).collect();
         for ((location, _), got) in whole.iter().zip(store.get(&whole)?) {
             // without it, a program would come out as if nothing stood there
-            if let (Got::Not(why), false) = (got, wanted.programs.contains_key(location)) {
+            if let (Fetched::Not(why), false) = (got, wanted.programs.contains_key(location)) {
                 return Err(Error::bad(Place::file(store.name_of(location)), why, "what was listed a moment before"));
             }
         }
@@ -297,8 +297,8 @@ impl Results {
         folders.into_iter().try_for_each(|f| make_folder(Some(f)))?;
         for ((location, path), got) in objects.iter().zip(store.get(&objects)?) {
             match got {
-                Got::Whole(()) => self.before.insert(location.clone(), batch::hash(path).unwrap_or_default()),
-                Got::Not(_) => None,
+                Fetched::Whole(()) => self.before.insert(location.clone(), batch::hash(path).unwrap_or_default()),
+                Fetched::Not(_) => None,
             };
         }
         Ok(())

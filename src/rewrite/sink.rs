@@ -27,9 +27,9 @@ pub trait Sink: Send {
 }
 
 /// Nothing is kept: a dry run.
-pub struct Nowhere;
+pub struct NullSink;
 
-impl Sink for Nowhere {
+impl Sink for NullSink {
     fn take(&mut self, _: &[u8]) -> Result<()> {
         Ok(())
     }

@@ -72,8 +72,6 @@ pub struct Inverse {
     pub error_m: f64,
     /// 0 where only the position was asked for.
     pub error_rad: f64,
-    /// Steps that were taken.
-    pub iterations: usize,
 }
 
 impl Inverse {
@@ -94,7 +92,7 @@ impl Robot {
                 Target::Pose(p) => p.position.iter().chain(p.rotation.matrix().iter()).all(|v| v.is_finite()),
             };
         if !finite {
-            return Inverse { q, stop: Stop::NotFinite, error_m: f64::INFINITY, error_rad: 0.0, iterations: 0 };
+            return Inverse { q, stop: Stop::NotFinite, error_m: f64::INFINITY, error_rad: 0.0 };
         }
         let mut reach = Reach { robot: self, target, options, free: &free };
         let settings = Options { max_steps: options.max_iterations, ..SETTINGS };
@@ -105,13 +103,7 @@ impl Robot {
             TerminationReason::NotFinite => Stop::NotFinite,
             _ => Stop::NoProgress,
         };
-        Inverse {
-            q: found.point,
-            stop,
-            error_m: found.state.error_m,
-            error_rad: found.state.error_rad,
-            iterations: found.steps,
-        }
+        Inverse { q: found.point, stop, error_m: found.state.error_m, error_rad: found.state.error_rad }
     }
 
     fn miss(&self, target: &Target, q: &[f64], options: &InverseOptions) -> Miss {

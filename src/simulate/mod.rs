@@ -6,6 +6,7 @@
 //! - [`timing`]: times of program points at a constant TCP speed.
 //! - [`motion`]: commands and what the chain makes of them.
 //! - [`noise`]: seeded white noise.
+//! - `note`: what a reader of the predicted log should know.
 //! - [`predicted`]: the predicted log as CSV, with the input's own columns where it was a log.
 //!
 //! # Example

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 #[derive(Debug)]
 pub struct Motion {
     /// The commands.
-    pub drive: CommandTrajectory,
+    pub trajectory: CommandTrajectory,
     /// What the machine makes of them.
     pub prediction: Prediction,
 }
@@ -43,19 +43,19 @@ impl Motion {
 
     /// The same with rows at the points `at` of the program (increasing), too.
     pub fn of_program_at(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64, at: &[usize]) -> Result<Self> {
-        let drive = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
-        let Some(by_gears) = by_gears(model) else { return Ok(Self::of(model, drive)) };
+        let trajectory = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
+        let Some(by_gears) = by_gears(model) else { return Ok(Self::of(model, trajectory)) };
         let program = program.by_gears(&model.robot);
         let gears = CommandTrajectory::of_program_at(&by_gears.robot, &program, t_s, rate_hz, at)?;
-        Ok(Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) })
+        Ok(Self { trajectory, prediction: back(predict(&by_gears, &gears), &model.robot) })
     }
 
     /// Runs the rows of a log.
     pub fn of_log(model: &Model, log: &Log) -> Self {
-        let drive = CommandTrajectory::of_log(&model.robot, log);
-        let Some(by_gears) = by_gears(model) else { return Self::of(model, drive) };
+        let trajectory = CommandTrajectory::of_log(&model.robot, log);
+        let Some(by_gears) = by_gears(model) else { return Self::of(model, trajectory) };
         let gears = CommandTrajectory::of_log(&by_gears.robot, &log.by_gears(&model.robot));
-        Self { drive, prediction: back(predict(&by_gears, &gears), &model.robot) }
+        Self { trajectory, prediction: back(predict(&by_gears, &gears), &model.robot) }
     }
 
     /// A program as [`Self::of_program_at`] runs it: its commands and the TCP in each row, m, without what takes most of the memory.
@@ -66,36 +66,36 @@ impl Motion {
         rate_hz: f64,
         at: &[usize],
     ) -> Result<(CommandTrajectory, Vec<Vector3<f64>>)> {
-        let drive = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
+        let trajectory = CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?;
         let points = match by_gears(model) {
-            None => tcp(model, &drive),
+            None => tcp(model, &trajectory),
             Some(by_gears) => {
                 let program = program.by_gears(&model.robot);
                 let gears = CommandTrajectory::of_program_at(&by_gears.robot, &program, t_s, rate_hz, at)?;
                 tcp(&by_gears, &gears)
             }
         };
-        Ok((drive, points))
+        Ok((trajectory, points))
     }
 
     /// The same of the rows of a log.
     pub fn tcp_of_log(model: &Model, log: &Log) -> (CommandTrajectory, Vec<Vector3<f64>>) {
-        let drive = CommandTrajectory::of_log(&model.robot, log);
+        let trajectory = CommandTrajectory::of_log(&model.robot, log);
         let points = match by_gears(model) {
-            None => tcp(model, &drive),
+            None => tcp(model, &trajectory),
             Some(by_gears) => tcp(&by_gears, &CommandTrajectory::of_log(&by_gears.robot, &log.by_gears(&model.robot))),
         };
-        (drive, points)
+        (trajectory, points)
     }
 
-    fn of(model: &Model, drive: CommandTrajectory) -> Self {
-        let prediction = predict(model, &drive);
-        Self { drive, prediction }
+    fn of(model: &Model, trajectory: CommandTrajectory) -> Self {
+        let prediction = predict(model, &trajectory);
+        Self { trajectory, prediction }
     }
 
     /// Number of rows.
     pub fn len(&self) -> usize {
-        self.drive.rows()
+        self.trajectory.rows()
     }
 
     /// Whether there are no rows.

@@ -113,7 +113,7 @@ pub fn write_program_log(
 
 /// Effects that follow columns which the motion does not have.
 fn idle(model: &Model, motion: &Motion) -> Vec<Note> {
-    without_columns(&model.effects, &model.robot, &[&motion.drive]).into_iter().map(Note::Idle).collect()
+    without_columns(&model.effects, &model.robot, &[&motion.trajectory]).into_iter().map(Note::Idle).collect()
 }
 
 /// What is predicted in a column's place; `None`: a reflector that the robot file has not.
@@ -247,6 +247,6 @@ fn add_position(k: usize, columns: &mut Vec<Named>) {
 /// Decimals that show the times of the rows: 3 to 6, as few as keep them.
 fn time_decimals(motion: &Motion, rate_hz: f64) -> u8 {
     let whole = |x: f64| (x - x.round()).abs() < 1e-6;
-    let start = motion.drive.t_s().first().copied().unwrap_or(0.0);
+    let start = motion.trajectory.t_s().first().copied().unwrap_or(0.0);
     (3..6).find(|&d| whole(10f64.powi(d) / rate_hz) && whole(10f64.powi(d) * start)).unwrap_or(6) as u8
 }

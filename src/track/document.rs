@@ -6,6 +6,7 @@ use super::path::Path;
 use crate::error::{Result, counted};
 use crate::gaps::LogRef;
 use crate::gaps::file::{number, value};
+use crate::numerics::robust::range;
 use crate::robot::Robot;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -68,7 +69,7 @@ impl Tracked {
     pub fn to_json(&self, robot: &Robot, path: &Path, origin: &Origin, method: &str) -> Result<Value> {
         let joints = robot.axis_joints().enumerate().map(|(a, j)| {
             let edge = |v: f64| j.kind.to_user_unit(v);
-            let ends = self.q.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], q| [l.min(q[a]), h.max(q[a])]);
+            let ends = range(self.q.iter().map(|q| q[a]));
             // these keys carry the unit of the joint
             let mut one = Map::new();
             one.insert("joint".into(), j.name.clone().into());

@@ -202,13 +202,13 @@ fn an_axis_at_rest_and_an_empty_list_of_effects_change_nothing() {
     let t_s: Vec<f64> = (0..50).map(|i| f64::from(i) * 0.1).collect();
     let cmd: Vec<Vec<f64>> =
         (0..6).map(|a| t_s.iter().map(|t| if a == 2 { (t * 0.7).sin() } else { 0.2 }).collect()).collect();
-    let drive = CommandTrajectory::of_columns(&robot, t_s, cmd.clone(), None, false);
+    let trajectory = CommandTrajectory::of_columns(&robot, t_s, cmd.clone(), None, false);
     for (axis, command) in cmd.iter().enumerate() {
-        assert_eq!(&drive.gear(axis, &[], 0), command);
-        assert_eq!(&drive.servo(axis, &[], 1), command);
-        assert_eq!(drive.is_stationary(axis), axis != 2);
+        assert_eq!(&trajectory.gear(axis, &[], 0), command);
+        assert_eq!(&trajectory.servo(axis, &[], 1), command);
+        assert_eq!(trajectory.is_stationary(axis), axis != 2);
     }
-    let ideal = predict(&Model::ideal(robot.clone()), &drive);
+    let ideal = predict(&Model::ideal(robot.clone()), &trajectory);
     assert!((ideal.points_m[0][7] - robot.tcp_m(&cmd.iter().map(|c| c[7]).collect::<Vec<_>>())).norm() < 1e-12);
 }
 

@@ -87,10 +87,10 @@ fn run(program: &Program) -> (Motion, Log) {
     let normal = Normal::new(0.0, 10e-6).unwrap();
     let mut text = String::from("t_s,cmd_J1_deg,cmd_J2_deg,cmd_J3_deg,x_mm,y_mm,z_mm\n");
     for row in 0..motion.len() {
-        let q = [0, 1, 2].map(|a| motion.drive.command(a)[row].to_degrees());
+        let q = [0, 1, 2].map(|a| motion.trajectory.command(a)[row].to_degrees());
         let mut noise = || normal.sample(&mut rng);
         let p = (motion.point_m(0, row) + Vector3::new(noise(), noise(), noise())) * 1e3;
-        let _ = write!(text, "{:.4},{:.6},{:.6},{:.6}", motion.drive.t_s()[row], q[0], q[1], q[2] - q[1]);
+        let _ = write!(text, "{:.4},{:.6},{:.6},{:.6}", motion.trajectory.t_s()[row], q[0], q[1], q[2] - q[1]);
         let _ = writeln!(text, ",{:.5},{:.5},{:.5}", p.x, p.y, p.z);
     }
     let log = Log::parse(input("run.csv", text.into()), &pendant()).unwrap();

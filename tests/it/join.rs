@@ -370,9 +370,9 @@ impl Planned<'_> {
         let (mut ours, mut theirs) = (format!("t_s,{}\n", names.join(",")), String::from("t_s,x_mm,y_mm,z_mm\n"));
         let d = self.stamp_decimals;
         for row in 0..motion.len() {
-            let t = motion.drive.t_s()[row];
+            let t = motion.trajectory.t_s()[row];
             let q: Vec<String> =
-                (0..robot.dof()).map(|a| format!("{:.6}", motion.drive.command(a)[row].to_degrees())).collect();
+                (0..robot.dof()).map(|a| format!("{:.6}", motion.trajectory.command(a)[row].to_degrees())).collect();
             let _ = writeln!(ours, "{t:.d$},{}", q.join(","));
             let p = motion.point_m(0, row) * 1e3 + Vector3::from_fn(|_, _| normal.sample(&mut rng));
             let _ = writeln!(theirs, "{:.d$},{:.6},{:.6},{:.6}", t - OFFSET_S, p.x, p.y, p.z);

@@ -79,9 +79,9 @@ fn recorded(model: &Model, recording: &Recording, options: &Options, seed: u64) 
         _ => ",dial_um\n",
     });
     for row in 0..motion.len() {
-        let _ = write!(text, "{:.4}", motion.drive.t_s()[row]);
+        let _ = write!(text, "{:.4}", motion.trajectory.t_s()[row]);
         for (a, joint) in model.robot.axis_joints().enumerate() {
-            let _ = write!(text, ",{:.6}", joint.kind.to_user_unit(motion.drive.command(a)[row]));
+            let _ = write!(text, ",{:.6}", joint.kind.to_user_unit(motion.trajectory.command(a)[row]));
         }
         let p = motion.point_m(0, row);
         let _ = match options.instrument.reading(&p) {

@@ -211,10 +211,12 @@ pub fn simulate<'py>(
         _ => return Err(bad("a log and a program, or neither; expected one of them")),
     };
     let n = model.robot.dof();
-    let rows: Vec<f64> =
-        (0..motion.len()).flat_map(|i| (0..n).map(move |a| (i, a))).map(|(i, a)| motion.drive.command(a)[i]).collect();
+    let rows: Vec<f64> = (0..motion.len())
+        .flat_map(|i| (0..n).map(move |a| (i, a)))
+        .map(|(i, a)| motion.trajectory.command(a)[i])
+        .collect();
     let tcp = (0..motion.len()).flat_map(|i| <[f64; 3]>::from(motion.point_m(0, i) * 1e3)).collect();
-    Ok((motion.drive.t_s().to_vec().into_pyarray(py), joints_out(py, &model.robot, &rows)?, shaped(py, tcp, 3)?))
+    Ok((motion.trajectory.t_s().to_vec().into_pyarray(py), joints_out(py, &model.robot, &rows)?, shaped(py, tcp, 3)?))
 }
 
 /// What a model lacks to explain logs: the document, the page, and the model with what was found.

@@ -66,13 +66,6 @@ impl Autoregression {
         };
         (0..series.len()).map(|t| (series[t] - past(t)) / sigma).collect()
     }
-
-    /// Variance of the mean of a long series over that of white noise of the same variance per sample: samples count as
-    /// this many times fewer.
-    pub fn inflation_of_the_mean(&self, variance_of_a_sample: f64) -> f64 {
-        let gain = 1.0 - self.coefficients.iter().sum::<f64>();
-        if variance_of_a_sample > 0.0 { self.variance / (gain * gain) / variance_of_a_sample } else { 1.0 }
-    }
 }
 
 #[cfg(test)]
@@ -102,15 +95,6 @@ mod tests {
         let white = found.whiten(&x);
         let lag = |k: usize| white[k..].iter().zip(&white).map(|(a, b)| a * b).sum::<f64>() / white.len() as f64;
         assert!((lag(0) - 1.0).abs() < 0.03 && (1..6).all(|k| lag(k).abs() < 0.03));
-    }
-
-    #[test]
-    fn the_mean_of_a_slow_series_counts_few_samples() {
-        let x = series(50_000, &[0.8]);
-        let power = x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
-        let found = Autoregression::fit(&x, 1).inflation_of_the_mean(power);
-        // (1 + a) / (1 - a)
-        assert!((found / 9.0 - 1.0).abs() < 0.1, "{found}");
     }
 
     #[test]

@@ -1,27 +1,13 @@
-//! Uncertainty where neighbouring residuals are correlated: blocks drawn again, and the sandwich covariance.
+//! Uncertainty where neighbouring residuals are correlated: the sandwich covariance.
 //!
-//! Method: the circular block bootstrap (Politis and Romano 1992) draws blocks of neighbouring rows, so that correlation within
-//! a block is kept; the sandwich `B (sum_g s_g s_g^T) B` with `B = (J^T J)^-1` and the scores `s_g = J_g^T r_g` of blocks of
-//! rows (Liang and Zeger 1986) estimates the covariance from the residuals themselves.
+//! Method: the sandwich `B (sum_g s_g s_g^T) B` with `B = (J^T J)^-1` and the scores `s_g = J_g^T r_g` of blocks of rows (Liang and
+//! Zeger 1986) estimates the covariance from the residuals themselves, correlation within a block included.
 //!
 //! Assumptions: blocks are much longer than the correlation and there are many of them (twenty or more): the sandwich of few
 //! blocks is too small, which the factor `g / (g - 1)` makes up for in part.
 
 use super::least_squares::Information;
 use nalgebra::{DMatrix, DVector};
-use rand::Rng;
-
-/// Rows of one draw: as many as there are (`rows`), in blocks of `length` neighbours that start anywhere and go round the end.
-pub fn block_rows(rows: usize, length: usize, generator: &mut impl Rng) -> Vec<usize> {
-    let length = length.clamp(1, rows.max(1));
-    let mut drawn = Vec::with_capacity(rows + length);
-    while drawn.len() < rows {
-        let start = generator.random_range(0..rows);
-        drawn.extend((start..start + length).map(|i| i % rows));
-    }
-    drawn.truncate(rows);
-    drawn
-}
 
 /// Covariance of the parameters from the scores of blocks of `length` neighbouring rows; `None` with fewer than two blocks,
 /// or where a direction is open.
@@ -51,7 +37,7 @@ pub fn sandwich(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
+    use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     /// Uniform noise of unit variance, smoothed by an autoregression with coefficient `a`.
@@ -63,22 +49,6 @@ mod tests {
                 last
             })
             .collect()
-    }
-
-    #[test]
-    fn a_draw_has_every_row_equally_often_in_the_mean_and_keeps_neighbours() {
-        let mut generator = ChaCha8Rng::seed_from_u64(4);
-        let mut counts = [0usize; 50];
-        let mut neighbours = 0;
-        for _ in 0..2000 {
-            let rows = block_rows(50, 10, &mut generator);
-            assert_eq!(rows.len(), 50);
-            neighbours += rows.windows(2).filter(|w| w[1] == (w[0] + 1) % 50).count();
-            rows.iter().for_each(|&r| counts[r] += 1);
-        }
-        assert!(counts.iter().all(|&c| (c as f64 / 2000.0 - 1.0).abs() < 0.15), "{counts:?}");
-        // 45 of the 49 steps lie within blocks, and a step between blocks is one to the neighbour in one of 50 cases
-        assert!((neighbours as f64 / 2000.0 - 45.1).abs() < 0.1, "{neighbours}");
     }
 
     #[test]

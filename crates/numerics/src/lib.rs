@@ -2,7 +2,6 @@
 //!
 //! Read in this order:
 //! - [`least_squares`]: nonlinear least squares, one Levenberg-Marquardt; [`qr`]: the decomposition below it;
-//!   [`derivative`]: derivatives by differences, to check others;
 //! - [`linear`]: weighted linear fits by QR; [`normal_equations`]: the inverse of a normal matrix; [`legendre`]: the basis of polynomials;
 //! - [`student`], [`fisher`], [`chi_squared`], [`normal`]: tail probabilities and quantiles;
 //! - [`autoregression`]: correlated noise and its whitening; [`dependent`]: uncertainties in spite of it;
@@ -11,7 +10,7 @@
 //! - [`series`]: positions between samples;
 //! - [`robust`]: median, quantiles, scale from the median, and a mean without gross errors;
 //! - [`fading`]: `exp` of many numbers at once;
-//! - [`fourier`]: discrete Fourier transforms; [`parallel`]: maps over all processors.
+//! - [`fourier`]: discrete Fourier transforms; [`halton`]: points that fill a range evenly; [`parallel`]: maps over all processors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
 //! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
@@ -22,10 +21,10 @@
 pub mod autoregression;
 pub mod chi_squared;
 pub mod dependent;
-pub mod derivative;
 pub mod fading;
 pub mod fisher;
 pub mod fourier;
+pub mod halton;
 pub mod least_squares;
 pub mod legendre;
 pub mod linear;

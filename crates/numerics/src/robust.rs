@@ -5,6 +5,27 @@ use nalgebra::Vector3;
 /// Standard deviation of a normal distribution over its median absolute deviation.
 pub const SIGMA_PER_MAD: f64 = 1.482_602_218_505_602;
 
+/// Least and largest of values; infinite, the first above the second, of nothing. NaN does not count.
+///
+/// ```
+/// use lostmotion_numerics::robust::range;
+/// assert_eq!(range([2.0, -1.0, 5.0]), [-1.0, 5.0]);
+/// ```
+pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
+}
+
+/// Distance between the least and the largest of values; 0 of nothing.
+pub fn spread(values: impl IntoIterator<Item = f64>) -> f64 {
+    let [lo, hi] = range(values);
+    if hi > lo { hi - lo } else { 0.0 }
+}
+
+/// Largest size of values; 0 of nothing. NaN does not count.
+pub fn largest_size(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
 /// Median, the middle of two for an even count; `None` of nothing. Sorts in place.
 pub fn median_of(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);

@@ -7,6 +7,7 @@
 //!
 //! Assumptions: times increase strictly. Fails: `None` outside the recording.
 
+use crate::robust::spread;
 use std::ops::Range;
 
 /// Samples of several channels at common times.
@@ -66,9 +67,7 @@ impl Series {
 
     /// Range of a channel's samples.
     pub fn travel(&self, channel: usize) -> f64 {
-        let (lo, hi) =
-            self.values[channel].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        if hi > lo { hi - lo } else { 0.0 }
+        spread(self.values[channel].iter().copied())
     }
 
     /// Value and rate in the interval after sample `k`, `x` from 0 to 1.

@@ -23,6 +23,19 @@ impl JointKind {
         }
     }
 
+    /// What holds for this kind, of a revolute and a prismatic joint.
+    ///
+    /// ```
+    /// use robot_programs::axes::JointKind;
+    /// assert_eq!(JointKind::Prismatic.pick(["turns", "slides"]), "slides");
+    /// ```
+    pub fn pick<T>(self, [revolute, prismatic]: [T; 2]) -> T {
+        match self {
+            Self::Revolute => revolute,
+            Self::Prismatic => prismatic,
+        }
+    }
+
     /// Edge unit to SI: multiply (rad per deg, m per mm).
     pub fn si_per_user_unit(self) -> f64 {
         match self {

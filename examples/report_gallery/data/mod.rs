@@ -375,20 +375,6 @@ fn words(page: &mut Page) {
     page.section(
         "",
         "",
-        vec![
-            LeftOut {
-                what: "A4 at 130 deg, cycle 3".into(),
-                why: "the reflector was lost for 0.7 s of a rest of 1 s".into(),
-            },
-            LeftOut {
-                what: "stiction of A2".into(),
-                why: "no spike above the noise after its reversals (p = 0.62)".into(),
-            },
-        ],
-    );
-    page.section(
-        "",
-        "",
         PlacesView {
             total: 84,
             places: (0..12)

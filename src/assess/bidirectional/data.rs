@@ -5,6 +5,7 @@ use super::state::States;
 use crate::error::{Error, Place, Result};
 use crate::numerics::legendre;
 use crate::numerics::linear::Fit;
+use crate::numerics::robust::range;
 use nalgebra::DMatrix;
 
 /// Where the scatter of coefficients comes from.
@@ -139,8 +140,7 @@ impl Reference {
     pub(super) fn new(poses: &[Pose], order: &[usize], states: &States, file: &str) -> Result<Self> {
         let state = order.first().copied().unwrap_or(0);
         let used = poses.iter().filter(|p| !p.pairs_m.is_empty());
-        let range =
-            used.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], p| [lo.min(p.position_m), hi.max(p.position_m)]);
+        let range = range(used.map(|p| p.position_m));
         let base = Data::of(poses, range, &[state]);
         if base.y.is_empty() {
             let found = match states.text(state).as_str() {

@@ -16,6 +16,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::file::SIGNIFICANT_DIGITS;
 use crate::gaps::note::line::Note;
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::numerics::robust::range;
 use crate::numerics::{legendre, student};
 use crate::robot::Robot;
 
@@ -51,9 +52,7 @@ impl Mapping {
 pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, notes: &mut Vec<Note>) -> Result<()> {
     let joint = robot.axis(mapping.axis);
     let Some([least, most]) = joint.limits else { return Ok(()) };
-    let at = result.poses.iter().map(|p| p.position_m);
-    let line = at.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)]);
-    let [lo, hi] = mapping.range(line);
+    let [lo, hi] = mapping.range(range(result.poses.iter().map(|p| p.position_m)));
     let slack = 1e-6 * (most - least);
     if lo >= least - slack && hi <= most + slack {
         return Ok(());

@@ -13,6 +13,7 @@ use crate::io::input::{self, Input};
 use crate::io::workbook;
 use crate::log::ColumnMap;
 use crate::log::read::{Head, reader};
+use crate::numerics::robust::{largest_size, range};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -148,11 +149,8 @@ impl Readings {
     /// Errors and positions of believable sizes: another one is a wrong unit.
     fn check_sizes(&mut self, all: &[f64], columns: &[Column]) -> Result<()> {
         let file = || Place::file(&self.name);
-        let largest = all.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
-        let (lo, hi) = self
-            .rows
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), r| (lo.min(r.position_m), hi.max(r.position_m)));
+        let largest = largest_size(all.iter().copied());
+        let [lo, hi] = range(self.rows.iter().map(|r| r.position_m));
         let mut sizes: Vec<f64> = all.iter().map(|e| e.abs()).collect();
         let middle = crate::numerics::robust::median_of(&mut sizes).unwrap_or(0.0);
         if hi > lo && middle > SHARE_OF_LINE * (hi - lo) {

@@ -2,6 +2,7 @@
 
 use super::{Assessment, Measured, Note, SMOOTHING_S, WINDOW_DEG};
 use crate::io::keyed::Keyed;
+use crate::io::rounded::{round, um};
 use crate::robot::Robot;
 use serde::Serialize;
 
@@ -154,16 +155,6 @@ impl Assessment {
     }
 }
 
-/// Micrometres with a nanometre as the last digit.
-fn um(m: f64) -> f64 {
-    round(m * 1e6, 3)
-}
-
 fn millimetres(p: &nalgebra::Vector3<f64>) -> [f64; 3] {
     [0, 1, 2].map(|k| round(p[k] * 1e3, 6))
-}
-
-fn round(v: f64, decimals: i32) -> f64 {
-    let k = 10f64.powi(decimals);
-    (v * k).round() / k + 0.0
 }

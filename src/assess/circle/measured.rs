@@ -7,7 +7,7 @@ use super::{SMOOTHING_S, WINDOW_DEG};
 use crate::assess::rigid;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
-use crate::numerics::robust::median_interval;
+use crate::numerics::robust::{largest_size, median_interval};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
@@ -268,7 +268,7 @@ fn within(r: &NominalReversal, phase_deg: &[f64], e: &[f64]) -> Option<f64> {
 }
 
 fn largest(e: &[f64]) -> f64 {
-    e.iter().fold(0.0, |m, v| m.max(v.abs()))
+    largest_size(e.iter().copied())
 }
 
 fn rms(e: &[f64]) -> f64 {

@@ -3,6 +3,7 @@
 use super::{Assessment, AtTargets, Figures, Note, ReversalError};
 use crate::error::counted;
 use crate::io::keyed::Keyed;
+use crate::io::rounded::{round, um};
 use crate::program::Moves;
 use crate::robot::Robot;
 use serde::Serialize;
@@ -102,15 +103,6 @@ pub struct ReversalShown {
     direction: i8,
     before_um: f64,
     after_um: f64,
-}
-
-fn round(v: f64, decimals: i32) -> f64 {
-    let k = 10f64.powi(decimals);
-    (v * k).round() / k + 0.0
-}
-
-fn um(m: f64) -> f64 {
-    round(m * 1e6, 3)
 }
 
 /// The figures alone, as `rewrite` reports them.

@@ -216,7 +216,7 @@ pub fn simulated(
     sampling: Sampling,
     at: &[usize],
 ) -> Result<Measured> {
-    let ((drive, tcp_m), points, stops) = match source {
+    let ((trajectory, tcp_m), points, stops) = match source {
         Source::Program(program) => {
             let t_s = times(model, program, options);
             let corners: Vec<usize> = if sampling.corners { (0..program.len()).collect() } else { at.to_vec() };
@@ -228,21 +228,21 @@ pub fn simulated(
             (Motion::tcp_of_log(model, log), log.len(), stops(&log.cmd))
         }
     };
-    let (mut plain, mut smooth) = (vec![true; drive.rows()], vec![sampling.corners; drive.rows()]);
-    for &(row, own) in drive.rows_of_points() {
+    let (mut plain, mut smooth) = (vec![true; trajectory.rows()], vec![sampling.corners; trajectory.rows()]);
+    for &(row, own) in trajectory.rows_of_points() {
         (plain[row], smooth[row]) = (!own, false);
     }
-    let rows: Vec<usize> = (0..drive.rows()).filter(|&row| plain[row]).collect();
-    let of_points = drive.rows_of_points();
+    let rows: Vec<usize> = (0..trajectory.rows()).filter(|&row| plain[row]).collect();
+    let of_points = trajectory.rows_of_points();
     let asked: Vec<usize> = match sampling.corners {
         true => at.iter().filter_map(|&k| of_points.get(k)).map(|p| p.0).collect(),
         false => of_points.iter().map(|p| p.0).collect(),
     };
-    let command = |axis: usize, row: usize| drive.command(axis)[row];
+    let command = |axis: usize, row: usize| trajectory.command(axis)[row];
     let nominal = commanded(model, &asked, command);
     let deviations_m = nominal.zip(&asked).map(|(nominal, &row)| tcp_m[row] - nominal).collect();
-    let path: Vec<usize> = if sampling.corners { (0..drive.rows()).collect() } else { rows.clone() };
-    let t_s = drive.t_s();
+    let path: Vec<usize> = if sampling.corners { (0..trajectory.rows()).collect() } else { rows.clone() };
+    let t_s = trajectory.t_s();
     let times = rows.first().zip(rows.last()).map(|(&first, &last)| t_s[last] - t_s[first]);
     Ok(Measured {
         path_m: path.iter().map(|&row| tcp_m[row]).collect(),

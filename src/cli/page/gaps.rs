@@ -7,6 +7,7 @@ use crate::gaps::{Gaps, JointGap, Note};
 use crate::identify::deadzone;
 use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
+use crate::numerics::robust::range;
 use crate::report::views::file_name;
 use crate::report::{
     BarRow, BarsView, GapPointView, GapRow, GapsOver, GapsView, JointGapView, JointTraces, Page, Role, Run,
@@ -127,8 +128,7 @@ fn over_position(robot: &Robot, gaps: &Gaps, j: &JointGap) -> JointGapView {
             per_cycle_milli: p.per_cycle.iter().map(|v| milli(robot, j.axis, *v)).collect(),
         })
         .collect();
-    let (lo, hi) =
-        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.at_deg_mm), h.max(p.at_deg_mm)));
+    let [lo, hi] = range(points.iter().map(|p| p.at_deg_mm));
     let p = j.varies_p_value.map_or(String::new(), |p| format!(", p {}", crate::report::number::p_value(p)));
     let schedule = j.schedule.as_ref().filter(|_| lo < hi).map(|curve| {
         let at: Vec<f64> = (0..=200).map(|i| lo + (hi - lo) * f64::from(i) / 200.0).collect();

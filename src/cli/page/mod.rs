@@ -33,7 +33,7 @@ use crate::effects::EffectInstance;
 use crate::io::output::Output;
 use crate::model::Model;
 use crate::report::{Page, RobotView, TableView};
-use crate::robot::Robot;
+use crate::robot::{JointKind, Robot};
 use anyhow::Result;
 
 /// Errors at the TCP are drawn this many times too large (Zhang (2023), Figure 11).
@@ -52,6 +52,11 @@ pub fn start(command: &str, title: &str, robot: &Robot) -> Page {
 /// A path without its folders.
 fn file_name(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
+}
+
+/// Unit of a thousandth of a joint's unit, as pages show it.
+fn milli_unit(kind: JointKind) -> &'static str {
+    kind.pick(["mdeg", "µm"])
 }
 
 /// Writes the page where one is asked for; it is not in place before its output is committed.

@@ -1,6 +1,6 @@
 //! Page of `identify screw`: the gaps of coupling and nut, and their loops over the joint's position (Gantry (2015) Figures 6 and 9).
 
-use super::{milli, milli2};
+use super::{milli, milli_unit, milli2};
 use crate::gaps::Note;
 use crate::identify::screw::flanks::Known;
 use crate::identify::screw::loops::Loop;
@@ -18,7 +18,7 @@ pub fn of_screw(robot: &Robot, found: &Found) -> Page {
     page.verdict(Tone::Plain, verdict(robot, found));
     for s in &found.series {
         for (gap, flanks) in s.found() {
-            let unit = if robot.axis(s.axis).kind == JointKind::Revolute { "mdeg" } else { "µm" };
+            let unit = milli_unit(robot.axis(s.axis).kind);
             let [lo, hi] = milli2(robot, s.axis, flanks.total.ci95);
             let label = format!("gap of {}, {}", robot.axis(s.axis).name, gap.name());
             let tile = Tile::number(label, milli(robot, s.axis, flanks.total.value), 2, unit);

@@ -4,6 +4,7 @@ use crate::error::counted;
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
 use crate::model::Model;
+use crate::numerics::robust::range;
 use crate::program::{Program, ScriptPath, note::Note};
 use crate::report::{JointTraces, PathMark, PathRun, PathView, Role, Run, TracePanel, TraceRun, TracesView};
 use crate::report::{Page, TableView, Tile, Tone};
@@ -189,7 +190,7 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
 fn travel(robot: &Robot, motion: &Motion) -> TableView {
     let row = |a: usize| {
         let joint = robot.axis(a);
-        let all = motion.q[a].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
+        let all = range(motion.q[a].iter().copied());
         let edge = |v: f64| format!("{:.3}", joint.kind.to_user_unit(v));
         let limits = joint.limits.map_or("-".into(), |[l, h]| format!("{} to {}", edge(l), edge(h)));
         let turns = motion.reversals(a).len().to_string();
@@ -240,7 +241,7 @@ pub fn of_model(model: &Model) -> Page {
             |v: f64| format!("{:.4}", j.kind.to_user_unit(v)).trim_end_matches('0').trim_end_matches('.').to_string();
         vec![
             j.name.clone(),
-            if unit == "deg" { "revolute" } else { "prismatic" }.into(),
+            j.kind.pick(["revolute", "prismatic"]).into(),
             format!("{:.4} deg, {:.4} mm", j.theta_rad.to_degrees(), j.d_m * 1e3),
             format!("{:.4} mm", j.a_m * 1e3),
             format!("{:.4} deg", j.alpha_rad.to_degrees()),

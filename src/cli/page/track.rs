@@ -1,6 +1,7 @@
 //! Page of `track`: the path, and what the joints do along it.
 
 use crate::error::counted;
+use crate::numerics::robust::range;
 use crate::report::{Method, Page, PathRun, PathView, Role, Run, TableView, Tile, Tone};
 use crate::robot::Robot;
 use crate::track::{Kinematics, Origin, Path, Tracked};
@@ -27,8 +28,7 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
     page.tile(Tile::number("half way between points, at most", tracked.between_m * 1e3, 4, "mm"));
     let rows = robot.axis_joints().enumerate().map(|(a, j)| {
         let edge = |v: f64| format!("{:.3}", j.kind.to_user_unit(v));
-        let (lo, hi) =
-            tracked.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(q[a]), h.max(q[a])));
+        let [lo, hi] = range(tracked.q.iter().map(|q| q[a]));
         let limit = |l: Option<f64>| l.map_or("–".into(), edge);
         vec![
             format!("{}, {}", j.name, j.kind.unit()),

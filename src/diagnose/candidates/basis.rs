@@ -18,7 +18,7 @@ pub enum Aspect {
 
 impl Aspect {
     /// In words, after "depends on".
-    pub fn said(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Position => "position",
             Self::Direction => "direction of motion",

@@ -53,12 +53,12 @@ struct Version {
 }
 
 impl ScreeningCache {
-    /// Scores of all candidates at a ground, in their order; the list must be the same in all calls.
-    pub fn score(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) -> Vec<Score> {
+    /// Scores of all candidates in a context, in their order; the list must be the same in all calls.
+    pub fn score(&mut self, context: &ScreeningContext, candidates: &[Candidate]) -> Vec<Score> {
         let count: usize = candidates.iter().map(Candidate::sensitivities).sum();
-        let n = ground.residual.len();
+        let n = context.residual.len();
         if count * n * size_of::<f64>() > MOST_BYTES {
-            return ground.score_all(candidates);
+            return context.score_all(candidates);
         }
         if self.starts.last() != Some(&count) || self.columns.nrows() != n {
             self.starts = std::iter::once(0)
@@ -74,14 +74,14 @@ impl ScreeningCache {
             self.before = candidates.iter().map(|_| Vec::new()).collect();
             self.noise.clear();
         }
-        if self.noise != ground.whitening.noise {
-            self.noise.clone_from(&ground.whitening.noise);
+        if self.noise != context.whitening.noise {
+            self.noise.clone_from(&context.whitening.noise);
             self.white = vec![false; candidates.len()];
             self.before.iter_mut().flatten().for_each(|v| v.white = None);
         }
-        self.renew(ground, candidates);
-        let basis = ground.basis_rows();
-        let residual = DVector::from_column_slice(&ground.residual);
+        self.renew(context, candidates);
+        let basis = context.basis_rows();
+        let residual = DVector::from_column_slice(&context.residual);
         let width = count.div_ceil(PART);
         let parts: Vec<(DMatrix<f64>, DVector<f64>)> = (0..width).par_map(|k| {
             let columns = self.columns.columns_range(k * PART..count.min((k + 1) * PART));
@@ -102,11 +102,11 @@ impl ScreeningCache {
 
     /// Replaces the present version by one that was computed before, where there is one with the effects that the joint
     /// has now.
-    fn recall(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) {
+    fn recall(&mut self, context: &ScreeningContext, candidates: &[Candidate]) {
         let all = self.columns.len() * (size_of::<f64>() + size_of::<f32>());
         let versions = (MOST_BYTES / all.max(1)).min(MOST_VERSIONS);
         for (i, candidate) in candidates.iter().enumerate() {
-            let now = of_joint(ground, candidate);
+            let now = of_joint(context, candidate);
             let Some(with) = self.with[i].take_if(|w| !same(w, &now)) else { continue };
             let range = self.starts[i]..self.starts[i + 1];
             if versions > 0 {
@@ -130,19 +130,19 @@ impl ScreeningCache {
     }
 
     /// Computes anew what has become old.
-    fn renew(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) {
-        self.recall(ground, candidates);
+    fn renew(&mut self, context: &ScreeningContext, candidates: &[Candidate]) {
+        self.recall(context, candidates);
         let moved = |i: usize| self.with[i].is_none();
         let old: Vec<(usize, bool)> =
             (0..candidates.len()).map(|i| (i, moved(i))).filter(|&(i, moved)| moved || !self.white[i]).collect();
         type Fresh = (Option<Vec<Vec<f32>>>, Vec<Vec<f64>>, DMatrix<f64>);
         let fresh: Vec<Fresh> = old.par_map(|&(i, moved)| {
             let mut columns = match moved {
-                true => candidates[i].columns(ground.problem, ground.hypothesis, ground.state),
+                true => candidates[i].columns(context.problem, context.hypothesis, context.state),
                 false => self.raw[i].iter().map(|c| c.iter().map(|v| f64::from(*v)).collect()).collect(),
             };
             let raw = moved.then(|| columns.iter().map(|c| c.iter().map(|v| *v as f32).collect()).collect());
-            columns.iter_mut().for_each(|c| ground.whitening.apply(ground.problem, c));
+            columns.iter_mut().for_each(|c| context.whitening.apply(context.problem, c));
             let normal = gram(&columns);
             (raw, columns, normal)
         });
@@ -154,16 +154,16 @@ impl ScreeningCache {
             self.white[i] = true;
             if let Some(raw) = raw {
                 self.raw[i] = raw;
-                self.with[i] = Some(of_joint(ground, &candidates[i]));
+                self.with[i] = Some(of_joint(context, &candidates[i]));
             }
         }
     }
 }
 
 /// Effects of the hypothesis on the joint of a candidate.
-fn of_joint(ground: &ScreeningContext, candidate: &Candidate) -> Vec<EffectInstance> {
+fn of_joint(context: &ScreeningContext, candidate: &Candidate) -> Vec<EffectInstance> {
     let Some(axis) = candidate.axis() else { return Vec::new() };
-    ground.hypothesis.effects.iter().filter(|p| p.target == Target::Joint(axis)).cloned().collect()
+    context.hypothesis.effects.iter().filter(|p| p.target == Target::Joint(axis)).cloned().collect()
 }
 
 /// The same effects, hardly moved.
@@ -198,8 +198,8 @@ mod tests {
             let whitening = Whitening::new(&problem, vec![Noise::white(1e-5); problem.groups.len()]);
             let free: Vec<usize> = (0..h.effects.len()).collect();
             let tangent = tangent(&problem, h, &state, &free, &whitening);
-            let ground = ScreeningContext::new(&problem, h, &state, &whitening, tangent);
-            let (fast, plain) = (kept.score(&ground, &list), ground.score_all(&list));
+            let context = ScreeningContext::new(&problem, h, &state, &whitening, tangent);
+            let (fast, plain) = (kept.score(&context, &list), context.score_all(&list));
             for (f, p) in fast.iter().zip(&plain) {
                 // a sensitivity that is none of a joint's was computed a few micrometres away: two per cent of its gain at most
                 let exact = list[p.candidate].axis().is_some();

@@ -6,6 +6,7 @@
 use crate::diagnose::candidates::basis::{Aspect, BasisGroup, splines_at};
 use crate::diagnose::problem::forward::{Problem, State};
 use crate::effects::Inputs;
+use crate::numerics::robust::range;
 
 /// Splines over the torque, and over the torque with the sign of its change.
 const CURVE: usize = 8;
@@ -21,9 +22,9 @@ pub fn groups(problem: &Problem, state: &State) -> Vec<BasisGroup> {
 }
 
 fn group(problem: &Problem, state: &State, axis: usize) -> Option<BasisGroup> {
-    let torques: Vec<&[f64]> = problem.logs.iter().map(|l| l.drive.measured_torque(axis).unwrap_or_default()).collect();
-    let all = torques.iter().copied().flatten();
-    let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
+    let torques: Vec<&[f64]> =
+        problem.logs.iter().map(|l| l.trajectory.measured_torque(axis).unwrap_or_default()).collect();
+    let [lo, hi] = range(torques.iter().copied().flatten().copied());
     if hi.is_nan() || hi <= lo {
         return None;
     }

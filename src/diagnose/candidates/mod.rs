@@ -12,7 +12,7 @@
 //!   to the next
 //! - `held`: functions over the measured torque of joints that are held, for the test without the catalogue
 //! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
-//! - `spectral`: candidates whose frequency or time is found in what is left; `waves`: ripples
+//! - `spectral`: candidates whose frequency or time is found in what is left
 //! - `steps`: steps of the tracker's frame, where the level of what is left jumps
 //! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
@@ -25,15 +25,14 @@ mod spectral;
 pub(crate) mod spectrum;
 pub(crate) mod steps;
 pub(crate) mod structure;
-mod waves;
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::effects::candidate::AxisSurvey;
 use crate::effects::{Family, Inputs, Survey, catalogue};
+use crate::numerics::robust::{largest_size, range};
 
 pub use crate::effects::Candidate;
 pub use spectral::fading;
-pub use waves::ripple;
 
 impl Candidate {
     /// Sensitivities, one per coefficient.
@@ -78,7 +77,7 @@ pub fn further(problem: &Problem) -> Vec<Candidate> {
     let survey = survey(problem);
     let mut list = Vec::new();
     for info in catalogue::ALL {
-        (info.further)(&survey, &mut list);
+        (info.special.further)(&survey, &mut list);
     }
     list
 }
@@ -88,7 +87,7 @@ pub fn wider(problem: &Problem, axis: usize) -> Vec<Candidate> {
     let survey = Survey { only: Some(axis), ..survey(problem) };
     let mut list = Vec::new();
     for info in catalogue::ALL {
-        (info.further)(&survey, &mut list);
+        (info.special.further)(&survey, &mut list);
     }
     list.retain(|c| c.axis() == Some(axis));
     list
@@ -98,23 +97,23 @@ pub fn wider(problem: &Problem, axis: usize) -> Vec<Candidate> {
 pub fn survey(problem: &Problem) -> Survey<'_> {
     let axis = |axis: usize| AxisSurvey {
         travel: problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max),
-        range: problem
+        range: range(problem.logs.iter().flat_map(|l| l.trajectory.command(axis).iter().copied())),
+        loaded: problem.logs.iter().any(|l| l.trajectory.gravity_torque(axis).iter().any(|t| *t != 0.0)),
+        load: largest_size(problem.logs.iter().flat_map(|l| l.trajectory.gravity_torque(axis).iter().copied())),
+        pressed: problem
             .logs
             .iter()
-            .flat_map(|l| l.drive.command(axis).iter().copied())
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]),
-        loaded: problem.logs.iter().any(|l| l.drive.gravity_torque(axis).iter().any(|t| *t != 0.0)),
-        load: problem.logs.iter().flat_map(|l| l.drive.gravity_torque(axis).iter()).fold(0.0, |m, t| m.max(t.abs())),
-        pressed: problem.logs.iter().filter_map(|l| l.drive.process_torque(axis)).any(|t| t.iter().any(|t| *t != 0.0)),
-        fastest: problem.motions().flat_map(|l| Inputs::speed(&l.drive, axis).iter()).fold(0.0, |m, v| m.max(v.abs())),
-        torque_measured: problem.logs.iter().any(|l| l.drive.measured_torque(axis).is_some()),
+            .filter_map(|l| l.trajectory.process_torque(axis))
+            .any(|t| t.iter().any(|t| *t != 0.0)),
+        fastest: largest_size(problem.motions().flat_map(|l| Inputs::speed(&l.trajectory, axis).iter().copied())),
+        torque_measured: problem.logs.iter().any(|l| l.trajectory.measured_torque(axis).is_some()),
         torque: problem
             .logs
             .iter()
-            .flat_map(|l| l.drive.measured_torque(axis).unwrap_or(l.drive.gravity_torque(axis)).iter())
+            .flat_map(|l| l.trajectory.measured_torque(axis).unwrap_or(l.trajectory.gravity_torque(axis)).iter())
             .fold([0.0, 0.0], |[a, b], t| [a.min(*t), b.max(*t)]),
     };
-    let fastest = problem.logs.iter().flat_map(|l| l.drive.tcp_speed_m_s().iter().copied()).fold(0.0, f64::max);
+    let fastest = problem.logs.iter().flat_map(|l| l.trajectory.tcp_speed_m_s().iter().copied()).fold(0.0, f64::max);
     Survey {
         robot: &problem.robot,
         axes: (0..problem.robot.dof()).map(axis).collect(),
@@ -124,7 +123,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
         tracker: problem.logs.iter().any(|l| l.is_tracked()),
         frame_known: !problem.frames_free,
         motion: !problem.is_settled(),
-        temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
+        temperature: problem.logs.iter().any(|l| l.trajectory.temp_c().is_some()),
         only: None,
     }
 }
@@ -132,8 +131,8 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
 /// Length of the shortest sample interval and of the longest log, s; `None` for poses alone.
 pub fn clock(problem: &Problem) -> Option<(f64, f64)> {
     let (mut step, mut length) = (f64::INFINITY, 0.0_f64);
-    for l in problem.motions().filter(|l| l.drive.rows() > 1) {
-        let t = l.drive.t_s();
+    for l in problem.motions().filter(|l| l.trajectory.rows() > 1) {
+        let t = l.trajectory.t_s();
         let span = t[t.len() - 1] - t[0];
         step = step.min(span / (t.len() - 1) as f64);
         length = length.max(span);

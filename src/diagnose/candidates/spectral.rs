@@ -5,6 +5,7 @@ use crate::diagnose::candidates::{Candidate, spectrum, steps};
 use crate::diagnose::problem::forward::Problem;
 use crate::effects::vibration::swing as vibration;
 use crate::effects::{Inputs, transmission_error};
+use crate::numerics::robust::largest_size;
 
 impl ScreeningContext<'_> {
     /// Best ripples (per axis) and vibrations, at the peaks of their spectra, the highest wobbles, and the largest
@@ -28,7 +29,6 @@ pub fn fading(problem: &Problem, plain: &Candidate) -> Vec<Candidate> {
     if !plain.at(&[1e-6, 0.0]).iter().all(|ripple| spectrum::identifiable(problem, ripple)) {
         return Vec::new();
     }
-    let fastest =
-        problem.motions().flat_map(|l| Inputs::speed(&l.drive, axis).iter()).fold(0.0, |m: f64, v| m.max(v.abs()));
+    let fastest = largest_size(problem.motions().flat_map(|l| Inputs::speed(&l.trajectory, axis).iter().copied()));
     transmission_error::fading(&problem.robot, axis, plain, fastest)
 }

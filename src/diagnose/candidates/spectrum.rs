@@ -7,11 +7,13 @@
 
 use crate::diagnose::candidates::basis::MOST_SPLINES;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::{Candidate, steps, waves};
+use crate::diagnose::candidates::{Candidate, steps};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
-use crate::effects::{BearingWobble, EffectInstance, Inputs, Site, Target, TransmissionError, bearing_wobble};
+use crate::effects::{
+    BearingWobble, EffectInstance, Inputs, Site, Target, TransmissionError, bearing_wobble, transmission_error,
+};
 use crate::numerics::fourier::{Complex, Fourier};
 use crate::numerics::parallel::ParMap;
 use crate::robot::JointKind;
@@ -53,7 +55,7 @@ pub fn is_seen(problem: &Problem, placed: &EffectInstance) -> bool {
     let Some(fade) = ripple.fade else { return true };
     let period = placed.site(&problem.robot).rev() / ripple.cycles_per_rev;
     problem.motions().any(|l| {
-        let (p, speed) = (l.drive.command(axis), Inputs::speed(&l.drive, axis));
+        let (p, speed) = (l.trajectory.command(axis), Inputs::speed(&l.trajectory, axis));
         let mut stretch: Option<[f64; 2]> = None;
         p.iter().zip(speed).any(|(p, v)| {
             let slow = v.abs() <= SHOWS * fade;
@@ -73,11 +75,13 @@ fn most_told(problem: &Problem, axis: usize, turn: f64) -> f64 {
 }
 
 /// Number of independent frequencies looked at, for the chance of the best of them.
-pub fn tried(ground: &ScreeningContext) -> f64 {
-    let joints: f64 =
-        (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| (g.to - g.from) as f64 / g.fine).sum();
-    let time: f64 = ground.problem.motions().map(|l| l.drive.rows() as f64 / 2.0).sum();
-    joints + time + steps::tried(ground.problem)
+pub fn tried(context: &ScreeningContext) -> f64 {
+    let joints: f64 = (0..context.problem.robot.dof())
+        .filter_map(|a| grid(context, a))
+        .map(|g| (g.to - g.from) as f64 / g.fine)
+        .sum();
+    let time: f64 = context.problem.motions().map(|l| l.trajectory.rows() as f64 / 2.0).sum();
+    joints + time + steps::tried(context.problem)
 }
 
 /// Frequencies of one joint, rad per rad (or per m) of travel: multiples `from..to` of `step`.
@@ -98,28 +102,28 @@ struct Grid {
 /// Cells of the grid of angles per period of the highest frequency.
 const CELLS: f64 = 8.0;
 
-fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
-    let joint = ground.problem.robot.axis(axis);
+fn grid(context: &ScreeningContext, axis: usize) -> Option<Grid> {
+    let joint = context.problem.robot.axis(axis);
     let unit = match joint.kind {
         JointKind::Revolute => 1.0,
         JointKind::Prismatic => TAU / joint.lead_m_per_rev?,
     };
     let (mut lo, mut hi, mut samples) = (f64::INFINITY, f64::NEG_INFINITY, 0);
-    for l in &ground.problem.logs {
-        for &v in l.drive.command(axis) {
+    for l in &context.problem.logs {
+        for &v in l.trajectory.command(axis) {
             lo = lo.min(v);
             hi = hi.max(v);
         }
-        samples += l.drive.rows() / l.block;
+        samples += l.trajectory.rows() / l.block;
     }
     let cycles = (hi - lo) * unit / TAU;
     if cycles.is_nan() || cycles < 2e-3 {
         return None;
     }
-    let strict = ground.problem.is_settled();
+    let strict = context.problem.is_settled();
     let turn = TAU / unit;
     let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.5);
-    let most = if strict { most.min(most_told(ground.problem, axis, turn)) } else { most };
+    let most = if strict { most.min(most_told(context.problem, axis, turn)) } else { most };
     let width = TAU / (CELLS * most * unit);
     let cells = ((hi - lo) / width).ceil() as usize + 2;
     // one cycle per revolution must stand on the grid, also where the joint turns by less
@@ -137,28 +141,30 @@ fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
 }
 
 /// Candidates at the peaks of each joint's spectrum.
-pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
-    (0..ground.problem.robot.dof())
+pub fn ripples(context: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
+    (0..context.problem.robot.dof())
         .par_map(|axis| {
-            let Some(g) = grid(ground, axis) else { return Vec::new() };
+            let Some(g) = grid(context, axis) else { return Vec::new() };
             let at = |power: &[f64]| -> Vec<f64> {
                 let places = peaks(power, g.fine.ceil() as usize).into_iter();
                 places.map(|k| g.step * (g.from as f64 + k) / g.unit).collect()
             };
-            let all = spectrum(ground, back, axis, &g, None, Lever::Turn);
-            let mut found: Vec<Candidate> =
-                at(&all).into_iter().map(|cycles| waves::ripple(ground.problem, axis, cycles)).collect();
-            if own_phases(ground.problem) {
+            let all = spectrum(context, back, axis, &g, None, Lever::Turn);
+            let robot = &context.problem.robot;
+            let ripple = |cycles| transmission_error::ripple(robot, axis, cycles);
+            let mut found: Vec<Candidate> = at(&all).into_iter().map(ripple).collect();
+            if own_phases(context.problem) {
                 // without a common phase the powers add up, not the sums
                 let mut sum = vec![0.0; all.len()];
-                for log in 0..ground.problem.logs.len() {
-                    let power = spectrum(ground, back, axis, &g, Some(log), Lever::Turn);
+                for log in 0..context.problem.logs.len() {
+                    let power = spectrum(context, back, axis, &g, Some(log), Lever::Turn);
                     sum.iter_mut().zip(power).for_each(|(s, p)| *s += p);
                 }
-                let slow = (least_wave(ground.problem, axis) / g.step).ceil() as usize;
+                let slow = (least_wave(context.problem, axis) / g.step).ceil() as usize;
                 sum.iter_mut().take(slow.saturating_sub(g.from)).for_each(|p| *p = 0.0);
                 let told = at(&sum).into_iter();
-                found.extend(told.map(|cycles| waves::ripple_by_log(ground.problem, axis, cycles)));
+                let logs = context.problem.logs.len();
+                found.extend(told.map(|cycles| transmission_error::ripple_by_log(robot, axis, cycles, logs)));
             }
             found
         })
@@ -186,15 +192,15 @@ const PROMISED: f64 = 40.0;
 
 /// Wobbles at the highest peaks of all joints, of at least two cycles over the travel: a slower one is any bow, of which the
 /// catalogue tries a few.
-pub fn wobbles(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
-    let problem = ground.problem;
+pub fn wobbles(context: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
+    let problem = context.problem;
     if !problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Reflector(_))) {
         return Vec::new();
     }
     let highest = |axis: usize| -> Vec<(f64, usize, f64)> {
-        let Some(g) = grid(ground, axis) else { return Vec::new() };
-        let mut power = spectrum(ground, back, axis, &g, None, Lever::Tilt(0));
-        let other = spectrum(ground, back, axis, &g, None, Lever::Tilt(1));
+        let Some(g) = grid(context, axis) else { return Vec::new() };
+        let mut power = spectrum(context, back, axis, &g, None, Lever::Tilt(0));
+        let other = spectrum(context, back, axis, &g, None, Lever::Tilt(1));
         power.iter_mut().zip(other).for_each(|(a, b)| *a += b);
         let cycles = |k: f64| g.step * (g.from as f64 + k) / g.unit;
         let slow =
@@ -222,7 +228,7 @@ enum Lever {
 
 /// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid; of one log where `only` names it.
 fn spectrum(
-    ground: &ScreeningContext,
+    context: &ScreeningContext,
     back: &[f64],
     axis: usize,
     grid: &Grid,
@@ -231,18 +237,18 @@ fn spectrum(
 ) -> Vec<f64> {
     let mut sums = vec![Complex::new(0.0, 0.0); grid.size];
     let mut norms = vec![0.0; grid.to - grid.from];
-    for g in ground.problem.groups.iter().filter(|g| only.is_none_or(|l| g.log == l)) {
+    for g in context.problem.groups.iter().filter(|g| only.is_none_or(|l| g.log == l)) {
         let n = g.len();
-        let log = &ground.problem.logs[g.log];
-        let p = log.drive.command(axis);
-        let noise = &ground.whitening.noise[g_index(ground, g)];
+        let log = &context.problem.logs[g.log];
+        let p = log.trajectory.command(axis);
+        let noise = &context.whitening.noise[g_index(context, g)];
         let values = &back[g.range()];
         // weight and squared lever of each block
         let lever: Vec<(f64, f64)> = match g.sensor {
             Sensor::Reflector(_) | Sensor::Orientation => {
-                let jacobian = &ground.state.logs[g.log].jacobian;
+                let jacobian = &context.state.logs[g.log].jacobian;
                 let tilts =
-                    if let Lever::Tilt(_) = kind { Some(ground.problem.tilts(ground.state, g.log)) } else { None };
+                    if let Lever::Tilt(_) = kind { Some(context.problem.tilts(context.state, g.log)) } else { None };
                 (0..n)
                     .map(|b| {
                         let row = g.middle(b);
@@ -250,14 +256,14 @@ fn spectrum(
                             (Some(tilts), Lever::Tilt(about)) => tilts[k][axis][row][about],
                             _ => jacobian[k][axis][row],
                         };
-                        let v = ground.problem.lever(g, &along, row);
+                        let v = context.problem.lever(g, &along, row);
                         (v.x * values[b] + v.y * values[n + b] + v.z * values[2 * n + b], v.norm_squared())
                     })
                     .collect()
             }
             Sensor::Reading if matches!(kind, Lever::Turn) => {
                 let Some(reading) = &log.reading else { continue };
-                let j = &ground.state.logs[g.log].jacobian[0][axis];
+                let j = &context.state.logs[g.log].jacobian[0][axis];
                 let seen = |b: usize| reading.seen(g.middle(b), &j[g.middle(b)]);
                 (0..n).map(|b| (seen(b) * values[b], seen(b).powi(2))).collect()
             }
@@ -281,8 +287,8 @@ fn spectrum(
     sums[grid.from..grid.to].iter().zip(&norms).map(|(s, n)| if *n > 0.0 { s.norm_sqr() / n } else { 0.0 }).collect()
 }
 
-fn g_index(ground: &ScreeningContext, g: &Group) -> usize {
-    ground.problem.groups.iter().position(|x| x.offset == g.offset && x.sensor == g.sensor).unwrap_or(0)
+fn g_index(context: &ScreeningContext, g: &Group) -> usize {
+    context.problem.groups.iter().position(|x| x.offset == g.offset && x.sensor == g.sensor).unwrap_or(0)
 }
 
 /// Sums of the squared lever over 24 classes of speed (rad or m per sample).
@@ -328,8 +334,8 @@ pub(super) fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
 }
 
 /// Frequencies (Hz) at the peaks of the time spectrum of the reflectors.
-pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
-    let problem = ground.problem;
+pub fn vibrations(context: &ScreeningContext, back: &[f64]) -> Vec<f64> {
+    let problem = context.problem;
     // the longest log shows the finest lines
     let Some(g) = problem
         .groups
@@ -339,13 +345,13 @@ pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
     else {
         return Vec::new();
     };
-    let t = problem.logs[g.log].drive.t_s();
-    let rows = problem.logs[g.log].drive.rows();
+    let t = problem.logs[g.log].trajectory.t_s();
+    let rows = problem.logs[g.log].trajectory.rows();
     let step_s = (t[rows - 1] - t[0]) / (rows - 1) as f64 * problem.logs[g.log].block as f64;
     let n = g.len();
     let slots = ((t[g.middle(n - 1)] - t[0]) / step_s).round() as usize + 1;
     let size = (2 * slots).next_power_of_two();
-    let noise = &ground.whitening.noise[g_index(ground, g)];
+    let noise = &context.whitening.noise[g_index(context, g)];
     let values = &back[g.range()];
     let mut power = vec![0.0; size / 2];
     let fourier = Fourier::forward(size);

@@ -15,7 +15,7 @@ use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::effects::tracker_frame::{self, From};
 use crate::effects::{EffectInstance, TrackerFrame};
-use crate::numerics::robust::median;
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use nalgebra::Vector3;
 
 /// Samples on either side of a step whose mean is its level.
@@ -41,8 +41,8 @@ pub fn tried(problem: &Problem) -> f64 {
 
 /// Candidates at the largest steps of each log that are seen as such. `back`: the whitened residual taken back through the filters. What
 /// is not seen must not stand among the candidates: its gain may be far larger than that of what is really there.
-pub fn steps(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
-    let problem = ground.problem;
+pub fn steps(context: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
+    let problem = context.problem;
     if tracked(problem).next().is_none() {
         return Vec::new();
     }
@@ -51,12 +51,12 @@ pub fn steps(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
         for g in tracked(problem) {
             column[g.offset + first..g.offset + g.len()].fill(1.0);
         }
-        ground.whitening.apply(problem, &mut column);
+        context.whitening.apply(problem, &mut column);
         column
     };
     let response = filtered(1);
     let mut level = filtered(0);
-    ground.whitening.adjoint(problem, &mut level);
+    context.whitening.adjoint(problem, &mut level);
     let of_frame = |g: &Group| -> f64 {
         let alike = tracked(problem).filter(|o| problem.logs[o.log].frame == problem.logs[g.log].frame);
         alike.map(|o| level[o.offset..o.offset + o.len()].iter().sum::<f64>()).sum()
@@ -77,8 +77,8 @@ pub fn steps(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
             peaks(&power, SIDE).into_iter().take(MOST).map(move |k| candidate(problem, g, SIDE + k.round() as usize))
         })
         .filter(|step| {
-            let size = ground.score(0, step).coefficients;
-            step.at(&size).iter().all(|placed| is_seen(problem, placed, &ground.state.residual))
+            let size = context.score(0, step).coefficients;
+            step.at(&size).iter().all(|placed| is_seen(problem, placed, &context.state.residual))
         })
         .collect()
 }
@@ -102,7 +102,7 @@ fn candidate(problem: &Problem, g: &Group, block: usize) -> Candidate {
     let row = g.block(block).first().copied().unwrap_or(0);
     let from = match log.log.poses {
         true => From::Row(f64::from(row)),
-        false => From::Time(log.drive.t_s()[row as usize] - log.drive.began_s()),
+        false => From::Time(log.trajectory.t_s()[row as usize] - log.trajectory.began_s()),
     };
     tracker_frame::step(&problem.robot, from, g.log)
 }
@@ -114,7 +114,7 @@ fn sample_after(problem: &Problem, g: &Group, from: From) -> usize {
         let row = g.middle(*b);
         match from {
             From::Row(at) => row as f64 >= at,
-            From::Time(t) => log.drive.t_s().get(row).is_some_and(|now| now - log.drive.began_s() >= t),
+            From::Time(t) => log.trajectory.t_s().get(row).is_some_and(|now| now - log.trajectory.began_s() >= t),
         }
     };
     (0..g.len()).find(begun).unwrap_or(g.len())
@@ -134,7 +134,7 @@ pub fn is_seen(problem: &Problem, placed: &EffectInstance, residual: &[f64]) -> 
         running((0..n).map(along)).windows(SIDE + 1).map(|w| (w[SIDE] - w[0]) / SIDE as f64).collect();
     let jump = |b: usize| levels[b] - levels[b - SIDE];
     let elsewhere: Vec<f64> = (SIDE..=n - SIDE).map(|b| jump(b).abs()).collect();
-    let usual = median(&elsewhere) / 0.6745;
+    let usual = SIGMA_PER_MAD * median(&elsewhere);
     let comes_back = (SIDE..=n - SIDE).filter(|b| b.abs_diff(at) > 2 * SIDE).any(|b| jump(b) < -BACK * size);
     (jump(at) - size).abs() < APART * size && size > OUTSTANDING * usual && !comes_back
 }

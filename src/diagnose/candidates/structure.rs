@@ -17,6 +17,7 @@ use crate::effects::Track;
 use crate::machine::CommandTrajectory;
 use crate::numerics::fisher;
 use crate::numerics::parallel::{self, ParMap};
+use crate::numerics::robust::range;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Observations per basis function, at least.
@@ -79,7 +80,7 @@ struct JointBasis<'a> {
 impl<'a> JointBasis<'a> {
     fn new(problem: &'a Problem, state: &'a State, axis: usize) -> Self {
         let track = |d: &'a CommandTrajectory| Track::new(d.t_s(), d.command(axis), d.deadband(axis).max(1e-9));
-        let tracks = problem.logs.iter().map(|l| track(&l.drive)).collect();
+        let tracks = problem.logs.iter().map(|l| track(&l.trajectory)).collect();
         Self { problem, state, axis, tracks }
     }
 
@@ -97,14 +98,13 @@ impl<'a> JointBasis<'a> {
     }
 
     /// Lowest and highest command in all logs.
-    fn range(&self) -> (f64, f64) {
-        let commands = self.problem.logs.iter().flat_map(|l| l.drive.command(self.axis));
-        commands.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
+    fn range(&self) -> [f64; 2] {
+        range(self.problem.logs.iter().flat_map(|l| l.trajectory.command(self.axis).iter().copied()))
     }
 
     /// `n` splines over the joint's range, or times its direction; the values of all at each row are computed once.
     fn splines(&self, n: usize, by_direction: bool) -> Vec<Vec<f64>> {
-        let (lo, hi) = self.range();
+        let [lo, hi] = self.range();
         let table = |t: &Track| -> Vec<f64> {
             let mut values = vec![0.0; n * t.len()];
             for ((&p, &d), row) in t.p.iter().zip(t.dir.iter()).zip(values.chunks_exact_mut(n)) {
@@ -123,9 +123,9 @@ impl<'a> JointBasis<'a> {
     fn powers_of_speed(&self) -> (Vec<Vec<f64>>, Vec<f64>) {
         let logs = &self.problem.logs;
         let slopes: Vec<Vec<f64>> =
-            logs.iter().map(|l| crate::machine::slopes(l.drive.t_s(), l.drive.command(self.axis))).collect();
+            logs.iter().map(|l| crate::machine::slopes(l.trajectory.t_s(), l.trajectory.command(self.axis))).collect();
         let bends: Vec<Vec<f64>> =
-            logs.iter().zip(&slopes).map(|(l, v)| crate::machine::slopes(l.drive.t_s(), v)).collect();
+            logs.iter().zip(&slopes).map(|(l, v)| crate::machine::slopes(l.trajectory.t_s(), v)).collect();
         let top = slopes.iter().flatten().fold(1e-300_f64, |m, v| m.max(v.abs()));
         let speed: [&dyn Fn(usize, usize) -> f64; 4] = [
             &|l, r| slopes[l][r] / top,
@@ -161,7 +161,7 @@ fn slip_group(problem: &Problem, state: &State, axis: usize) -> BasisGroup {
             let mut out = vec![0.0; problem.n];
             let mut values = [0.0; SLIPS];
             for (l, log) in problem.logs.iter().enumerate() {
-                let t = log.drive.t_s();
+                let t = log.trajectory.t_s();
                 let (lo, hi) = (t[0], t[t.len() - 1]);
                 let table: Vec<f64> = t
                     .iter()
@@ -185,7 +185,7 @@ fn time_group(problem: &Problem, functions: usize) -> BasisGroup {
         for c in 0..3 {
             let mut out = vec![0.0; problem.n];
             for g in &problem.groups {
-                let t = problem.logs[g.log].drive.t_s();
+                let t = problem.logs[g.log].trajectory.t_s();
                 let (lo, hi) = (t[0], t[t.len() - 1]);
                 // a drift of a single reading is one column
                 if g.sensor.is_length() && c < g.dims {
@@ -219,7 +219,7 @@ pub struct Ratio {
     pub p_value: f64,
 }
 
-/// The basis whitened, projected and factored at one ground: tests, and the residual freed of it.
+/// The basis whitened, projected and factored in one context: tests, and the residual freed of it.
 pub struct Tested {
     pub whole: Ratio,
     pub groups: Vec<Ratio>,
@@ -227,13 +227,13 @@ pub struct Tested {
     pub freed: Vec<f64>,
 }
 
-/// Tests the residual of `ground` with the basis.
-pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
+/// Tests the residual of `context` with the basis.
+pub fn test(context: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
     let raw: Vec<&Vec<f64>> = groups.iter().flat_map(|b| &b.columns).collect();
     let mut columns: Vec<Vec<f64>> = raw.iter().map(|c| (*c).clone()).collect();
     let size = columns.len().div_ceil(2 * parallel::threads());
     parallel::change_pieces(&mut columns, size, |_, part| {
-        let before = ground.project(part);
+        let before = context.project(part);
         for (c, before) in part.iter_mut().zip(before) {
             // what the tangent swallows is rounding
             if dot(c, c) < SWALLOWED * before {
@@ -242,9 +242,9 @@ pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
         }
     });
     let normal = product(&columns);
-    let right = DVector::from_iterator(columns.len(), columns.par_map(|c| dot(c, &ground.residual)));
-    let n = ground.residual.len() as f64;
-    let rss = dot(&ground.residual, &ground.residual);
+    let right = DVector::from_iterator(columns.len(), columns.par_map(|c| dot(c, &context.residual)));
+    let n = context.residual.len() as f64;
+    let rss = dot(&context.residual, &context.residual);
     let ratio = |gain: f64, dof: usize, axis, aspect| {
         let left = (n - dof as f64).max(1.0);
         let f = (gain / dof.max(1) as f64) / ((rss - gain).max(1e-300) / left);
@@ -262,7 +262,7 @@ pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
             ratio(gain, dof, b.axis, Some(b.aspect))
         })
         .collect();
-    let mut freed = ground.residual.clone();
+    let mut freed = context.residual.clone();
     for (c, s) in columns.iter().zip(solution.iter()) {
         if *s != 0.0 {
             for (f, v) in freed.iter_mut().zip(c) {
@@ -270,7 +270,7 @@ pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
             }
         }
     }
-    ground.whitening.undo(ground.problem, &mut freed);
+    context.whitening.undo(context.problem, &mut freed);
     Tested { whole, groups: tested, freed }
 }
 
@@ -345,10 +345,10 @@ fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, pick: &[usize]) -> (DVecto
 }
 
 /// Fills nothing but names: a group in words.
-pub fn said(ratio: &Ratio, problem: &Problem) -> String {
+pub fn described(ratio: &Ratio, problem: &Problem) -> String {
     match (ratio.axis, ratio.aspect) {
-        (Some(a), Some(aspect)) => format!("{} of {}", aspect.said(), problem.robot.axis(a).name),
-        (None, Some(aspect)) => aspect.said().into(),
+        (Some(a), Some(aspect)) => format!("{} of {}", aspect.text(), problem.robot.axis(a).name),
+        (None, Some(aspect)) => aspect.text().into(),
         (Some(a), None) => {
             format!("one effect found several times on {}: one shape split into parts", problem.robot.axis(a).name)
         }

@@ -64,7 +64,7 @@ fn problem_of(
         log_data(model, log, fine, sits.as_ref())
     };
     let logs = logs.iter().map(log_data).collect::<Result<Vec<LogData>>>()?;
-    let drives: Vec<&dyn Inputs> = logs.iter().map(|l| &l.drive as &dyn Inputs).collect();
+    let drives: Vec<&dyn Inputs> = logs.iter().map(|l| &l.trajectory as &dyn Inputs).collect();
     notes.extend(without_columns(&model.effects, &model.robot, &drives).into_iter().map(Note::Idle));
     let mut robot = model.robot.clone();
     if let Some(sits) = &sits {
@@ -79,7 +79,7 @@ fn problem_of(
         frames_free: model.registration.is_none(),
         points_free: false,
         notes,
-        told: OnceLock::new(),
+        determined: OnceLock::new(),
     };
     if !problem.logs.iter().any(LogData::is_tracked) {
         problem.frames_free = false;
@@ -112,8 +112,8 @@ fn problem_of(
 /// A log as the problem holds it, before sensors and frames are chosen.
 fn log_data(model: &Model, log: Log, fine: Option<Fine>, sits: Option<&Rotation3<f64>>) -> Result<LogData> {
     Ok(LogData {
-        drive: match &fine {
-            Some(fine) => fine.told(CommandTrajectory::of_log(&model.robot, &log)),
+        trajectory: match &fine {
+            Some(fine) => fine.refine(CommandTrajectory::of_log(&model.robot, &log)),
             None => CommandTrajectory::of_log(&model.robot, &log),
         },
         commands: None,
@@ -313,8 +313,8 @@ pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
         let scale = SIGMA_PER_MAD * median(&all).max(noise::LEAST_POINT_SIGMA);
         let mut beside = vec![false; log.log.len()];
         for axis in 0..problem.robot.dof() {
-            for (t_s, _, _) in log.drive.turns(axis) {
-                let row = log.drive.t_s().partition_point(|t| *t < t_s);
+            for (t_s, _, _) in log.trajectory.turns(axis) {
+                let row = log.trajectory.t_s().partition_point(|t| *t < t_s);
                 let range = row.saturating_sub(BESIDE)..(row + BESIDE + 1).min(beside.len());
                 beside[range].fill(true);
             }

@@ -32,7 +32,7 @@ const FILLED: f64 = 0.9;
 /// Chooses what drives the gears of every log, and which motors show the servo. The groups are laid out anew by the caller.
 pub fn choose(problem: &mut Problem, h: &Hypothesis) {
     let columns: Vec<Vec<Option<Vec<f64>>>> =
-        problem.logs.iter().map(|l| (0..l.drive.dof()).map(|a| filled(l, a)).collect()).collect();
+        problem.logs.iter().map(|l| (0..l.trajectory.dof()).map(|a| filled(l, a)).collect()).collect();
     if columns.iter().flatten().all(Option::is_none) {
         return;
     }
@@ -50,7 +50,7 @@ pub fn choose(problem: &mut Problem, h: &Hypothesis) {
         };
         let contradicted = notes.len() > before;
         let motors = if contradicted { vec![false; enc.len()] } else { followed(problem, l, enc, &mut notes) };
-        drive_by(problem, l, enc, driven, motors);
+        take_encoders(problem, l, enc, driven, motors);
     }
     problem.notes.extend(notes);
 }
@@ -206,7 +206,7 @@ fn noise_of(column: &[f64]) -> f64 {
     SIGMA_PER_MAD * median(&fourth) / 70f64.sqrt()
 }
 
-fn drive_by(problem: &mut Problem, l: usize, enc: &[Option<Vec<f64>>], driven: Vec<bool>, motors: Vec<bool>) {
+fn take_encoders(problem: &mut Problem, l: usize, enc: &[Option<Vec<f64>>], driven: Vec<bool>, motors: Vec<bool>) {
     let robot = problem.robot.clone();
     let log = &mut problem.logs[l];
     log.motors = motors;
@@ -220,8 +220,8 @@ fn drive_by(problem: &mut Problem, l: usize, enc: &[Option<Vec<f64>>], driven: V
         .map(|((e, d), c)| e.as_ref().filter(|_| *d).unwrap_or(c).clone())
         .collect();
     let quiet: Vec<f64> = input.iter().zip(&driven).map(|(c, d)| if *d { QUIET * noise_of(c) } else { 0.0 }).collect();
-    let drive = CommandTrajectory::of_log_by(&robot, &log.log, input, &quiet);
-    log.commands = Some(std::mem::replace(&mut log.drive, drive));
+    let trajectory = CommandTrajectory::of_log_by(&robot, &log.log, input, &quiet);
+    log.commands = Some(std::mem::replace(&mut log.trajectory, trajectory));
     log.driven = driven;
     log.jacobian = std::sync::OnceLock::new();
 }

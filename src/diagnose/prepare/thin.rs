@@ -35,8 +35,8 @@ pub(super) fn whole(model: &Model, log: &Log) -> (Log, Option<Fine>) {
     let first = |k: usize| places.partition_point(|p| p.0 < k * run) as u32;
     let starts: Vec<u32> = (0..=log.len().div_ceil(run)).map(first).collect();
     let weights = places.iter().map(|p| p.1).collect();
-    let drive = CommandTrajectory::of_log(&model.robot, &commands_at(log, &rows));
-    let fine = Fine::new(drive, starts, weights, log.t_s[0]);
+    let trajectory = CommandTrajectory::of_log(&model.robot, &commands_at(log, &rows));
+    let fine = Fine::new(trajectory, starts, weights, log.t_s[0]);
     (thinned(model, log, run), Some(fine))
 }
 
@@ -280,10 +280,10 @@ mod tests {
         let t_s: Vec<f64> = (0..16_000).map(|i| f64::from(i) * 0.01).collect();
         let cmd: Vec<Vec<f64>> =
             (0..3).map(|a| t_s.iter().map(|t| 2e-3 * (t * (0.3 + 0.05 * f64::from(a))).sin()).collect()).collect();
-        let drive = CommandTrajectory::of_columns(robot, t_s.clone(), cmd.clone(), None, false);
+        let trajectory = CommandTrajectory::of_columns(robot, t_s.clone(), cmd.clone(), None, false);
         let effect = Effect::new(Backlash::constant(GAP_M));
         let joints: Vec<Vec<f64>> =
-            (0..3).map(|a| if a == 1 { drive.gear(a, &[&effect], 0) } else { cmd[a].clone() }).collect();
+            (0..3).map(|a| if a == 1 { trajectory.gear(a, &[&effect], 0) } else { cmd[a].clone() }).collect();
         let mut tcp_m: Vec<Option<Vector3<f64>>> =
             (0..t_s.len()).map(|r| Some(robot.tcp_m(&[joints[0][r], joints[1][r], joints[2][r]]))).collect();
         tcp_m[9000] = tcp_m[9000].map(|p| p + Vector3::new(0.0, 0.0, 5e-3));

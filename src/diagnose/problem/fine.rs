@@ -9,7 +9,7 @@ use crate::machine::CommandTrajectory;
 /// Commands of a log at several places of each run of rows that one row of the thinned log stands for.
 #[derive(Debug, Clone)]
 pub struct Fine {
-    drive: CommandTrajectory,
+    trajectory: CommandTrajectory,
     /// First place of each run, and one after the last.
     starts: Vec<u32>,
     /// Rows that each place stands for.
@@ -19,12 +19,12 @@ pub struct Fine {
 }
 
 impl Fine {
-    pub fn new(drive: CommandTrajectory, starts: Vec<u32>, weights: Vec<f64>, began_s: f64) -> Self {
-        Self { drive, starts, weights, began_s }
+    pub fn new(trajectory: CommandTrajectory, starts: Vec<u32>, weights: Vec<f64>, began_s: f64) -> Self {
+        Self { trajectory, starts, weights, began_s }
     }
 
     /// The commands of the thinned log, which know that they stand for means.
-    pub fn told(&self, coarse: CommandTrajectory) -> CommandTrajectory {
+    pub fn refine(&self, coarse: CommandTrajectory) -> CommandTrajectory {
         match coarse.t_s() {
             [first, .., last] => {
                 let mean_over_s = (last - first) / (coarse.rows() - 1) as f64;
@@ -34,9 +34,9 @@ impl Fine {
         }
     }
 
-    /// Behind the gear of an axis: the commands of the thinned log (`coarse`) and the mean of what the effects add over each run.
+    /// After the gear of an axis: the commands of the thinned log (`coarse`) and the mean of what the effects add over each run.
     pub fn gear(&self, coarse: &CommandTrajectory, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
-        self.averaged(coarse.command(axis), axis, &self.drive.gear(axis, effects, initial_gap_side))
+        self.averaged(coarse.command(axis), axis, &self.trajectory.gear(axis, effects, initial_gap_side))
     }
 
     /// The same for the motor side.
@@ -47,11 +47,11 @@ impl Fine {
         effects: &[&Effect],
         initial_gap_side: i8,
     ) -> Vec<f64> {
-        self.averaged(coarse.command(axis), axis, &self.drive.servo(axis, effects, initial_gap_side))
+        self.averaged(coarse.command(axis), axis, &self.trajectory.servo(axis, effects, initial_gap_side))
     }
 
     fn averaged(&self, coarse: &[f64], axis: usize, fine: &[f64]) -> Vec<f64> {
-        let commands = self.drive.command(axis);
+        let commands = self.trajectory.command(axis);
         let mut moved = coarse.to_vec();
         for (p, run) in moved.iter_mut().zip(self.starts.windows(2)) {
             let range = run[0] as usize..run[1] as usize;

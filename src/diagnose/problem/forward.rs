@@ -31,8 +31,8 @@ const CHUNK: usize = 4096;
 pub struct LogData {
     pub log: Log,
     /// What drives the gears: the commands, or the encoders of the axes that `driven` marks.
-    pub drive: CommandTrajectory,
-    /// The commands, where `drive` does not hold them.
+    pub trajectory: CommandTrajectory,
+    /// The commands, where `trajectory` does not hold them.
     pub commands: Option<CommandTrajectory>,
     /// The commands between the rows of a thinned log.
     pub fine: Option<Fine>,
@@ -78,8 +78,8 @@ impl LogData {
     }
 
     /// The commands, which the servo follows.
-    pub fn command_drive(&self) -> &CommandTrajectory {
-        self.commands.as_ref().unwrap_or(&self.drive)
+    pub fn commands(&self) -> &CommandTrajectory {
+        self.commands.as_ref().unwrap_or(&self.trajectory)
     }
 
     /// Is the gear of an axis driven by its encoder?
@@ -87,19 +87,19 @@ impl LogData {
         self.driven.get(axis).copied().unwrap_or(false)
     }
 
-    /// Behind the gear of an axis under some effects, row by row.
+    /// After the gear of an axis under some effects, row by row.
     fn gear(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
         match &self.fine {
             Some(fine) if self.commands.is_none() && !effects.is_empty() => {
-                fine.gear(&self.drive, axis, effects, initial_gap_side)
+                fine.gear(&self.trajectory, axis, effects, initial_gap_side)
             }
-            _ => self.drive.gear(axis, effects, initial_gap_side),
+            _ => self.trajectory.gear(axis, effects, initial_gap_side),
         }
     }
 
     /// Motor side of an axis under some effects, row by row.
     fn servo(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
-        let commands = self.command_drive();
+        let commands = self.commands();
         match &self.fine {
             Some(fine) if !effects.is_empty() => fine.servo(commands, axis, effects, initial_gap_side),
             _ => commands.servo(axis, effects, initial_gap_side),
@@ -138,7 +138,7 @@ pub struct Problem {
     /// What a reader should know about the channels.
     pub notes: Vec<Note>,
     /// Most cycles over the travel that the places of each axis tell from fewer, and the travel, rad or m.
-    pub told: OnceLock<Vec<(f64, f64)>>,
+    pub determined: OnceLock<Vec<(f64, f64)>>,
 }
 
 /// What is supposed to be wrong with the machine, and where it stands.
@@ -181,7 +181,7 @@ impl LogData {
     fn copy(&self) -> Self {
         Self {
             log: self.log.clone(),
-            drive: self.drive.clone(),
+            trajectory: self.trajectory.clone(),
             commands: self.commands.clone(),
             fine: self.fine.clone(),
             driven: self.driven.clone(),
@@ -209,7 +209,7 @@ impl Problem {
             frames_free: self.frames_free,
             points_free: self.points_free,
             notes: self.notes.clone(),
-            told: self.told.clone(),
+            determined: self.determined.clone(),
         }
     }
 
@@ -301,7 +301,7 @@ impl Problem {
                     }
                 }
                 Sensor::Joint(a) => {
-                    let joint = parts::number_in_time(&log.drive, clock, &state.joint[a]);
+                    let joint = parts::number_in_time(&log.trajectory, clock, &state.joint[a]);
                     g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - joint[r] - zero);
                 }
             }
@@ -327,10 +327,10 @@ impl Problem {
         let mut joint = gear.clone();
         for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
             if let Some(axis) = p.axis() {
-                parts::add_link(&log.drive, p, Arc::make_mut(&mut joint[axis]).as_mut_slice());
+                parts::add_link(&log.trajectory, p, Arc::make_mut(&mut joint[axis]).as_mut_slice());
             }
         }
-        let rows = log.drive.rows();
+        let rows = log.trajectory.rows();
         let chains = self.chains(geometry, log);
         let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
         let mut points_m = chain_m.clone();
@@ -341,7 +341,7 @@ impl Problem {
                 let scene = self.scene(h, log, chain, &columns, clock);
                 let points = Arc::make_mut(points);
                 parts::displace_by_pose(&scene, &here, points);
-                parts::shift_in_time(&log.drive, clock, points);
+                parts::shift_in_time(&log.trajectory, clock, points);
                 parts::displace_at_tcp(&scene, &here, points);
             }
         }
@@ -367,7 +367,7 @@ impl Problem {
         joint: &'a [&'a [f64]],
         clock: Clock,
     ) -> Scene<'a> {
-        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), clock }
+        Scene { trajectory: &log.trajectory, chain, joint, registration: h.frames.get(log.frame), clock }
     }
 }
 

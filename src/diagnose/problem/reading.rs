@@ -50,7 +50,7 @@ impl Reading {
             instrument,
             values: values.collect(),
             along: nominal.iter().map(along).collect(),
-            own: told(&instrument, &nominal),
+            own: determined_directions(&instrument, &nominal),
         }))
     }
 
@@ -87,7 +87,7 @@ impl Reading {
 }
 
 /// The instrument's own columns that are independent of those before them; the length or zero comes first.
-fn told(instrument: &Instrument, nominal: &[Vector3<f64>]) -> Vec<Vec<f64>> {
+fn determined_directions(instrument: &Instrument, nominal: &[Vector3<f64>]) -> Vec<Vec<f64>> {
     let n = nominal.len().max(1) as f64;
     let middle = match instrument {
         Instrument::Direction { .. } => nominal.iter().sum::<Vector3<f64>>() / n,
@@ -130,10 +130,10 @@ mod tests {
                 centre_m + 0.3 * Vector3::new(a.cos(), 0.0, a.sin())
             })
             .collect();
-        let own = told(&Instrument::Distance { centre_m }, &circle);
+        let own = determined_directions(&Instrument::Distance { centre_m }, &circle);
         assert_eq!(own.len(), 3, "length, and the centre in the plane");
         let wave = |p: &Vector3<f64>| 2.0 * (p - centre_m).x * (p - centre_m).z;
         let lifted: Vec<Vector3<f64>> = circle.iter().map(|p| p + Vector3::new(0.0, wave(p), 0.0)).collect();
-        assert_eq!(told(&Instrument::Distance { centre_m }, &lifted).len(), 4);
+        assert_eq!(determined_directions(&Instrument::Distance { centre_m }, &lifted).len(), 4);
     }
 }

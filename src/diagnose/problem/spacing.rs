@@ -6,6 +6,7 @@
 
 use crate::diagnose::problem::forward::Problem;
 use crate::numerics::fourier::Complex;
+use crate::numerics::robust::range;
 use std::f64::consts::TAU;
 
 /// Cycles over the travel at most that poses are looked at for.
@@ -21,11 +22,11 @@ impl Problem {
     /// once for all axes.
     pub fn told_waves(&self, axis: usize) -> (f64, f64) {
         let of = |axis: usize| {
-            let places: Vec<f64> = self.logs.iter().flat_map(|l| l.drive.command(axis).iter().copied()).collect();
+            let places: Vec<f64> = self.logs.iter().flat_map(|l| l.trajectory.command(axis).iter().copied()).collect();
             told_by(&places)
         };
         // one after the other: a thread of the pool that waits in here would take up work that waits for this very value
-        let all = self.told.get_or_init(|| (0..self.robot.dof()).map(of).collect());
+        let all = self.determined.get_or_init(|| (0..self.robot.dof()).map(of).collect());
         all.get(axis).copied().unwrap_or_default()
     }
 }
@@ -33,7 +34,7 @@ impl Problem {
 /// Most cycles over the travel that samples at these places distinguish from fewer, and the travel: half a cycle from one sample to the
 /// next where they are spread, half of the spacing's own wave where they stand on a grid.
 fn told_by(places: &[f64]) -> (f64, f64) {
-    let (lo, hi) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+    let [lo, hi] = range(places.iter().copied());
     let travel = hi - lo;
     if travel.is_nan() || travel <= 0.0 {
         return (0.0, 0.0);

@@ -51,7 +51,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
             let log = log_of(run, k, robot.reflectors_m.len(), channels);
             let block = log.len().div_ceil(MOST_ROWS).max(1);
             LogData {
-                drive: CommandTrajectory::of_log(robot, &log),
+                trajectory: CommandTrajectory::of_log(robot, &log),
                 commands: None,
                 fine: None,
                 driven: Vec::new(),
@@ -94,7 +94,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
         frames_free: model.registration.is_none() && !channels.frame,
         points_free: false,
         notes: Vec::new(),
-        told: OnceLock::new(),
+        determined: OnceLock::new(),
     };
     // what only joints measure has its own zero
     let zeros = vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()];

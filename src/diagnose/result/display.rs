@@ -20,7 +20,7 @@ pub fn story(d: &Diagnosis) -> String {
         &format!(
             "{} samples, noise {} ({}; correlation {:.2} from one sample to the next)",
             d.samples,
-            unit.said(d.noise.sigma_um),
+            unit.with(d.noise.sigma_um),
             d.noise.source,
             d.noise.ar1
         ),
@@ -32,12 +32,12 @@ pub fn story(d: &Diagnosis) -> String {
         paragraph(&mut out, "", &note.to_string());
     }
     let frame = if unit == GapUnit::MICROMETRE {
-        format!(", {} with the frame fitted", unit.said(d.gap.nuisance_only_rms_um))
+        format!(", {} with the frame fitted", unit.with(d.gap.nuisance_only_rms_um))
     } else {
         String::new()
     };
-    let most = unit.said(d.gap.initial_max_um);
-    let _ = writeln!(out, "gap {} rms before the diagnosis{frame}; at most {most}", unit.said(d.gap.initial_rms_um));
+    let most = unit.with(d.gap.initial_max_um);
+    let _ = writeln!(out, "gap {} rms before the diagnosis{frame}; at most {most}", unit.with(d.gap.initial_rms_um));
     if d.geometry_tcp_um.is_some() {
         machine(&mut out, d);
     } else {
@@ -73,8 +73,8 @@ fn machine(out: &mut String, d: &Diagnosis) {
             Some(name) => (d.geometry_tcp_um.unwrap_or(0.0), format!("{name}: {geometry} parameters")),
             None => (r.tcp_um.unwrap_or(0.0), format!("{} {}: {}", r.effect, r.target, sizes(r))),
         };
-        let left = format!("{} ({})", unit.said(r.rms_after_um), unit.bare(r.validation.rms_after_um));
-        paragraph(out, "  ", &format!("{}  {what}; {left}", unit.said(size)));
+        let left = format!("{} ({})", unit.with(r.rms_after_um), unit.bare(r.validation.rms_after_um));
+        paragraph(out, "  ", &format!("{}  {what}; {left}", unit.with(size)));
     }
 }
 
@@ -91,10 +91,10 @@ fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
     let _ = writeln!(
         out,
         "{number}. {} -> {} {} -> {} (predicted {}; held out {} -> {})",
-        unit.said(r.rms_before_um),
+        unit.with(r.rms_before_um),
         r.effect,
         r.target,
-        unit.said(r.rms_after_um),
+        unit.with(r.rms_after_um),
         unit.bare(r.rms_after_predicted_um),
         unit.bare(r.validation.rms_before_um),
         unit.bare(r.validation.rms_after_um)
@@ -126,14 +126,14 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::Named => match &d.unexplained {
             Some(u) => format!(
                 "Missing: {found}. Beyond them {} of structure remains; it depends on {}.",
-                d.unit.said(u.rms_um),
+                d.unit.with(u.rms_um),
                 u.goes_with
             ),
             None if d.further.is_some() => format!("Missing: {found}, and more: see the note on a further round."),
             None => match &d.remainder {
                 Some(u) => format!(
                     "Missing: {found}. What remains counts as noise, but {} of it varies more slowly than the instrument scatters: see the notes.",
-                    d.unit.said(u.rms_um)
+                    d.unit.with(u.rms_um)
                 ),
                 None => format!("Missing: {found}. What remains is noise."),
             },
@@ -149,12 +149,12 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::Unknown => match &d.unexplained {
             Some(u) if u.next.is_some() => format!(
                 "Unknown: more effects than one diagnosis can name: {} of structure remains beyond {found}; it depends on {}.",
-                d.unit.said(u.rms_um),
+                d.unit.with(u.rms_um),
                 u.goes_with
             ),
             Some(u) => {
                 let beyond = if found.is_empty() { String::new() } else { format!(" beyond {found}") };
-                let size = d.unit.said(u.rms_um);
+                let size = d.unit.with(u.rms_um);
                 format!(
                     "Unknown: {size} of structure remains{beyond} that no effect of the catalogue describes; it depends on {}.",
                     u.goes_with
@@ -256,12 +256,12 @@ mod tests {
 
     #[test]
     fn an_alternative_of_a_nearly_certain_effect_is_not_impossible() {
-        let said = |probability| {
+        let text = |probability| {
             member(&crate::diagnose::verdict::Member { effect: "backlash".into(), target: "A2".into(), probability })
         };
-        assert_eq!(said(0.999), "backlash A2 (more than 99.5 %)");
-        assert_eq!(said(0.001), "backlash A2 (less than 0.5 %)");
-        assert_eq!(said(0.62), "backlash A2 (62 %)");
+        assert_eq!(text(0.999), "backlash A2 (more than 99.5 %)");
+        assert_eq!(text(0.001), "backlash A2 (less than 0.5 %)");
+        assert_eq!(text(0.62), "backlash A2 (62 %)");
     }
 
     #[test]

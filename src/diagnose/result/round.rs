@@ -2,6 +2,7 @@
 
 use crate::diagnose::candidates::is_geometry;
 use crate::diagnose::result::document::{Evidence, GroupTest, Parameter, Place, Round, Tried, UM, Validation, digits};
+use crate::diagnose::search::across::ALL;
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::story::NestedFit;
@@ -21,15 +22,15 @@ pub(in crate::diagnose) fn round(
     let robot = &outcome.problem.robot;
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
     let alternatives = &outcome.alternatives[k];
-    let card = placed.effect.info();
+    let info = placed.effect.info();
     let group = outcome.group.as_ref().filter(|g| k < g.count);
     let predicted = if group.is_some() { after.rms } else { after.predicted };
     Round {
         effect: named.0.clone(),
         target: named.1.clone(),
-        decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
-        group: (group.is_some() || outcome.told.is_some() && is_geometry(&named.0)).then_some("geometry"),
-        tcp_um: outcome.told.as_ref().map(|story| digits(story.contributions[k] * UM)),
+        decide_by: (set.len() > 1).then(|| decide_by(set, info.decide_by)),
+        group: (group.is_some() || outcome.joint_fit.is_some() && is_geometry(&named.0)).then_some("geometry"),
+        tcp_um: outcome.joint_fit.as_ref().map(|story| digits(story.contributions[k] * UM)),
         place: place(outcome, placed, group),
         evidence: evidence(outcome, k, named, group),
         set: set.to_vec(),
@@ -60,7 +61,7 @@ pub(in crate::diagnose) fn round(
 /// Sizes of effect `k` with their intervals; a fit that did not converge has none.
 fn parameters(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = match &outcome.told {
+    let sigma = match &outcome.joint_fit {
         _ if unnamed::is_unnamed(placed) => unnamed::sigma_of(&outcome.fit, k),
         Some(story) => story.sigma[k].clone(),
         None => outcome.fit.sigma_of(k),
@@ -80,7 +81,7 @@ fn parameters(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
 /// Sizes of a gap together with the wind-up of its joint that is not in the fit: the log tells their sum better than the gap alone.
 fn with_windup(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = outcome.told.as_ref().and_then(|story| story.with_windup[k].as_deref());
+    let sigma = outcome.joint_fit.as_ref().and_then(|story| story.with_windup[k].as_deref());
     sigma.map(|sigma| keyed(outcome, placed, sigma)).unwrap_or_default()
 }
 
@@ -117,13 +118,13 @@ fn evidence(outcome: &Outcome, k: usize, named: &(String, String), group: Option
 }
 
 /// The experiment that decides within a set.
-fn decide_by(set: &[Member], card: &str) -> String {
-    if set.iter().any(|m| m.target == "all") {
+fn decide_by(set: &[Member], otherwise: &str) -> String {
+    if set.iter().any(|m| m.target == ALL) {
         return "record all sensors with one clock, at 2 kHz or more, in a stop from full speed: a lag rounds the corner, a clock \
                 offset shifts it"
             .into();
     }
-    card.to_string()
+    otherwise.to_string()
 }
 
 /// Where an effect shows: of a group its test, of an oscillation its direction, else its joint and its reversals.
@@ -135,7 +136,7 @@ fn place(outcome: &Outcome, placed: &EffectInstance, group: Option<&geometry::Gr
         let [x, y, z] = v.direction.into();
         place.description = format!("throughout: the TCP vibrates along ({x:.2}, {y:.2}, {z:.2})");
     } else if let Some(f) = placed.effect.get::<TrackerFrame>() {
-        place.description = f.said();
+        place.description = f.describe();
     }
     place
 }
@@ -147,12 +148,12 @@ fn at_reversals(outcome: &Outcome, placed: &EffectInstance) -> Place {
     let joint = placed.axis().map(|a| robot.axis(a).name.clone());
     let log = &outcome.problem.logs[0];
     let info = placed.effect.info();
-    let reverses = info.after_reversal != AfterReversal::Nothing;
+    let reverses = info.special.after_reversal != AfterReversal::Nothing;
     let Some(axis) = placed.axis().filter(|_| reverses && !log.log.poses) else {
         return Place { joint, description: format!("all along: {}", info.adds), t_s: Vec::new() };
     };
-    let turns = log.drive.turns(axis);
-    let end = log.drive.t_s().last().copied().unwrap_or(0.0);
+    let turns = log.trajectory.turns(axis);
+    let end = log.trajectory.t_s().last().copied().unwrap_or(0.0);
     let t_s = turns
         .iter()
         .enumerate()
@@ -162,7 +163,7 @@ fn at_reversals(outcome: &Outcome, placed: &EffectInstance) -> Place {
             [digits(t.0), digits(next.min(t.0 + 2.0))]
         })
         .collect();
-    let what = if info.after_reversal == AfterReversal::Tail { "tails after" } else { "steps at" };
+    let what = if info.special.after_reversal == AfterReversal::Tail { "tails after" } else { "steps at" };
     let description = match turns.len() {
         0 => "because it moves in one direction throughout this log".into(),
         1 => format!("{what} its reversal"),

@@ -142,7 +142,7 @@ fn lengths(p: &Problem, log: usize, points: bool, values: &[f64]) -> Vec<(usize,
 fn log_trace(outcome: &Outcome, l: usize, points: bool, moved: &[(usize, Vec<f64>)]) -> LogTrace {
     let p = &outcome.problem;
     let log = &p.logs[l];
-    let place = |row: usize| if log.log.poses { (row + 1) as f64 } else { log.drive.t_s()[row] };
+    let place = |row: usize| if log.log.poses { (row + 1) as f64 } else { log.trajectory.t_s()[row] };
     let values = |v: &[f64]| -> Vec<f64> { lengths(p, l, points, v).into_iter().map(|s| s.1).collect() };
     let before = lengths(p, l, points, &outcome.state_nuisance.residual);
     let tcp = outcome.fit.state.logs[l].points_m.first();
@@ -161,14 +161,14 @@ fn log_trace(outcome: &Outcome, l: usize, points: bool, moved: &[(usize, Vec<f64
 fn turns(outcome: &Outcome, effect: usize, log: &LogData) -> Vec<(f64, i8)> {
     let placed = &outcome.fit.hypothesis.effects[effect];
     match placed.axis().filter(|_| after_reversals(placed.effect.name()) && !log.log.poses) {
-        Some(axis) => log.drive.turns(axis).into_iter().map(|(t_s, _, dir)| (t_s, dir)).collect(),
+        Some(axis) => log.trajectory.turns(axis).into_iter().map(|(t_s, _, dir)| (t_s, dir)).collect(),
         None => Vec::new(),
     }
 }
 
 /// Effects that show after the reversals of their joint.
 pub fn after_reversals(effect: &str) -> bool {
-    catalogue::find(effect).is_some_and(|e| e.after_reversal != AfterReversal::Nothing)
+    catalogue::find(effect).is_some_and(|e| e.special.after_reversal != AfterReversal::Nothing)
 }
 
 /// Position, direction, residual before and after of every sample that tells something about a joint.
@@ -183,11 +183,13 @@ fn joint_trace(outcome: &Outcome, axis: usize, own: &[&Vec<f64>]) -> Option<Join
     let measured = p.groups.iter().any(|g| g.sensor == Sensor::Joint(axis));
     let mut samples: [Vec<[f64; 3]>; 2] = [Vec::new(), Vec::new()];
     for (l, log) in p.logs.iter().enumerate() {
-        let command = log.drive.command(axis);
-        if log.drive.is_stationary(axis) || log.log.travel(axis) <= 1e-3 * p.robot.axis(axis).kind.si_per_user_unit() {
+        let command = log.trajectory.command(axis);
+        if log.trajectory.is_stationary(axis)
+            || log.log.travel(axis) <= 1e-3 * p.robot.axis(axis).kind.si_per_user_unit()
+        {
             continue;
         }
-        let track = Track::new(log.drive.t_s(), command, 1e-9);
+        let track = Track::new(log.trajectory.t_s(), command, 1e-9);
         for g in p.groups_of(l) {
             let (n, at) = (g.len(), g.range());
             let (x, y) = (&before[at.clone()], &after[at]);
@@ -283,7 +285,7 @@ fn hidden(outcome: &Outcome) -> Vec<Hidden> {
     }
     for &i in &outcome.fit.free {
         let placed = &outcome.fit.hypothesis.effects[i];
-        let (effect, target) = (placed.effect.name(), placed.target_text(&p.robot));
+        let (effect, target) = placed.named(&p.robot);
         all.push(Hidden { effect, target, found: true, sizes: Vec::new(), moves: None });
     }
     all

@@ -23,7 +23,7 @@ impl GapUnit {
     }
 
     /// A figure of the document with its unit.
-    pub fn said(&self, um: f64) -> String {
+    pub fn with(&self, um: f64) -> String {
         format!("{} {}", self.bare(um), self.name)
     }
 }

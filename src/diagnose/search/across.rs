@@ -6,7 +6,6 @@
 //!   hypothesis with one parameter, compared by its sensitivity at the size that the offset was found with; blocks of the
 //!   data vote, since where a misfit stays the likelihood alone claims more than it knows.
 
-use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
@@ -17,6 +16,7 @@ use crate::effects::{Effect, EffectInstance, ServoLag};
 use crate::machine::parts;
 use crate::numerics::fisher;
 use crate::numerics::normal_equations::pseudo_inverse;
+use crate::numerics::robust::range;
 use nalgebra::DVector;
 
 /// Chance below which two logs disagree.
@@ -94,7 +94,7 @@ fn one_size(found: &[(f64, f64)], tests: usize) -> bool {
     let mean = found.iter().map(|f| f.0 / f.1).sum::<f64>() / weight;
     let squares: f64 = found.iter().map(|f| (f.0 - mean).powi(2) / f.1).sum();
     let freedom = (found.len() - 1) as f64;
-    let (lo, hi) = found.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), f| (a.min(f.0), b.max(f.0)));
+    let [lo, hi] = range(found.iter().map(|f| f.0));
     let chance = tests as f64 * fisher::tail(squares / freedom, freedom, 1e6);
     chance > DISAGREE || hi - lo < MUCH * mean.abs()
 }
@@ -143,21 +143,20 @@ pub fn common_lag(
     let mut column = vec![0.0; problem.n];
     for axis in 0..problem.robot.dof() {
         for (l, log) in problem.logs.iter().enumerate() {
-            let lagged = log.drive.servo(axis, &[&lag], 0);
-            let change = |r: usize| lagged[r] - log.drive.command(axis)[r];
+            let lagged = log.trajectory.servo(axis, &[&lag], 0);
+            let change = |r: usize| lagged[r] - log.trajectory.command(axis)[r];
             let motor: Option<&dyn Fn(usize) -> f64> = if log.is_driven(axis) { None } else { Some(&change) };
             problem.add_joint_change(&base.state, l, axis, &change, motor, &mut column);
         }
     }
-    let tangent = tangent(problem, &base.hypothesis, &base.state, &base.free, whitening);
-    let ground = ScreeningContext::new(problem, &base.hypothesis, &base.state, whitening, tangent);
+    let context = base.screening(problem, whitening);
     let mut columns =
         vec![column, problem.difference(&base.hypothesis, &base.state, &[], std::slice::from_ref(found), 1.0)];
-    ground.project(&mut columns);
-    let explains = |c: &[f64]| dot(c, &ground.residual).powi(2) / dot(c, c).max(1e-300);
+    context.project(&mut columns);
+    let explains = |c: &[f64]| dot(c, &context.residual).powi(2) / dot(c, c).max(1e-300);
     let by_lag = explains(&columns[0]);
     let mut difference = by_lag - explains(&columns[1]);
-    if !decided(problem, &ground.residual, &columns[0], &columns[1]) {
+    if !decided(problem, &context.residual, &columns[0], &columns[1]) {
         // what of the data prefers the one is as much as what prefers the other
         difference = difference
             .clamp(-0.5 * crate::diagnose::search::finding::WITHIN, 0.5 * crate::diagnose::search::finding::WITHIN);

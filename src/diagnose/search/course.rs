@@ -11,7 +11,7 @@ use crate::diagnose::search::prepared::Prepared;
 use crate::diagnose::search::{Limits, Search, direction, freed, geometry, precise, remaining};
 
 /// What the search holds between its steps.
-pub(in crate::diagnose) struct Course {
+pub(in crate::diagnose) struct SearchState {
     pub(in crate::diagnose) fit: Fit,
     pub(in crate::diagnose) whitening: Whitening,
     pub(in crate::diagnose) steps: Vec<Step>,
@@ -27,7 +27,7 @@ pub(in crate::diagnose) struct Course {
 
 /// A course at its end.
 pub(in crate::diagnose) struct End {
-    pub(in crate::diagnose) course: Course,
+    pub(in crate::diagnose) course: SearchState,
     pub(in crate::diagnose) alternatives: Vec<Vec<Refined>>,
     /// One effect more than the limit.
     pub(in crate::diagnose) further: Option<Next>,
@@ -47,11 +47,11 @@ impl End {
     }
 }
 
-impl Course {
+impl SearchState {
     /// What could replace each found effect. Where one has replaced another, what is left has changed: rounds again.
     fn alternatives(&mut self, search: &mut Search, prepared: &Prepared, rms_nuisance: f64) -> Vec<Vec<Refined>> {
         if let Some(group) = &self.group {
-            return search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening);
+            return search.alternatives_of_all(group, &self.fit, &self.gaps.terms, &self.whitening);
         }
         let Self { fit, whitening, steps, .. } = self;
         let (mut alternatives, exchanged) = search.exchange(fit, whitening, steps);
@@ -115,7 +115,7 @@ impl Search<'_> {
     }
 
     /// Geometry as one group where settled poses of a real arm show it, else rounds until nothing more is believed.
-    fn find(&mut self, prepared: &Prepared, rms_nuisance: f64) -> Course {
+    fn find(&mut self, prepared: &Prepared, rms_nuisance: f64) -> SearchState {
         let Prepared { groups, free, recording, .. } = prepared;
         let (mut fit, mut whitening) = (prepared.fit.clone(), prepared.whitening.clone());
         let mut steps: Vec<Step> = Vec::new();
@@ -145,6 +145,6 @@ impl Search<'_> {
         }
         // the noise of what is left: that of the freed residual is a little too small for a test
         whitening = precise::noise_left(self.problem, &fit, &whitening, groups);
-        Course { fit, whitening, steps, notes, group, gaps, structure, next, remains }
+        SearchState { fit, whitening, steps, notes, group, gaps, structure, next, remains }
     }
 }

@@ -10,7 +10,7 @@ use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::recording::Recording;
-use crate::diagnose::search::course::Course;
+use crate::diagnose::search::course::SearchState;
 use crate::diagnose::search::doubt::mark;
 use crate::diagnose::search::finding::WITHIN;
 use crate::diagnose::search::fit::{self, Fit};
@@ -25,7 +25,7 @@ use crate::numerics::normal::Z95;
 use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::{DMatrix, DVector};
 
-/// Chance that a size is zero above which its interval holds zero.
+/// Chance that a size is zero above which its interval contains zero.
 const HOLDS_ZERO: f64 = 0.05;
 /// Eigenvalue, after scaling, below which a direction of the sizes is open.
 const OPEN: f64 = 1e-12;
@@ -78,7 +78,7 @@ fn chance_of_zero(problem: &Problem, fit: &Fit, k: usize, shape: Shape) -> f64 {
     chi_squared::tail((x.transpose() * pseudo_inverse(&covariance, OPEN) * &x)[(0, 0)], sizes.len() as f64)
 }
 
-/// Which free effects have sizes whose interval holds zero, by a covariance that knows of misfit: they are no names by themselves.
+/// Which free effects have sizes whose interval contains zero, by a covariance that knows of misfit: they are no names by themselves.
 pub fn doubtful(problem: &Problem, fit: &Fit) -> Vec<bool> {
     let named = |k: usize| !unnamed::is_unnamed(&fit.hypothesis.effects[fit.free[k]]);
     (0..fit.free.len())
@@ -125,7 +125,7 @@ impl Search<'_> {
     /// Takes out of a course what the logs do not determine or support. Returns whether that changed anything.
     pub(in crate::diagnose) fn only_determined(
         &self,
-        course: &mut Course,
+        course: &mut SearchState,
         prepared: &Prepared,
         rms_nuisance: f64,
     ) -> bool {
@@ -151,13 +151,13 @@ impl Search<'_> {
             let Some((k, why)) = weakest(p, &wide, &course.whitening) else { break };
             let mut h = course.fit.hypothesis.clone();
             let old = h.effects.remove(course.fit.free[k]);
-            mark(&mut course.steps, &(old.effect.name(), old.target_text(&p.robot)), why);
+            mark(&mut course.steps, &old.named(&p.robot), why);
             let free: Vec<usize> = (self.known..h.effects.len()).collect();
             course.fit = fit::refit(p, &h, &free, &course.whitening);
             changed = true;
         }
         if changed {
-            let Course { fit, whitening, .. } = course;
+            let SearchState { fit, whitening, .. } = course;
             *whitening = precise::noise_left(p, fit, whitening, &prepared.groups);
             *fit = fit::refit(p, &fit.hypothesis, &fit.free, whitening);
             course.structure = freed::tested(p, fit, &prepared.groups);

@@ -8,8 +8,6 @@
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::is_geometry;
-use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::note::Note;
 use crate::diagnose::problem::forward::Problem;
@@ -18,6 +16,7 @@ use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry::PRIOR;
 use crate::effects::{Backlash, Effect, EffectInstance, Target};
 use crate::numerics::parallel::ParMap;
+use crate::numerics::robust::range;
 use nalgebra::{DMatrix, DVector};
 
 /// Standard deviation of the coefficients of the smooth nuisance, rad (m for a prismatic joint).
@@ -46,8 +45,7 @@ pub struct Terms {
 
 /// Direction terms of all joints.
 pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidates: &[Candidate]) -> Terms {
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let context = fit.screening(problem, whitening);
     let mut even = smooth(problem, fit);
     let mut ridge = vec![RIDGE; even.len()];
     // and the whole geometry: what the group has not
@@ -56,9 +54,9 @@ pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidate
         ridge.extend(vec![PRIOR; columns.len()]);
         even.extend(columns);
     }
-    ground.project(&mut even);
+    context.project(&mut even);
     let m = even.len();
-    let n = ground.residual.len();
+    let n = context.residual.len();
     let a = DMatrix::from_fn(n, m, |i, j| even[j][i]);
     let mut normal = a.transpose() * &a;
     let bare = normal.clone();
@@ -74,23 +72,23 @@ pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidate
         let right = a.transpose() * &v;
         v - &a * factor.solve(&right)
     };
-    let residual = off(&ground.residual);
+    let residual = off(&context.residual);
     let mut terms = Vec::new();
     for axis in 0..problem.robot.dof() {
         let mut columns = vec![vec![0.0; problem.n]];
         for l in 0..problem.logs.len() {
-            let dir = problem.logs[l].drive.track(axis).dir.to_vec();
+            let dir = problem.logs[l].trajectory.track(axis).dir.to_vec();
             let of = |r: usize| f64::from(dir.get(r).copied().unwrap_or(0));
             problem.add_joint_change(&fit.state, l, axis, &of, None, &mut columns[0]);
         }
-        let before = ground.project(&mut columns)[0];
+        let before = context.project(&mut columns)[0];
         let d = DVector::from_row_slice(&columns[0]);
         let own = off(&columns[0]);
         let norm = own.dot(&d);
         if before <= 0.0 || norm < 1e-6 * before {
             continue;
         }
-        let size = own.dot(&DVector::from_row_slice(&ground.residual)) / norm;
+        let size = own.dot(&DVector::from_row_slice(&context.residual)) / norm;
         let score = sums_by_pose(problem, |i| own[i] * (residual[i] - size * own[i]));
         let sigma = (fewer * score.iter().map(|s| s * s).sum::<f64>()).sqrt() / norm;
         terms.push(Term { axis, size, z: if sigma > 0.0 { size / sigma } else { 0.0 } });
@@ -115,17 +113,13 @@ fn sums_by_pose(problem: &Problem, value: impl Fn(usize) -> f64) -> Vec<f64> {
 /// Each joint's error as a quadratic form in all joints, and its own third and fourth degree (Legendre).
 fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
     let dof = problem.robot.dof();
-    let range: Vec<(f64, f64)> = (0..dof)
-        .map(|a| {
-            let all = problem.logs.iter().flat_map(|l| l.drive.command(a).iter().copied());
-            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)))
-        })
-        .collect();
+    let commands = |a: usize| problem.logs.iter().flat_map(move |l| l.trajectory.command(a).iter().copied());
+    let ranges: Vec<[f64; 2]> = (0..dof).map(|a| range(commands(a))).collect();
     let unit = |l: usize, a: usize, r: usize| {
-        let (lo, hi) = range[a];
-        if hi > lo { 2.0 * (problem.logs[l].drive.command(a)[r] - lo) / (hi - lo) - 1.0 } else { 0.0 }
+        let [lo, hi] = ranges[a];
+        if hi > lo { 2.0 * (problem.logs[l].trajectory.command(a)[r] - lo) / (hi - lo) - 1.0 } else { 0.0 }
     };
-    let moving: Vec<usize> = (0..dof).filter(|&a| range[a].1 > range[a].0).collect();
+    let moving: Vec<usize> = (0..dof).filter(|&a| ranges[a][1] > ranges[a][0]).collect();
     let mut forms: Vec<(usize, Option<usize>)> = moving.iter().map(|&a| (a, None)).collect();
     for (i, &a) in moving.iter().enumerate() {
         forms.extend(moving[i..].iter().map(|&b| (a, Some(b))));
@@ -190,7 +184,7 @@ pub fn note_of(problem: &Problem, terms: &[Term]) -> Note {
 }
 
 /// A gap by its direction term: several joints may have one, so that none is another's alternative.
-pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term], axis: Option<usize>) -> Vec<Refined> {
+pub fn gap_alternatives(problem: &Problem, fit: &Fit, terms: &[Term], axis: Option<usize>) -> Vec<Refined> {
     let alternatives: Vec<Refined> = terms
         .iter()
         .filter(|t| t.z < 0.0 && Some(t.axis) == axis)

@@ -118,7 +118,7 @@ impl Search<'_> {
         for (k, stays) in kept.iter().enumerate().rev() {
             if !stays {
                 let old = h.effects.remove(fit.free[k]);
-                let name = (old.effect.name(), old.target_text(&p.robot));
+                let name = old.named(&p.robot);
                 mark(steps, &name, "unknown: it stood in for structure that no effect describes");
             }
         }
@@ -255,7 +255,7 @@ impl Search<'_> {
 
     /// Alternatives after the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
     /// direction terms.
-    pub(in crate::diagnose) fn rivals_behind(
+    pub(in crate::diagnose) fn alternatives_of_all(
         &mut self,
         group: &geometry::Group,
         fit: &Fit,
@@ -267,7 +267,7 @@ impl Search<'_> {
             .map(|k| match &fit.hypothesis.effects[fit.free[k]].effect {
                 _ if k < group.count => vec![geometry::other_geometry(self.problem, fit, k)],
                 found if found.is_play() => {
-                    direction::gap_rivals(self.problem, fit, terms, fit.hypothesis.effects[fit.free[k]].axis())
+                    direction::gap_alternatives(self.problem, fit, terms, fit.hypothesis.effects[fit.free[k]].axis())
                 }
                 _ => self.alternatives(fit, k, whitening),
             })
@@ -277,7 +277,7 @@ impl Search<'_> {
     /// Name and target of the k-th found effect.
     fn name_of(&self, fit: &Fit, k: usize) -> (&'static str, String) {
         let placed = &fit.hypothesis.effects[fit.free[k]];
-        (placed.effect.name(), placed.target_text(&self.problem.robot))
+        placed.named(&self.problem.robot)
     }
 }
 

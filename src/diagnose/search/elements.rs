@@ -64,7 +64,7 @@ impl Search<'_> {
             let own: Vec<usize> = (0..fit.free.len())
                 .filter(|&k| of(&fit, k).target == target && elements_of(&of(&fit, k)).is_some())
                 .collect();
-            let wound = own.iter().any(|&k| of(&fit, k).effect.name() == hysteresis::INFO.name);
+            let wound = own.iter().any(|&k| of(&fit, k).effect.get::<Hysteresis>().is_some());
             if own.len() < 2 || !wound {
                 return fit;
             }

@@ -4,7 +4,8 @@
 //! [`crate::diagnose::problem::forward`], scaled by the columns' norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
 //! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
 
-use crate::diagnose::candidates::sensitivities::Sensitivities;
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::dot;
@@ -35,6 +36,12 @@ impl Fit {
     /// Number of free parameters.
     pub fn parameters(&self) -> usize {
         self.covariance.nrows()
+    }
+
+    /// What it leaves, off the sensitivities of everything that it fitted.
+    pub fn screening<'a>(&'a self, problem: &'a Problem, whitening: &'a Whitening) -> ScreeningContext<'a> {
+        let tangent = tangent(problem, &self.hypothesis, &self.state, &self.free, whitening);
+        ScreeningContext::new(problem, &self.hypothesis, &self.state, whitening, tangent)
     }
 
     /// Standard uncertainties of the values of the k-th free effect.
@@ -216,7 +223,7 @@ impl<'a> Refit<'a> {
     }
 
     /// Normal matrix and gradient with the prior's.
-    fn model(&self, h: &Hypothesis, at: &Evaluated) -> Products<'static> {
+    fn model(&self, h: &Hypothesis, at: &Evaluated) -> Products {
         let mut gradient: Vec<f64> = self.sensitivities.columns().map(|c| -dot(c, &at.white)).collect();
         let mut normal = self.sensitivities.normal.clone();
         for (k, (pull, p)) in self.prior.pull(h, self.free).into_iter().zip(&self.prior.precision).enumerate() {
@@ -230,7 +237,7 @@ impl<'a> Refit<'a> {
 impl least_squares::Problem for Refit<'_> {
     type Point = Hypothesis;
     type State = Evaluated;
-    type Model = Products<'static>;
+    type Model = Products;
 
     fn evaluate(&mut self, h: &Hypothesis) -> Evaluated {
         self.start.take().unwrap_or_else(|| {
@@ -244,7 +251,7 @@ impl least_squares::Problem for Refit<'_> {
         dot(&at.white, &at.white) + self.prior.penalty(h, self.free)
     }
 
-    fn linearise(&mut self, h: &Hypothesis, at: &Evaluated) -> Products<'static> {
+    fn linearise(&mut self, h: &Hypothesis, at: &Evaluated) -> Products {
         // close to the end the sensitivities hardly change any more
         if self.gain > REFRESHED {
             let stale = self.sensitivities.moved_too_far(h, self.free, &self.moves);

@@ -1,8 +1,6 @@
 //! The residual freed of the whole catalogue-free basis: its noise, and the test whether structure is left.
 
 use crate::diagnose::candidates::basis::BasisGroup;
-use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::{self, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
@@ -13,8 +11,7 @@ use crate::diagnose::search::precise;
 pub(in crate::diagnose) fn tested(problem: &Problem, fit: &Fit, groups: &[BasisGroup]) -> Tested {
     let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
     let whitening = precise::noise_left(problem, fit, &whitening, groups);
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
-    structure::test(&ScreeningContext::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), groups)
+    structure::test(&fit.screening(problem, &whitening), groups)
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
@@ -35,8 +32,7 @@ pub(in crate::diagnose) fn noise_of_freed(
     whitening: &Whitening,
     groups: &[BasisGroup],
 ) -> (Whitening, Tested) {
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let tested = structure::test(&ground, groups);
+    let context = fit.screening(problem, whitening);
+    let tested = structure::test(&context, groups);
     (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)
 }

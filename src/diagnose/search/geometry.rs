@@ -104,19 +104,18 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
     let taken = |c: &Candidate| {
         fit.free.iter().any(|&i| {
             let p = &fit.hypothesis.effects[i];
-            p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target
+            c.names(p, &problem.robot)
         })
     };
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let context = fit.screening(problem, whitening);
     let free: Vec<&Candidate> = pool.iter().copied().filter(|c| !taken(c)).collect();
     let mut left: Vec<Projected> = free.par_map(|c| {
         let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
-        let before = ground.project(&mut columns);
+        let before = context.project(&mut columns);
         (*c, columns, before)
     });
     let tried = left.len() as f64;
-    let mut residual = ground.residual.clone();
+    let mut residual = context.residual.clone();
     let mut chosen: Vec<(&Candidate, Vec<Vec<f64>>)> = Vec::new();
     let n = residual.len() as f64;
     while chosen.len() + fit.free.len() < MOST {
@@ -205,10 +204,11 @@ pub fn stands_beside(
         columns.iter_mut().for_each(|c| whitening.apply(problem, c));
         tangent.extend(columns);
     }
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let context = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let column = problem.difference(&fit.hypothesis, &fit.state, &[], std::slice::from_ref(found), 1.0);
-    let gain = ground.score_columns(0, vec![column], true).gain;
-    let left = (dot(&ground.residual, &ground.residual) - gain) / (problem.n as f64 - fit.parameters() as f64).max(1.0);
+    let gain = context.score_columns(0, vec![column], true).gain;
+    let left =
+        (dot(&context.residual, &context.residual) - gain) / (problem.n as f64 - fit.parameters() as f64).max(1.0);
     problem.robot.dof() as f64 * fisher::tail(gain / left.max(1e-300), 1.0, problem.n as f64) < CHANCE
 }
 

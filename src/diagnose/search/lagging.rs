@@ -1,6 +1,6 @@
 //! A clock offset and lags of all joints by one time: what the one leaves of the other is no effect.
 //!
-//! A log of slow motion does not tell them apart to first order; what differs goes with the acceleration. Where the rounds hold a clock
+//! A log of slow motion does not tell them apart to first order; what differs grows with the acceleration. Where the rounds hold a clock
 //! offset and the joints lag, that difference is left, and a scale, an oscillation or a curve follows it. Method: the same fit with lags by
 //! one time in the place of the offset; where it leaves as little, an effect is believed only if it is also needed beside the lags. Where the
 //! lags are decidedly better ([`across::common_lag`]), they take the place of the offset, each joint's of its own size.
@@ -33,7 +33,7 @@ fn clock_behind(fit: &Fit) -> Option<(usize, f64)> {
 /// effects are new.
 fn add_lags(problem: &Problem, h: &mut Hypothesis, known: usize, lag_s: f64) -> Vec<usize> {
     let mut new = Vec::new();
-    for axis in (0..problem.robot.dof()).filter(|a| problem.logs.iter().any(|l| !l.drive.is_stationary(*a))) {
+    for axis in (0..problem.robot.dof()).filter(|a| problem.logs.iter().any(|l| !l.trajectory.is_stationary(*a))) {
         let target = Target::Joint(axis);
         let own = h.effects.iter_mut().skip(known).find(|e| e.target == target && e.effect.get::<ServoLag>().is_some());
         if let Some(own) = own {

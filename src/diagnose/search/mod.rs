@@ -69,12 +69,10 @@ pub(crate) mod unnamed;
 pub(crate) mod wider;
 
 use crate::diagnose::candidates::cache::ScreeningCache;
-use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::problem::residual::rms;
-use crate::diagnose::search::course::{Course, End};
+use crate::diagnose::search::course::{End, SearchState};
 use crate::diagnose::search::finding::Alternative;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::prepared::Prepared;
@@ -111,7 +109,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let mut alternatives: Vec<Vec<Alternative>> =
         alternatives.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
     let rms_named = rms(&problem, &course.fit.state.residual);
-    let Course { mut fit, mut whitening, mut steps, notes, group, structure, next, remains, .. } = course;
+    let SearchState { mut fit, mut whitening, mut steps, notes, group, structure, next, remains, .. } = course;
     let structured = remains.is_some() || group.is_some() && geometry::is_structured(&structure);
     if structured && contradictions.is_empty() {
         let known = group.is_none().then_some(known);
@@ -129,12 +127,11 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     doubtful.iter_mut().take(together).for_each(|d| *d = false);
     rival::beside(&problem, &fit, &whitening, (&prepared.candidates, price), &doubtful, &mut alternatives);
     unnamed::with_intervals(&problem, &mut fit);
-    let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
-    let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-    let last = search.kept.score(&ground, &prepared.candidates);
+    let context = fit.screening(&problem, &whitening);
+    let last = search.kept.score(&context, &prepared.candidates);
     let Prepared { fit: first, candidates, outliers, rms_given, max_given, .. } = prepared;
     Outcome {
-        told: None,
+        joint_fit: None,
         candidates,
         steps,
         fit,

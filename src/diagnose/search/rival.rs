@@ -28,7 +28,7 @@ pub fn beside(
 ) {
     for (k, all) in alternatives.iter_mut().enumerate().filter(|(k, _)| doubtful.get(*k) == Some(&true)) {
         let placed = &fit.hypothesis.effects[fit.free[k]];
-        let (effect, target) = (placed.effect.name(), placed.target_text(&problem.robot));
+        let (effect, target) = placed.named(&problem.robot);
         let itself = |a: &Alternative| (a.effect, &a.target) == (effect, &target);
         let there = all.iter().any(itself);
         if there && all.len() > 1 {
@@ -59,20 +59,20 @@ fn screened(
 ) -> (f64, Option<Alternative>) {
     let gone = fit.free[k];
     let placed = &fit.hypothesis.effects[gone];
-    let own = (placed.effect.name(), placed.target_text(&problem.robot));
+    let own = placed.named(&problem.robot);
     let mut h = fit.hypothesis.clone();
     h.effects.remove(gone);
     let free: Vec<usize> = fit.free.iter().filter(|i| **i != gone).map(|&i| i - usize::from(i > gone)).collect();
     let state = problem.evaluate(&h);
     let around = tangent(problem, &h, &state, &free, whitening);
-    let mut ground = ScreeningContext::new(problem, &h, &state, whitening, around);
-    let gain = (dot(&ground.residual, &ground.residual) - fit.cost).max(0.0);
+    let mut context = ScreeningContext::new(problem, &h, &state, whitening, around);
+    let gain = (dot(&context.residual, &context.residual) - fit.cost).max(0.0);
     // what the effect does, not what else is left, is to be described
     let mut part = vec![problem.difference(&fit.hypothesis, &fit.state, std::slice::from_ref(placed), &[], -1.0)];
-    ground.project(&mut part);
-    ground.residual = part.swap_remove(0);
+    context.project(&mut part);
+    context.residual = part.swap_remove(0);
     let mut best: Option<Alternative> = None;
-    for score in ground.score_all(candidates) {
+    for score in context.score_all(candidates) {
         let c = &candidates[score.candidate];
         let alternative =
             Alternative { effect: c.effect, target: c.target.clone(), gain: score.gain, parameters: c.parameters() };

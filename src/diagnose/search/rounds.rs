@@ -97,15 +97,15 @@ impl Search<'_> {
     ) -> Vec<Refined> {
         let p = self.problem;
         let sensitivities = Sensitivities::new(p, &base.hypothesis, &base.state, &base.free, whitening);
-        let ground = ScreeningContext::new(p, &base.hypothesis, &base.state, whitening, sensitivities.to_columns());
-        let mut spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
+        let context = ScreeningContext::new(p, &base.hypothesis, &base.state, whitening, sensitivities.to_columns());
+        let mut spectral = if self.only.is_some() { Vec::new() } else { context.spectral() };
         let in_need = spectral.iter().filter(|c| c.axis().is_some_and(|a| self.wider.contains(&a)));
         let fading: Vec<Candidate> = in_need.flat_map(|c| candidates::fading(p, c)).collect();
-        self.tried = (self.candidates.len() + fading.len()) as f64 + spectrum::tried(&ground);
+        self.tried = (self.candidates.len() + fading.len()) as f64 + spectrum::tried(&context);
         spectral.extend(fading);
         let mut scored: Vec<(Score, &Candidate)> =
-            self.kept.score(&ground, self.candidates).into_iter().zip(self.candidates).collect();
-        let more: Vec<Score> = ground.score_all(&spectral);
+            self.kept.score(&context, self.candidates).into_iter().zip(self.candidates).collect();
+        let more: Vec<Score> = context.score_all(&spectral);
         scored.extend(more.into_iter().zip(&spectral));
         let only = self.only;
         let asked_for =
@@ -115,7 +115,7 @@ impl Search<'_> {
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         let promised =
-            asked.promise.map_or(0.0, |(share, cost)| share * (dot(&ground.residual, &ground.residual) - cost));
+            asked.promise.map_or(0.0, |(share, cost)| share * (dot(&context.residual, &context.residual) - cost));
         if best < promised {
             return Vec::new();
         }
@@ -173,7 +173,7 @@ impl Search<'_> {
         let plain: Vec<(String, f64)> =
             picked.iter().filter_map(|s| promised(&s.1.target)).map(|s| (s.1.target.clone(), s.0.gain)).collect();
         picked.retain(|(s, c)| {
-            !catalogue::find(c.effect).is_some_and(|e| e.includes.contains(&PLAIN))
+            !catalogue::find(c.effect).is_some_and(|e| e.special.includes.contains(&PLAIN))
                 || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
         });
         let mut trials: Vec<Trial> = picked

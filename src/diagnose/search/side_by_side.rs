@@ -2,7 +2,7 @@
 //!
 //! Such a reading shows the sum of what the joints lose. Where two of them reverse at the same places of a path, their gaps look like
 //! one lost motion that is crossed over more than one travel: a hysteresis of either joint. The rounds go one effect at a time, find that
-//! first, and from there the gaps are behind a ridge. Method: in place of the hysteresis, gaps of its joint and of another are refitted
+//! first, and a ridge of the cost separates it from the gaps. Method: instead of the hysteresis, gaps of its joint and of another are refitted
 //! from several shares of its size; the best take its place where BIC prefers them. Where two gaps and one hysteresis explain as
 //! much, each is in the set of the other: the reading cannot tell them.
 
@@ -41,7 +41,7 @@ impl Search<'_> {
             let placed: Vec<&EffectInstance> = next.hypothesis.effects.iter().rev().take(2).collect();
             let names: Vec<String> =
                 placed.iter().map(|p| format!("{} {}", p.effect.name(), p.target_text(robot))).collect();
-            mark(steps, &(old.effect.name(), old.target_text(robot)), &names.join(" and "));
+            mark(steps, &old.named(robot), &names.join(" and "));
             for p in &placed {
                 let stood = |e: &EffectInstance| e.effect.name() == p.effect.name() && e.target == p.target;
                 if !fit.free.iter().any(|i| stood(&fit.hypothesis.effects[*i])) {
@@ -68,28 +68,35 @@ impl Search<'_> {
         for k in 0..fit.free.len() {
             if let (Some(other), Some(a)) = (self.split(fit, k, whitening), axis(k)) {
                 let gap = EffectInstance::new(Target::Joint(a), Backlash::constant(0.0));
-                self.add_rival(fit, k, &gap, &other, alternatives);
+                self.add_alternative(fit, k, &gap, &other, alternatives);
             }
             for j in (k + 1..fit.free.len()).filter(|j| is_gap(k) && is_gap(*j) && axis(k) != axis(*j)) {
                 for (other, one) in self.merged(fit, [k, j], whitening) {
-                    self.add_rival(fit, k, &one, &other, alternatives);
-                    self.add_rival(fit, j, &one, &other, alternatives);
+                    self.add_alternative(fit, k, &one, &other, alternatives);
+                    self.add_alternative(fit, j, &one, &other, alternatives);
                 }
             }
         }
     }
 
     /// Adds an alternative of the k-th effect, where it explains as much.
-    fn add_rival(&self, fit: &Fit, k: usize, rival: &EffectInstance, other: &Fit, alternatives: &mut [Vec<Refined>]) {
+    fn add_alternative(
+        &self,
+        fit: &Fit,
+        k: usize,
+        alternative: &EffectInstance,
+        other: &Fit,
+        alternatives: &mut [Vec<Refined>],
+    ) {
         let behind = self.cost_with_price(other) - self.cost_with_price(fit);
         let robot = &self.problem.robot;
         let found = &fit.hypothesis.effects[fit.free[k]];
-        let (name, target) = (found.effect.name(), found.target_text(robot));
+        let (name, target) = found.named(robot);
         let Some(all) = alternatives.get_mut(k) else { return };
         let own = all.iter().find(|r| r.effect == name && r.target == target).map(|r| r.merit(self.price));
         let (Some(own), true) = (own, behind < WITHIN) else { return };
-        let (effect, target) = (rival.effect.name(), rival.target_text(robot));
-        let parameters = rival.effect.values().len();
+        let (effect, target) = alternative.named(robot);
+        let parameters = alternative.effect.values().len();
         let gain = own - behind + self.price * parameters as f64;
         all.retain(|r| r.effect != effect || r.target != target || r.merit(self.price) > own - behind);
         if !all.iter().any(|r| r.effect == effect && r.target == target) {

@@ -8,14 +8,14 @@ use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::Group;
 use crate::diagnose::search::fit::Fit;
-use crate::numerics::robust::median;
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
 
 /// Slow part, in standard deviations of the instrument, beyond which it is reported.
 const FAR: f64 = 2.0;
 /// Samples of a group that tell how an instrument scatters.
 const ENOUGH: usize = 100;
 
-/// What varies slowly, and what it goes with.
+/// What varies slowly, and what it depends on.
 #[derive(Debug, Clone)]
 pub struct SlowPart {
     /// rms per coordinate, m or rad.
@@ -31,11 +31,11 @@ fn scatter(group: &Group, residual: &[f64]) -> f64 {
     let n = group.len();
     let series = (0..group.dims).map(|c| &residual[group.offset + c * n..group.offset + (c + 1) * n]);
     let second: Vec<f64> = series.flat_map(|v| v.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())).collect();
-    median(&second) / 0.6745 / 6f64.sqrt()
+    SIGMA_PER_MAD * median(&second) / 6f64.sqrt()
 }
 
 /// The slow part of what a fit leaves, where it is far beyond the scatter of the instrument; `tested`: the test without the catalogue of
-/// the same residual, which says what it goes with most of all.
+/// the same residual, which says what it depends on most.
 pub fn beside_instrument(problem: &Problem, fit: &Fit, tested: &Tested) -> Option<SlowPart> {
     let residual = &fit.state.residual;
     let of = |g: &Group| {

@@ -5,8 +5,7 @@
 //! Gauss-Newton step from the full fit, which is all that a small change needs). Of joint sensors the story is one of least squares:
 //! each nested fit leaves the least rms that its effects can.
 
-use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::sensitivities::{effect_columns, tangent};
+use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
@@ -84,9 +83,8 @@ fn promised(problem: &Problem, fit: &Fit, placed: &EffectInstance, whitening: &W
     h.effects.push(placed.clone());
     let state = problem.evaluate(&h);
     let columns = effect_columns(problem, &h, &state, h.effects.len() - 1);
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let left = 1.0 - ground.score_columns(0, columns, false).gain / fit.cost.max(1e-300);
+    let context = fit.screening(problem, whitening);
+    let left = 1.0 - context.score_columns(0, columns, false).gain / fit.cost.max(1e-300);
     rms(problem, &fit.state.residual) * left.max(0.0).sqrt()
 }
 

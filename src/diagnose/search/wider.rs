@@ -2,19 +2,18 @@
 //!
 //! Friction that builds up, is larger one way or grows with load, play whose flank follows the load, a ripple that fades with
 //! speed: each includes a plain effect of the catalogue and has one to three parameters more. Tried everywhere, they would slow
-//! every diagnosis and stand in for what has no name. So they are tried on the joint that the remainder goes with, or that has an
+//! every diagnosis and stand in for what has no name. So they are tried on the joint that the remainder depends on, or that has an
 //! effect twice, then on the next one, and taken only where nothing but noise is left with them, and likelier than without. A freedom
 //! that the log does not need beyond doubt is taken back. Where what is left is mostly slow noise, the joint is that of the form
 //! which explains most of it: a load that changes its side a few times looks like slow noise.
 
 use crate::diagnose::candidates::cache::ScreeningCache;
-use crate::diagnose::candidates::screen::{Score, ScreeningContext};
-use crate::diagnose::candidates::sensitivities::tangent;
+use crate::diagnose::candidates::screen::Score;
 use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::recording::Recording;
-use crate::diagnose::search::course::{Course, End};
+use crate::diagnose::search::course::{End, SearchState};
 use crate::diagnose::search::doubt::BETTER;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
@@ -77,7 +76,7 @@ impl Search<'_> {
     }
 
     /// Puts the plainer form in the place of each wider one that the log does not need beyond doubt.
-    fn to_plainer_forms(&self, course: &mut Course) {
+    fn to_plainer_forms(&self, course: &mut SearchState) {
         let p = self.problem;
         let likely = |f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).1;
         let mut k = 0;
@@ -103,16 +102,15 @@ impl Search<'_> {
 
     /// The joint of the wider form that explains most of what is left, where that is mostly slow noise and no chance.
     fn behind_slow_noise(&self, end: &End) -> Option<usize> {
-        let (p, Course { fit, whitening, group, .. }) = (self.problem, &end.course);
+        let (p, SearchState { fit, whitening, group, .. }) = (self.problem, &end.course);
         let slow = |n: &Noise| n.share > MOSTLY && n.phi > SLOW;
         if group.is_some() || !whitening.noise.iter().any(slow) {
             return None;
         }
         let mut list: Vec<Candidate> = (0..p.robot.dof()).flat_map(|axis| candidates::wider(p, axis)).collect();
         list.retain(|c| c.sensitivities() == 1 && c.shape_parameters <= 2);
-        let tangent = tangent(p, &fit.hypothesis, &fit.state, &fit.free, whitening);
-        let ground = ScreeningContext::new(p, &fit.hypothesis, &fit.state, whitening, tangent);
-        let scored = ground.score_all(&list);
+        let context = fit.screening(p, whitening);
+        let scored = context.score_all(&list);
         let merit = |(s, c): &(&Score, &Candidate)| s.gain - self.price * c.parameters() as f64;
         let finite = scored.iter().zip(&list).filter(|(s, _)| s.gain.is_finite());
         let (score, best) = finite.max_by(|a, b| merit(a).total_cmp(&merit(b)))?;
@@ -127,7 +125,7 @@ impl Search<'_> {
     }
 }
 
-/// The joint that the remainder goes with, or that has an effect twice.
+/// The joint that the remainder depends on, or that has an effect twice.
 fn in_need(end: &End) -> Option<usize> {
     if end.course.group.is_some() {
         return None;

@@ -50,7 +50,7 @@ pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64, doubtf
     let parameters = alternatives.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
     let mut members = Vec::new();
     let mut held = 0.0;
-    let rival = alternatives.iter().position(|r| doubtful && !is_named(r));
+    let best = alternatives.iter().position(|r| doubtful && !is_named(r));
     for (place, r) in alternatives.iter().enumerate() {
         let share = if total > 0.0 { weight(r) / total } else { 0.0 };
         let needed = held < HELD && share > 1.0 - HELD;
@@ -60,7 +60,7 @@ pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64, doubtf
         } else {
             0.0
         };
-        if is_named(r) || needed || Some(place) == rival || r.gain - price_here >= gain - WITHIN {
+        if is_named(r) || needed || Some(place) == best || r.gain - price_here >= gain - WITHIN {
             members.push(Member { effect: r.effect.into(), target: r.target.clone(), probability: share });
         }
         held += share;
@@ -74,12 +74,12 @@ pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64, doubtf
 
 /// Is `wide` a form of `narrow` with more freedom?
 fn widens(wide: &str, narrow: &str) -> bool {
-    catalogue::find(wide).is_some_and(|e| e.imitates.contains(&narrow))
+    catalogue::find(wide).is_some_and(|e| e.special.imitates.contains(&narrow))
 }
 
 /// Structure in words.
-pub fn structure_said(outcome: &Outcome, r: &Ratio) -> String {
-    structure::said(r, &outcome.problem)
+pub fn structure_text(outcome: &Outcome, r: &Ratio) -> String {
+    structure::described(r, &outcome.problem)
 }
 
 /// Does a torque change?
@@ -93,7 +93,7 @@ pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict 
     // a joint that is held shows its wind-up under a torque that changes
     let turned = |l: &LogData| {
         (0..outcome.problem.robot.dof())
-            .any(|a| changes(l.drive.measured_torque(a)) || changes(l.drive.process_torque(a)))
+            .any(|a| changes(l.trajectory.measured_torque(a)) || changes(l.trajectory.process_torque(a)))
     };
     let moves = logs.iter().any(|l| !l.log.moving_axes().is_empty() || turned(l));
     if !moves && !logs.iter().any(|l| l.log.poses) {
@@ -127,7 +127,7 @@ pub fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot<'_>> {
         }
         let found = outcome.fit.free.iter().any(|&i| {
             let p = &outcome.fit.hypothesis.effects[i];
-            p.effect.name() == c.effect && p.target_text(&outcome.problem.robot) == c.target
+            c.names(p, &outcome.problem.robot)
         });
         if found {
             continue;

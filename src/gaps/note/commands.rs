@@ -1,6 +1,5 @@
 //! Notes on commands that are not known well enough.
 
-use super::unit::edge;
 use crate::robot::JointKind;
 
 /// A remark on the commands of a log. Values are in rad or m, as `kind` says.
@@ -10,7 +9,7 @@ pub enum Note {
     #[error(
         "{log}: the commands of {joint} jitter with a standard deviation of {:.6} {unit}, as encoder readings do; they were smoothed, and an \
          error of {:.6} {unit} is left in them. Log the commanded positions instead of the measured ones",
-        edge(*noise, *kind), edge(*left, *kind), unit = kind.unit()
+        kind.to_user_unit(*noise), kind.to_user_unit(*left), unit = kind.unit()
     )]
     Smoothed {
         /// Name of the log.
@@ -27,7 +26,7 @@ pub enum Note {
     /// The commands do not show the friction of a joint.
     #[error(
         "{joint}: friction after reversals is not determined, because the commands are known to {:.6} {} only",
-        edge(*left, *kind), kind.unit()
+        kind.to_user_unit(*left), kind.unit()
     )]
     FrictionUnknown {
         /// Name of the joint.

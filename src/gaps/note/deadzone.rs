@@ -1,6 +1,5 @@
 //! Notes of the identification by growing sweeps.
 
-use super::unit::edge;
 use crate::error::counted;
 use crate::robot::JointKind;
 
@@ -13,7 +12,7 @@ pub enum Remark {
     /// All deadzones begin at one or two places.
     #[error(
         "all deadzones ({deadzones}) begin at {} {}: the sweep does not grow, so the gap at other positions is not known",
-        places.iter().map(|p| format!("{:.3}", edge(*p, *kind))).collect::<Vec<_>>().join(" and "), kind.unit()
+        places.iter().map(|p| format!("{:.3}", kind.to_user_unit(*p))).collect::<Vec<_>>().join(" and "), kind.unit()
     )]
     DoesNotGrow {
         /// Number of deadzones.
@@ -32,7 +31,7 @@ pub enum Remark {
     /// The range of the map.
     #[error(
         "the gap is mapped from {:.3} to {:.3} {} and constant beyond",
-        edge(*from, *kind), edge(*to, *kind), kind.unit()
+        kind.to_user_unit(*from), kind.to_user_unit(*to), kind.unit()
     )]
     Mapped {
         /// Kind of the joint.
@@ -80,7 +79,7 @@ pub enum NoDeadzone {
     /// No stroke crosses the gap.
     #[error(
         "the tip does not move after any of the {turns} reversals (longest stroke {:.4} {}): the strokes are smaller than the gap",
-        edge(*stroke, *kind), kind.unit()
+        kind.to_user_unit(*stroke), kind.unit()
     )]
     AllInside {
         /// Number of reversals.
@@ -99,7 +98,7 @@ pub enum NoDeadzone {
     /// The tip hardly leaves the radius within which it counts as at rest.
     #[error(
         "after its {turns} reversals the tip moves too little compared with a rest radius of {:.0} um (longest stroke {:.4} {})",
-        radius_m * 1e6, edge(*stroke, *kind), kind.unit()
+        radius_m * 1e6, kind.to_user_unit(*stroke), kind.unit()
     )]
     TooShort {
         /// Number of reversals.

@@ -1,6 +1,5 @@
 //! Notes of an estimate of all logs of a machine.
 
-use super::unit::edge;
 use crate::gaps::estimate::{Agreement, Trust};
 use crate::robot::JointKind;
 
@@ -21,7 +20,7 @@ pub enum Note {
     /// Single readings do not determine the gap of a joint.
     #[error(
         "{joint}: not determined by these readings (standard deviation {:.4} {}): it hardly moves along them, or as other joints do",
-        edge(*sigma, *kind), kind.unit()
+        kind.to_user_unit(*sigma), kind.unit()
     )]
     NotDetermined {
         /// Name of the joint.
@@ -72,7 +71,7 @@ pub enum Note {
     #[error(
         "{joint}: friction after a reversal is not the same in logs of dwells (spikes of {:.5} {unit} together) as in logs of motion \
          ({:.5} {unit}); each kind of log gets its own spikes, and compensation uses those of motion",
-        edge(*dwells, *kind), edge(*motion, *kind), unit = kind.unit()
+        kind.to_user_unit(*dwells), kind.to_user_unit(*motion), unit = kind.unit()
     )]
     FrictionApart {
         /// Name of the joint.
@@ -132,7 +131,7 @@ fn of_trust(t: &Trust) -> String {
 
 fn of_agreement(a: &Agreement, kind: JointKind) -> String {
     let shown = |value: f64, [low, high]: [f64; 2]| {
-        let [value, low, high] = [value, low, high].map(|v| edge(v, kind));
+        let [value, low, high] = [value, low, high].map(|v| kind.to_user_unit(v));
         format!("{value:.5} {} [{low:.5}, {high:.5}]", kind.unit())
     };
     let left = if a.single > 0.0 { 100.0 * (a.all_logs / a.single - 1.0).abs() } else { 100.0 };

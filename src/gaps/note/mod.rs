@@ -1,5 +1,8 @@
 //! What a reader of a gaps document should know, as data: one enum for each kind of identification. Code compares the variants; the
 //! words are for readers, with values in the units of documents (`unit`).
+//!
+//! Files beside, by identification: [`machine`] (all logs), [`static_test`], [`path`], [`deadzone`], [`screw`], [`scalar`] (ballbar, dial
+//! gauge), [`line`] (positions of a line); [`commands`]: what is wrong with the commands of a log.
 
 pub mod commands;
 pub mod deadzone;

@@ -1,6 +1,6 @@
 //! Notes of the identification of a path.
 
-use super::unit::{edge, lever_unit};
+use super::unit::lever_unit;
 use crate::error::counted;
 use crate::robot::JointKind;
 
@@ -64,7 +64,7 @@ pub enum Note {
     /// The lag at the time after a reversal at which the log determines it best.
     #[error(
         "{joint}: the lag is known most precisely {at_s:.2} s after a reversal: {:.6} {}, 95 % {:.6} to {:.6}",
-        edge(*lag, *kind), kind.unit(), edge(ci95[0], *kind), edge(ci95[1], *kind)
+        kind.to_user_unit(*lag), kind.unit(), kind.to_user_unit(ci95[0]), kind.to_user_unit(ci95[1])
     )]
     LagKnownBest {
         /// Name of the joint.

@@ -1,6 +1,5 @@
 //! Notes of the identification by a ballbar or a dial gauge.
 
-use super::unit::edge;
 use crate::robot::JointKind;
 
 /// A remark on gaps by a scalar reading. Values of joints are in rad or m, as `kind` says.
@@ -18,7 +17,7 @@ pub enum Note {
     /// The reading does not determine the gap.
     #[error(
         "{joint}: not determined by this reading (standard deviation {:.4} {}): the joint hardly changes the reading, or changes it as other joints do",
-        edge(*sigma, *kind), kind.unit()
+        kind.to_user_unit(*sigma), kind.unit()
     )]
     NotDetermined {
         /// Name of the joint.
@@ -31,7 +30,7 @@ pub enum Note {
     /// A gap that is clearly negative.
     #[error(
         "{joint}: {:.5} {}, clearly below zero, which no gap can be: check the sign of the reading and the clocks of the columns",
-        edge(*half_gap, *kind), kind.unit()
+        kind.to_user_unit(*half_gap), kind.unit()
     )]
     BelowZero {
         /// Name of the joint.

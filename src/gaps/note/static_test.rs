@@ -1,6 +1,6 @@
 //! Notes of a test of bidirectional dwells.
 
-use super::unit::{edge, lever_unit};
+use super::unit::lever_unit;
 use crate::error::counted;
 use crate::robot::JointKind;
 
@@ -100,7 +100,7 @@ pub enum Remark {
     #[error(
         "the readings are written in steps that are not small against the gap: the rounding of each position is an error of {:.5} {} in all its \
          cycles; write them with more digits",
-        edge(*error, *kind), kind.unit()
+        kind.to_user_unit(*error), kind.unit()
     )]
     CoarseReadings {
         /// Kind of the joint.
@@ -114,8 +114,8 @@ pub enum Remark {
     /// Gross errors at a position.
     #[error(
         "at {:.4} {unit} {} left out as gross errors: {} {unit}",
-        edge(*at, *kind), values.len(),
-        values.iter().map(|v| format!("{:.5}", edge(*v, *kind))).collect::<Vec<_>>().join(", "), unit = kind.unit()
+        kind.to_user_unit(*at), values.len(),
+        values.iter().map(|v| format!("{:.5}", kind.to_user_unit(*v))).collect::<Vec<_>>().join(", "), unit = kind.unit()
     )]
     GrossErrors {
         /// Kind of the joint.
@@ -128,7 +128,7 @@ pub enum Remark {
     /// Gross errors at a position that could not be left out.
     #[error(
         "at {:.4} {} the cycles disagree, and too few would remain without the outliers: all are kept; do not trust this value",
-        edge(*at, *kind), kind.unit()
+        kind.to_user_unit(*at), kind.unit()
     )]
     CyclesDisagree {
         /// Kind of the joint.
@@ -162,7 +162,7 @@ pub enum Remark {
     #[error(
         "the readings drift steadily by {:.5} {unit} a minute, which shifts the second approach of each cycle against the first and adds about \
          {:.5} {unit} to the half gap; the interval contains the value without it. Let tracker and robot warm up, or use shorter cycles",
-        edge(*per_min, *kind), edge(*bias, *kind), unit = kind.unit()
+        kind.to_user_unit(*per_min), kind.to_user_unit(*bias), unit = kind.unit()
     )]
     Drifts {
         /// Kind of the joint.
@@ -194,7 +194,7 @@ pub enum Remark {
     /// The readings still creep when the dwells end.
     #[error(
         "the readings still creep when the dwells of {dwell_s:.1} s end ({:.5} {} then, pace {pace_s:.1} s, 95 % interval {:.1} to {:.1} s): the half gap at rest is extrapolated, and its interval allows for this; dwells of {:.0} s would measure it",
-        edge(*at_end, *kind), kind.unit(), pace_ci95_s[0], pace_ci95_s[1], needed_dwell_s.ceil()
+        kind.to_user_unit(*at_end), kind.unit(), pace_ci95_s[0], pace_ci95_s[1], needed_dwell_s.ceil()
     )]
     Creeps {
         /// Kind of the joint.
@@ -213,7 +213,7 @@ pub enum Remark {
     /// An approach is too short to cross the gap.
     #[error(
         "an approach of {:.5} {} is shorter than twice the half gap: the gap was not crossed; approach from farther away",
-        edge(*stroke, *kind), kind.unit()
+        kind.to_user_unit(*stroke), kind.unit()
     )]
     ShortApproach {
         /// Kind of the joint.

@@ -3,6 +3,7 @@
 use super::JointSweeps;
 use super::motion::Stretch;
 use crate::gaps::note::deadzone::{NoDeadzone, Remark};
+use crate::numerics::robust::range;
 use crate::robot::{JointKind, Robot};
 
 /// Deadzones that begin nearer to each other than this share of the half gap begin at one place.
@@ -28,11 +29,7 @@ pub(super) fn notes(robot: &Robot, found: &JointSweeps) -> Vec<Remark> {
     let kind = robot.axis(found.axis).kind;
     let mut notes = Vec::new();
     let deadzones = found.deadzones.len();
-    let (from, to) = found
-        .deadzones
-        .iter()
-        .map(|d| 0.5 * (d.from + d.to))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let [from, to] = range(found.deadzones.iter().map(|d| 0.5 * (d.from + d.to)));
     let mut places: Vec<f64> = found.deadzones.iter().map(|d| d.from).collect();
     places.sort_by(f64::total_cmp);
     places.dedup_by(|a, b| (*a - *b).abs() < ONE_PLACE * found.map.half_gap.abs());

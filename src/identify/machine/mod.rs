@@ -174,7 +174,7 @@ struct Solved<'a> {
 
 /// Fits, decides which frictions are apart and which gaps vary with position, and fits once more.
 fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<Solved<'a>> {
-    let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
+    let splines: Vec<Spline> = (0..robot.dof()).map(|a| Spline::over_travel(logs.iter().copied(), a, KNOTS)).collect();
     let bins_per_s = bins::per_second(logs);
     let bins = readings.iter().map(|r| bins::bin(r, robot, &splines, bins_per_s)).collect();
     let mut problem = Problem::new(robot, bins, splines);
@@ -206,11 +206,4 @@ fn solved<'a>(robot: &'a Robot, logs: &[&Log], readings: &[Readings]) -> Result<
     let mut evidence = evidence::evaluate(&problem).ok_or_else(open)?;
     evidence.covariance += &half * half.transpose();
     Ok(Solved { problem, evidence, varies: varies.into_iter().map(|v| v.1).collect(), apart })
-}
-
-/// Knots over the travel of an axis in all logs.
-fn spline(logs: &[&Log], axis: usize) -> Spline {
-    let all = logs.iter().flat_map(|l| l.cmd[axis].iter().copied());
-    let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    Spline::new(lo, hi, KNOTS)
 }

@@ -34,8 +34,7 @@ const MOVES: [f64; 2] = [1e-5, 1e-6];
 
 /// Axes of a log that move.
 pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
-    let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
-    (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
+    log.moving(robot, MOVES)
 }
 
 /// The instrument of a log, and its readings.

@@ -9,6 +9,7 @@ use super::bins::BinnedLog;
 use super::nuisance::Ripple;
 use super::problem::Problem;
 use crate::numerics::parallel::ParMap;
+use crate::numerics::robust::range;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -120,7 +121,7 @@ fn gain(problem: &Problem, white: &[Vec<f64>], axis: usize, per_unit: f64) -> f6
 /// The joint moves over a quarter of a period at least.
 fn moves_enough(log: &BinnedLog, axis: usize, per_unit: f64) -> bool {
     log.moving.iter().filter(|m| m.0 == axis).any(|(_, rows)| {
-        let (lo, hi) = rows.x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let [lo, hi] = range(rows.x.iter().copied());
         (hi - lo) * per_unit > TAU / 4.0
     })
 }

@@ -4,9 +4,10 @@ use super::law::{Response, WINDUPS};
 use super::noise::Noise;
 use super::problem::Problem;
 use crate::machine::measurement::Instrument;
+use crate::numerics::least_squares::{LinearModel, Products};
 use crate::numerics::parallel::ParMap;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
-use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Gauss-Newton steps in a round, at most.
 const STEPS: usize = 6;
@@ -126,47 +127,38 @@ pub fn bounded(
     bounds: &[usize],
     frozen: &[usize],
 ) -> Option<DVector<f64>> {
-    let mut held: Vec<usize> = Vec::new();
-    let step_of = |k: usize| if frozen.contains(&k) { 0.0 } else { -at[k] };
-    held.extend(frozen);
+    let model = model(hessian, gradient);
+    let damping = damping_of(&model, damping);
+    let mut held = vec![false; at.len()];
+    frozen.iter().for_each(|&k| held[k] = true);
+    let mut to: Vec<f64> = vec![0.0; at.len()];
     loop {
-        let (mut h, mut g) = (hessian.clone(), gradient.clone());
-        for &k in &held {
-            g -= hessian.column(k) * step_of(k);
-        }
-        for &k in &held {
-            h.row_mut(k).fill(0.0);
-            h.column_mut(k).fill(0.0);
-            h[(k, k)] = 1.0;
-            g[k] = 0.0;
-        }
-        let mut step = solve(&h, &g, damping)?;
-        for &k in &held {
-            step[k] = step_of(k);
-        }
-        let below: Vec<usize> =
-            bounds.iter().copied().filter(|k| !held.contains(k) && at[*k] + step[*k] < 0.0).collect();
+        let step = model.step(&damping, &held, &to)?;
+        let below: Vec<usize> = bounds.iter().copied().filter(|&k| !held[k] && at[k] + step[k] < 0.0).collect();
         if below.is_empty() {
-            return Some(step);
+            return Some(step.into());
         }
-        held.extend(below);
+        for k in below {
+            held[k] = true;
+            to[k] = -at[k];
+        }
     }
 }
 
 /// Solves `(H + damping diag H) x = g`.
 pub fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
-    let n = hessian.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| hessian[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
-    let mut scaled = hessian.clone();
-    for i in 0..n {
-        for k in 0..n {
-            scaled[(i, k)] *= scale[i] * scale[k];
-        }
-        scaled[(i, i)] += damping;
-    }
-    let right = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);
-    let x = Cholesky::new(scaled)?.solve(&right);
-    Some(DVector::from_fn(n, |i, _| x[i] * scale[i]))
+    let (model, n) = (model(hessian, gradient), gradient.len());
+    model.step(&damping_of(&model, damping), &vec![false; n], &vec![0.0; n]).map(DVector::from)
+}
+
+/// The normal equations as a linear model; `gradient` points downhill.
+fn model(hessian: &DMatrix<f64>, gradient: &DVector<f64>) -> Products {
+    Products::new(hessian.clone(), gradient.iter().map(|g| -g).collect())
+}
+
+/// Damping by a share of each squared norm.
+fn damping_of(model: &Products, share: f64) -> Vec<f64> {
+    model.squared_norms().iter().map(|s| share * s).collect()
 }
 
 /// Keeps preslidings from leaping.

@@ -3,6 +3,8 @@
 //! A gap over position is linear in its knots that way, so its knots are fitted like any other linear parameter. Beyond the
 //! outer knots the curve is constant. Reference: de Boor (1978), chapter IV.
 
+use crate::log::Log;
+use crate::numerics::robust::range;
 use nalgebra::DMatrix;
 
 /// Evenly spaced knots.
@@ -33,6 +35,12 @@ impl Spline {
         }
         let bend = system.lu().solve(&right).unwrap_or_else(|| DMatrix::zeros(n, n));
         Self { low, step, bend }
+    }
+
+    /// `knots` over the travel of an axis in all logs.
+    pub fn over_travel<'a>(logs: impl Iterator<Item = &'a Log>, axis: usize, knots: usize) -> Self {
+        let [low, high] = range(logs.flat_map(|l| l.cmd[axis].iter().copied()));
+        Self::new(low, high, knots)
     }
 
     pub fn knots(&self) -> usize {

@@ -9,9 +9,8 @@ use super::evidence;
 use super::law::{JointRows, turns};
 use super::problem::Problem;
 use crate::gaps::note::machine::Note;
-use crate::identify::scalar::DETERMINED;
+use crate::identify::scalar::least_determined;
 use crate::machine::measurement::Instrument;
-use crate::robot::JointKind;
 use nalgebra::DMatrix;
 
 /// Axes that turn, that single readings alone have seen and whose gap they do not determine, with its standard deviation.
@@ -40,10 +39,7 @@ pub fn undetermined(problem: &Problem) -> Vec<(usize, f64)> {
         let Some(inverse) = &inverse else { return f64::INFINITY };
         weights.dot(&(inverse.view((at, at), (knots, knots)) * &weights)).max(0.0).sqrt()
     };
-    let limit = |axis: usize| {
-        let kind = problem.robot.axis(axis).kind;
-        DETERMINED[usize::from(kind == JointKind::Prismatic)] * kind.si_per_user_unit()
-    };
+    let limit = |axis: usize| least_determined(problem.robot.axis(axis).kind);
     axes.into_iter().map(|a| (a, sigma(a))).filter(|(a, sigma)| *sigma > limit(*a)).collect()
 }
 

@@ -61,7 +61,7 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     let all: Vec<&Log> = logs.iter().collect();
     let registered = frame::frame(robot, &all)?;
     let bins_per_s = bins::per_second(&all);
-    let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
+    let splines: Vec<Spline> = (0..robot.dof()).map(|a| Spline::over_travel(logs.iter(), a, KNOTS)).collect();
     let mut binned = Vec::new();
     for log in logs {
         let readings = Readings::of_log(robot, log, &Setup::default(), registered.as_ref())?;
@@ -295,11 +295,4 @@ fn law(own: Option<&JointCompensator>, spline: &Spline, size: f64) -> JointLaw {
 /// Distance of two positive numbers by ratio.
 fn far(a: f64, b: f64) -> f64 {
     (a / b.max(f64::MIN_POSITIVE)).ln().abs()
-}
-
-/// Knots over the travel of an axis in the runs.
-fn spline(logs: &[Log], axis: usize) -> Spline {
-    let all = logs.iter().flat_map(|l| l.cmd[axis].iter().copied());
-    let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    Spline::new(lo, hi, KNOTS)
 }

@@ -9,8 +9,11 @@
 //! `t* = -tau cov(ln spike, ln tau)/var(ln tau)`.
 
 use super::problem::{Form, Name, Problem, Values};
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::DMatrix;
 
+/// Eigenvalue of the scaled matrix up to which a direction has no information.
+const OPEN: f64 = 1e-10;
 const LAGS: usize = 20;
 
 /// Inflation of the variance by correlated residuals, 1 or more.
@@ -47,22 +50,7 @@ pub fn inflation(problem: &Problem, values: &[Values]) -> f64 {
 
 /// Inverse of a positive semidefinite matrix; directions without information get none of it.
 pub fn inverse(h: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = h.nrows();
-    if n == 0 {
-        return DMatrix::zeros(0, 0);
-    }
-    let s: Vec<f64> = (0..n).map(|k| 1.0 / h[(k, k)].max(1e-300).sqrt()).collect();
-    let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * s[i] * s[j]);
-    let eig = scaled.symmetric_eigen();
-    let top = eig.eigenvalues.iter().copied().fold(0.0, f64::max);
-    let mut out = DMatrix::zeros(n, n);
-    for (k, &value) in eig.eigenvalues.iter().enumerate() {
-        if value > 1e-10 * top {
-            let v = eig.eigenvectors.column(k);
-            out += v * v.transpose() / value;
-        }
-    }
-    DMatrix::from_fn(n, n, |i, j| out[(i, j)] * s[i] * s[j])
+    pseudo_inverse(h, OPEN)
 }
 
 /// Covariance of the fitted numbers and their names; `variance` is that of a unit residual, inflation included.

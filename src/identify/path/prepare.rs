@@ -126,8 +126,7 @@ impl Binned {
 
 /// Axes of a log that move.
 pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
-    let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
-    (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
+    log.moving(robot, MOVES)
 }
 
 /// Deadband of an axis of a log, rad or m.

@@ -13,6 +13,7 @@ use super::nuisance::{Basis, With, basis, rigid};
 use super::prepare::Binned;
 use super::reduced::{Block, Part};
 use crate::effects::GapCurve;
+use crate::numerics::robust::range;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 /// A joint that reverses in at least one log.
@@ -74,7 +75,7 @@ impl Problem {
             .iter()
             .map(|&axis| {
                 let positions = logs.iter().flat_map(|l| l.joints.iter().filter(|j| j.axis == axis)).flat_map(|j| &j.p);
-                let (lo, hi) = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+                let [lo, hi] = range(positions.copied());
                 let held = held.iter().find(|(a, _)| *a == axis).map(|(_, c)| c.clone());
                 Joint { axis, center: (lo + hi) / 2.0, half: ((hi - lo) / 2.0).max(1e-9), held }
             })

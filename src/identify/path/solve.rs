@@ -88,7 +88,7 @@ impl least_squares::Problem for Projected<'_> {
     type Point = Vec<Values>;
     /// The cost.
     type State = f64;
-    type Model = Products<'static>;
+    type Model = Products;
 
     fn evaluate(&mut self, values: &Vec<Values>) -> f64 {
         self.problem.cost(values)
@@ -98,7 +98,7 @@ impl least_squares::Problem for Projected<'_> {
         *cost
     }
 
-    fn linearise(&mut self, values: &Vec<Values>, _cost: &f64) -> Products<'static> {
+    fn linearise(&mut self, values: &Vec<Values>, _cost: &f64) -> Products {
         let normal = self.problem.normal(values, self.form);
         Products::new(normal.matrix, normal.gradient.iter().map(|g| -g).collect())
     }

@@ -53,11 +53,11 @@ impl Layout {
         };
         for &a in reversing {
             add(Kind::Gap, a, f64::INFINITY);
-            add(Kind::Spike, a, SPIKE * unit(robot.axis(a).kind));
+            add(Kind::Spike, a, SPIKE * prior_unit(robot.axis(a).kind));
         }
         for a in (0..robot.dof()).filter(|a| tracks.iter().any(|t| t.moves(*a))) {
             add(Kind::Lag, a, LAG_S);
-            add(Kind::Zero, a, ZERO * unit(robot.axis(a).kind));
+            add(Kind::Zero, a, ZERO * prior_unit(robot.axis(a).kind));
         }
         for (log, track) in tracks.iter().enumerate() {
             for n in track.own() {
@@ -73,7 +73,7 @@ impl Layout {
 }
 
 /// Unit of the priors: a degree, or 0.1 mm.
-fn unit(kind: JointKind) -> f64 {
+pub(crate) fn prior_unit(kind: JointKind) -> f64 {
     match kind {
         JointKind::Revolute => kind.si_per_user_unit(),
         JointKind::Prismatic => 0.1 * kind.si_per_user_unit(),
@@ -94,14 +94,14 @@ pub struct Track {
     moved_m: Vector3<f64>,
     /// Metres at the TCP of a unit of a joint sensor (rad, m).
     lever: f64,
-    drive: CommandTrajectory,
+    trajectory: CommandTrajectory,
     speeds: Vec<Vec<f64>>,
     turns: Vec<usize>,
 }
 
 impl Track {
     pub fn new(robot: &Robot, log: &Log, instrument: Instrument, free_centre: bool) -> Self {
-        let drive = CommandTrajectory::of_log(robot, log);
+        let trajectory = CommandTrajectory::of_log(robot, log);
         let (lever, column) = match instrument {
             Instrument::Joint { axis } => {
                 let readings = Readings::of_sensor(robot, log, axis);
@@ -111,8 +111,8 @@ impl Track {
             _ => (1.0, log.instruments.scalar().unwrap_or_default().to_vec()),
         };
         let (rows, readings) = column.iter().enumerate().filter_map(|(i, v)| Some((i, (*v)?))).unzip();
-        let speeds = (0..robot.dof()).map(|a| slopes(drive.t_s(), drive.command(a))).collect();
-        let turns = (0..robot.dof()).map(|a| drive.turns(a).len()).collect();
+        let speeds = (0..robot.dof()).map(|a| slopes(trajectory.t_s(), trajectory.command(a))).collect();
+        let turns = (0..robot.dof()).map(|a| trajectory.turns(a).len()).collect();
         Self {
             instrument,
             rows,
@@ -121,7 +121,7 @@ impl Track {
             free_centre,
             moved_m: Vector3::zeros(),
             lever,
-            drive,
+            trajectory,
             speeds,
             turns,
         }
@@ -132,7 +132,7 @@ impl Track {
     }
 
     pub fn moves(&self, axis: usize) -> bool {
-        self.sees(axis) && !self.drive.is_stationary(axis)
+        self.sees(axis) && !self.trajectory.is_stationary(axis)
     }
 
     /// Whether the readings can change with an axis: a joint sensor sees its own joint alone.
@@ -166,8 +166,8 @@ impl Track {
 
     /// Joint errors row by row of a unit of a joint effect.
     fn shape(&self, axis: usize, effect: &Effect, size: f64) -> Vec<f64> {
-        let out = self.drive.gear(axis, &[effect], 0);
-        let command = self.drive.command(axis);
+        let out = self.trajectory.gear(axis, &[effect], 0);
+        let command = self.trajectory.command(axis);
         self.rows.iter().map(|&r| (out[r] - command[r]) / size).collect()
     }
 
@@ -179,7 +179,7 @@ impl Track {
         let mut sensitivity = vec![Vec::with_capacity(n); dof];
         let (mut q, mut columns) = (vec![0.0; dof], vec![Vector3::zeros(); dof]);
         for &row in &self.rows {
-            self.drive.command_into(row, &mut q);
+            self.trajectory.command_into(row, &mut q);
             let p = robot.chain().position_and_jacobian(&q, &mut columns);
             if let Instrument::Joint { axis } = self.instrument {
                 // the zero of the sensor, and its scale

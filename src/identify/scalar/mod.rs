@@ -25,12 +25,19 @@ use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::numerics::student;
 use crate::robot::{JointKind, Robot};
+pub(crate) use design::prior_unit;
 use design::{Kind, Track};
 pub(crate) use setup::refuse_still;
 pub use setup::{LEAST_ROWS, Setup, instrument, plausible};
 
 /// A half gap is determined where its standard deviation is below this: deg, mm.
-pub const DETERMINED: [f64; 2] = [0.003, 0.01];
+const DETERMINED: [f64; 2] = [0.003, 0.01];
+
+/// Standard deviation of a half gap, rad or m, above which it is not determined.
+pub(crate) fn least_determined(kind: JointKind) -> f64 {
+    kind.pick(DETERMINED) * kind.si_per_user_unit()
+}
+
 /// Standard deviation of a half gap, rad or m, from which a reading does not see the joint at all.
 const UNSEEN: f64 = 0.1;
 
@@ -116,7 +123,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         let joint = robot.axis(axis);
         let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
         let half = factor * sigma + fit.unsettled.as_ref().map_or(0.0, |moved| moved[k]);
-        let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
+        let limit = least_determined(joint.kind);
         if sigma > limit {
             if sigma > UNSEEN {
                 notes.push(Note::NotSeen { joint: joint.name.clone() }.into());

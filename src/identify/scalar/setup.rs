@@ -4,7 +4,7 @@ use super::centre::centre;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
-use crate::numerics::robust::lower_quantile;
+use crate::numerics::robust::{lower_quantile, range, spread};
 use crate::robot::Robot;
 use nalgebra::{Unit, Vector3};
 
@@ -111,19 +111,13 @@ fn refuse_larger_unit(log: &Log, read: f64) -> Result<&'static str> {
 /// Bad input, where they seem to be in a larger unit.
 pub(crate) fn refuse_still(log: &Log) -> Result<()> {
     let readings = || log.instruments.scalar().unwrap_or_default().iter().flatten().copied();
-    let (lo, hi) = readings().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let [lo, hi] = range(readings());
     if readings().count() > 1 { refuse_larger_unit(log, hi - lo).map(|_| ()) } else { Ok(()) }
 }
 
 /// Refuses readings that change by far more than the TCP moves: in all, or along the direction of a dial.
 fn refuse_more_than_moves(log: &Log, setup: &Setup, read: f64, points: &[Vector3<f64>], unit: &str) -> Result<()> {
-    let extent = |along: &Vector3<f64>| {
-        let ends = points
-            .iter()
-            .map(|p| along.dot(p))
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)]);
-        (ends[1] - ends[0]).max(0.0)
-    };
+    let extent = |along: &Vector3<f64>| spread(points.iter().map(|p| along.dot(p)));
     let all = (0..3).map(|k| extent(&Vector3::ith(k, 1.0)).powi(2)).sum::<f64>().sqrt();
     let dial =
         setup.direction.filter(|_| log.instruments.distance_m.is_none() && log.instruments.distance_off_m.is_none());

@@ -53,10 +53,6 @@ fn row(s: &Series, joint: &Joint, gap: TrainGap, f: &Flanks) -> Vec<String> {
         zero(f.c_r),
         format!("{:.6}", f.slope.value),
         format!("{} + {}", f.strokes[0], f.strokes[1]),
-        format!(
-            "{:.1} {}",
-            joint.kind.to_user_unit(f.rms) * 1e3,
-            if joint.kind.unit() == "mm" { "um" } else { "mdeg" }
-        ),
+        format!("{:.1} {}", joint.kind.to_user_unit(f.rms) * 1e3, joint.kind.pick(["mdeg", "um"])),
     ]
 }

@@ -39,6 +39,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::note::screw::{Remark, Sensor};
 use crate::gaps::{Gaps, JointGap, Note, Sides};
 use crate::log::Log;
+use crate::numerics::robust::spread;
 use crate::robot::{Joint, Robot};
 use columns::Columns;
 use flanks::{Flanks, Pair, fit};
@@ -242,9 +243,7 @@ fn regression(command: &[Option<f64>], sensor: &[Option<f64>]) -> Option<f64> {
 
 /// Range of the readings.
 fn span(readings: &[Option<f64>]) -> f64 {
-    let all = readings.iter().flatten();
-    let [lo, hi] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
-    (hi - lo).max(0.0)
+    spread(readings.iter().flatten().copied())
 }
 
 /// Offsets of both directions, where they differ by more than is known of them.

@@ -7,6 +7,7 @@
 //!
 //! Assumptions: at least four places. More than 64 are thinned to [`THINNED`] candidates for knots; all still count in the fit.
 
+use crate::effects::curve::end_slope;
 use crate::numerics::least_squares::{Function, Options, Scaling, minimise};
 use nalgebra::DMatrix;
 use std::collections::HashSet;
@@ -189,8 +190,8 @@ fn pchip(x: &[f64], y: &[f64], at: &[f64], out: &mut [f64]) {
                 slope[i] = (w1 + w2) / (w1 / d[i - 1] + w2 / d[i]);
             }
         }
-        slope[0] = end(h[0], h[1], d[0], d[1]);
-        slope[n - 1] = end(h[n - 2], h[n - 3], d[n - 2], d[n - 3]);
+        slope[0] = end_slope(h[0], h[1], d[0], d[1]);
+        slope[n - 1] = end_slope(h[n - 2], h[n - 3], d[n - 2], d[n - 3]);
     }
     let mut j = 0;
     for (&p, f) in at.iter().zip(out) {
@@ -203,17 +204,6 @@ fn pchip(x: &[f64], y: &[f64], at: &[f64], out: &mut [f64]) {
             + (s3 - 2.0 * s2 + s) * h[j] * slope[j]
             + (3.0 * s2 - 2.0 * s3) * y[j + 1]
             + (s3 - s2) * h[j] * slope[j + 1];
-    }
-}
-
-fn end(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
-    let s = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
-    if s * d0 <= 0.0 {
-        0.0
-    } else if d0 * d1 <= 0.0 && s.abs() > 3.0 * d0.abs() {
-        3.0 * d0
-    } else {
-        s
     }
 }
 

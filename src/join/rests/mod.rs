@@ -12,6 +12,8 @@
 //! ordinary recording, this one.
 //!
 //! Fails: as [`super::fit`].
+//!
+//! Files beside: `play` (a joint with a gap that also rests), `state` (what is estimated).
 
 mod play;
 mod state;

@@ -1,16 +1,13 @@
 //! What the fit estimates, the prediction of one reading with its derivatives, and the priors.
 
 use super::play::{Play, Stand};
-use crate::join::fit::{Estimated, Row};
+use crate::join::fit::{COMMON, Estimated, Row};
 use crate::join::frame::Frame;
+use crate::join::placement::{NO_GAP, Placement, of_gaps};
 use crate::numerics::series::Series;
 use crate::robot::Robot;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::Vector3;
 
-/// Standard deviations of the priors: reflector in the flange frame, m; zero offset and half gap, rad or m.
-const TOOL_M: f64 = 1.0;
-const ZERO: f64 = 0.01;
-const GAP: f64 = 0.002;
 /// Prior of the friction that fades after a reversal, rad or m, for each pace of fading; the paces, s. Sums of them follow other paces.
 pub const FRICTION: f64 = 2e-4;
 /// The same of a fit without friction.
@@ -18,22 +15,12 @@ pub const NO_FRICTION: f64 = 1e-9;
 const FADES_S: [f64; 3] = [0.5, 2.0, 8.0];
 /// Prior of the drift. Quartz keeps time within 100 ppm, and a computer that follows a time server may be pulled by 500 ppm.
 const DRIFT: f64 = 300e-6;
-/// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
-const NO_GAP: f64 = 1e-6;
 /// Rounds after which steps are taken in part.
 const STEADY: usize = 10;
-/// Offset, drift, rotation, translation, reflector.
-const COMMON: usize = 11;
 
 /// What is estimated.
 pub struct State {
-    /// Controller's time minus the tracker's in the middle, s.
-    offset_s: f64,
-    drift: f64,
-    middle_s: f64,
-    rotation: Rotation3<f64>,
-    shift: Vector3<f64>,
-    tool: Vector3<f64>,
+    placement: Placement,
     zero: Vec<f64>,
     gap: Vec<f64>,
     /// Where a joint stands in its gap before its first contact, from its first command.
@@ -60,12 +47,7 @@ impl State {
     /// At the start: the frame as it is, the rest at zero. `friction_prior`: standard deviation of the prior of friction, rad or m.
     pub fn begin(frame: Frame, n: usize, start_s: f64, friction_prior: f64) -> Self {
         Self {
-            offset_s: start_s,
-            drift: 0.0,
-            middle_s: frame.middle_s,
-            rotation: frame.rotation,
-            shift: frame.shift,
-            tool: Vector3::zeros(),
+            placement: Placement::begin(&frame, start_s),
             zero: vec![0.0; n],
             gap: vec![0.0; n],
             begin: vec![0.0; n],
@@ -99,7 +81,7 @@ impl Estimated for State {
     const BY_PRIORS: bool = true;
 
     fn clock(&self) -> [f64; 3] {
-        [self.offset_s, self.drift, self.middle_s]
+        self.placement.clock()
     }
 
     /// Sides of a gap that flip at single rows throw the estimate to and fro: later rounds take less of a step.
@@ -115,8 +97,7 @@ impl Estimated for State {
     fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
         let n = commands.channels();
         let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
-        let from_middle = t - self.middle_s;
-        let u = t + self.offset_s + self.drift * from_middle;
+        let u = self.placement.controller_s(t);
         if !commands.at(u, &mut q, &mut rate) {
             return None;
         }
@@ -129,36 +110,18 @@ impl Estimated for State {
             q[axis] += self.zero[axis] + joint.lost;
             joints.push(joint);
         }
-        let (pose, geometric) = robot.chain().jacobian(&q);
-        let turned = *self.rotation.matrix();
-        let reflector = pose.rotation * self.tool;
-        let point = pose.position + reflector;
-        let jacobian: Vec<Vector3<f64>> = (geometric.column_iter())
-            .map(|c| Vector3::new(c[0], c[1], c[2]) + Vector3::new(c[3], c[4], c[5]).cross(&reflector))
-            .collect();
-        let velocity: Vector3<f64> = jacobian.iter().zip(&rate).map(|(c, r)| c * *r).sum();
-        let mut columns = Vec::with_capacity(COMMON + (3 + FADES_S.len()) * n);
-        columns.extend([turned * velocity, turned * velocity * from_middle]);
-        let lever = turned * point;
-        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis.cross(&lever)));
-        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()]);
-        let frame: Matrix3<f64> = turned * pose.rotation.matrix();
-        columns.extend((0..3).map(|k| frame.column(k).into_owned()));
-        let levers: Vec<Vector3<f64>> = jacobian.iter().map(|c| turned * c).collect();
+        let (mut row, levers) = self.placement.row(robot, &q, &rate, t, at);
+        let columns = &mut row.columns;
         columns.extend_from_slice(&levers);
         columns.extend(levers.iter().zip(&joints).map(|(c, j)| c * j.side));
         columns.extend(levers.iter().zip(&joints).map(|(c, j)| if j.side == 0.0 { *c } else { Vector3::zeros() }));
         columns.extend(levers.iter().zip(&joints).flat_map(|(c, j)| j.fading.map(|share| c * share)));
-        Some(Row { residual: at - lever - self.shift, columns })
+        Some(row)
     }
 
     fn moved(&mut self, step: &[f64]) {
         let n = self.zero.len();
-        self.offset_s += step[0];
-        self.drift += step[1];
-        self.rotation = Rotation3::new(Vector3::new(step[2], step[3], step[4])) * self.rotation;
-        self.shift += Vector3::new(step[5], step[6], step[7]);
-        self.tool += Vector3::new(step[8], step[9], step[10]);
+        self.placement.moved(step);
         for axis in 0..n {
             self.zero[axis] += step[COMMON + axis];
             self.gap[axis] += step[COMMON + n + axis];
@@ -170,13 +133,10 @@ impl Estimated for State {
     }
 
     fn priors(&self) -> Vec<(f64, f64)> {
-        let clock = [(0.0, 0.0), (self.drift, DRIFT.powi(-2))].into_iter();
-        let frame = std::iter::repeat_n((0.0, 0.0), 6);
-        let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
-        let zero = self.zero.iter().map(|v| (*v, ZERO.powi(-2)));
-        let gap = self.gap.iter().map(|v| (*v, GAP.powi(-2)));
-        let begin = self.begin.iter().map(|v| (*v, GAP.powi(-2)));
+        let drift = (self.placement.drift, DRIFT.powi(-2));
         let friction = self.friction.iter().flatten().map(|v| (*v, self.friction_prior.powi(-2)));
-        clock.chain(frame).chain(tool).chain(zero).chain(gap).chain(begin).chain(friction).collect()
+        let mut all = self.placement.priors(drift, &self.zero, &self.gap);
+        all.extend(of_gaps(&self.begin).chain(friction));
+        all
     }
 }

@@ -1,7 +1,7 @@
 //! The rows of a table as numbers: cut into pieces at line ends, parsed side by side, put together in order.
 
 use super::head::{Head, passed_over, reader};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::log::columns::{Column, Meaning, Missing};
 use crate::log::number::{decimals, number};
 use crate::log::timestamp::Stamp;
@@ -111,14 +111,14 @@ impl Layout<'_> {
 
     fn ragged(&self, line: u64, fields: usize, at_end: bool) -> Error {
         let found = format!(
-            "{fields} field{}{}",
-            if fields == 1 { "" } else { "s" },
+            "{}{}",
+            counted(fields, "field"),
             if at_end { " in the last row: the file is cut short" } else { "" }
         );
         Error::bad(
             Place::line(self.name, line),
             found,
-            format!("{}, as in the header", crate::error::counted(self.head.names.len(), "field")),
+            format!("{}, as in the header", counted(self.head.names.len(), "field")),
         )
     }
 

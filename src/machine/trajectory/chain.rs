@@ -11,7 +11,7 @@ impl CommandTrajectory {
         self.run(axis, effects, initial_gap_side, Stage::Servo)
     }
 
-    /// Behind the gear of an axis, row by row. Effects of later stages are ignored.
+    /// After the gear of an axis, row by row. Effects of later stages are ignored.
     pub fn gear(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
         self.run(axis, effects, initial_gap_side, Stage::Gear)
     }

@@ -1,6 +1,7 @@
 //! Motions of several joints: all at once, sets of poses, the wrist, the return to one pose.
 
 use super::*;
+use crate::numerics::halton;
 use crate::plan::path::{Envelope, Path};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
@@ -55,25 +56,18 @@ pub fn all_joints(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
     path.finish()
 }
 
-/// Halton sequence of a base.
-fn halton(mut i: usize, base: usize) -> f64 {
-    let (mut f, mut r) = (1.0, 0.0);
-    while i > 0 {
-        f /= base as f64;
-        r += f * (i % base) as f64;
-        i /= base;
-    }
-    r
-}
-
 /// Poses that fill the window evenly, each with a dwell; as many as the time allows.
 pub fn poses(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
     const BASES: [usize; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
     let mut path = Path::new(envelope);
     let mut done: Option<Path> = None;
     for i in 1..200 {
-        let to: Vec<f64> =
-            envelope.window.iter().enumerate().map(|(a, [lo, hi])| lo + (hi - lo) * halton(i, BASES[a % 8])).collect();
+        let to: Vec<f64> = envelope
+            .window
+            .iter()
+            .enumerate()
+            .map(|(a, [lo, hi])| lo + (hi - lo) * halton::member(i, BASES[a % 8]))
+            .collect();
         path.go(&to, 1.0);
         path.stand(DWELL_S);
         let mut whole = path.clone();

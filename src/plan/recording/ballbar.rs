@@ -15,10 +15,10 @@ use super::options::Options;
 use super::posture;
 use super::precision::{self, Precision};
 use crate::error::{Error, Result};
-use crate::identify::scalar::DETERMINED;
+use crate::identify::scalar::least_determined;
 use crate::plan::path::{Envelope, rounded};
 use crate::robot::arm::Arm;
-use crate::robot::{InverseOptions, JointKind, Pose, Robot, Target};
+use crate::robot::{InverseOptions, Pose, Robot, Target};
 use nalgebra::{Rotation3, Unit, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -132,7 +132,7 @@ fn not_told(robot: &Robot, precision: &[Precision]) -> Option<Note> {
 /// A joint whose gap `identify` would not give is not determined.
 fn honest(robot: &Robot, p: &mut Precision) {
     let joint = robot.axis(p.axis);
-    let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
+    let limit = least_determined(joint.kind);
     if let Some(sigma) = p.sigma.filter(|s| *s > limit) {
         p.sigma = None;
         p.reason = Some(Reason::AsOthers { kind: joint.kind, sigma });
@@ -256,11 +256,8 @@ impl Bar<'_> {
         for i in 1..=steps {
             let direction = turned(from, arc, i as f64 / steps as f64);
             let next = self.joints(&self.pose(&direction, orientation), &q)?;
-            let jumps = self
-                .robot
-                .axis_joints()
-                .zip(next.iter().zip(&q))
-                .any(|(j, (a, b))| (a - b).abs() > JUMP[usize::from(j.kind == JointKind::Prismatic)]);
+            let jumps =
+                self.robot.axis_joints().zip(next.iter().zip(&q)).any(|(j, (a, b))| (a - b).abs() > j.kind.pick(JUMP));
             if jumps || !self.inside(&next) {
                 return None;
             }

@@ -4,7 +4,6 @@ use super::note::Note;
 use super::options::{Kind, Options};
 use crate::error::{Error, Result};
 use crate::plan::path::{Envelope, Path};
-use crate::robot::JointKind;
 use std::f64::consts::TAU;
 
 /// A place is passed by this before it is reached from the other side: rad, m. Far more than a gap and its wind-up.
@@ -37,7 +36,7 @@ pub fn static_test(envelope: &Envelope, options: &Options, notes: &mut Vec<Note>
     let mut path = Path::new(envelope);
     let mut places = vec![Vec::new(); envelope.pose.len()];
     for (axis, joint) in envelope.robot.axis_joints().enumerate() {
-        let full = PASS[usize::from(joint.kind == JointKind::Prismatic)];
+        let full = joint.kind.pick(PASS);
         let pass = full.min(0.2 * envelope.span(axis));
         if envelope.span(axis) <= 1e-4 * full {
             notes.push(Note::NoSpace { joint: joint.name.clone() });

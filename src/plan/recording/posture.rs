@@ -9,6 +9,7 @@
 use super::note::Note;
 use super::options::{Kind, Options};
 use crate::error::{Error, Result};
+use crate::numerics::halton;
 use crate::plan::path::Envelope;
 use crate::robot::{Joint, JointKind, Robot};
 use nalgebra::Vector3;
@@ -130,16 +131,6 @@ fn apart(a: Vector3<f64>, b: Vector3<f64>, from: Vector3<f64>, to: Vector3<f64>)
         .fold(f64::INFINITY, f64::min)
 }
 
-fn halton(mut i: usize, base: usize) -> f64 {
-    let (mut f, mut r) = (1.0, 0.0);
-    while i > 0 {
-        f /= base as f64;
-        r += f * (i % base) as f64;
-        i /= base;
-    }
-    r
-}
-
 /// Part of a joint's range in which a pose is looked for.
 fn range(joint: &Joint) -> [f64; 2] {
     let [lo, hi] = joint.limits.unwrap_or(match joint.kind {
@@ -159,7 +150,7 @@ fn drawn(robot: &Robot, ranges: &[[f64; 2]], i: usize) -> Vec<f64> {
     const BASES: [usize; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
     let value = |(a, [lo, hi]): (usize, &[f64; 2])| {
         let si = robot.axis(a).kind.si_per_user_unit();
-        let v = lo + (hi - lo) * halton(i, BASES[a % BASES.len()]);
+        let v = lo + (hi - lo) * halton::member(i, BASES[a % BASES.len()]);
         ((v / si) * 10.0).round() / 10.0 * si
     };
     ranges.iter().enumerate().map(value).collect()

@@ -12,9 +12,10 @@
 use super::motions::{Rows, StaticTest};
 use super::note::Reason;
 use super::options::Options;
+use crate::identify::scalar::prior_unit;
 use crate::machine::measurement::{Instrument, MOST_READINGS};
 use crate::numerics::normal_equations::scaled_inverse;
-use crate::robot::{JointKind, Robot};
+use crate::robot::Robot;
 use nalgebra::{DMatrix, Vector3};
 
 /// Prior standard deviations: lag, s; spike and zero offset, deg or 0.1 mm.
@@ -48,18 +49,6 @@ pub struct Precision {
     pub sensitivity_m: f64,
     /// Why nothing, or little, can be determined.
     pub reason: Option<Reason>,
-}
-
-fn index(kind: JointKind) -> usize {
-    usize::from(kind == JointKind::Prismatic)
-}
-
-/// Unit of the priors: a degree, or 0.1 mm.
-fn unit(kind: JointKind) -> f64 {
-    match kind {
-        JointKind::Revolute => kind.si_per_user_unit(),
-        JointKind::Prismatic => 0.1 * kind.si_per_user_unit(),
-    }
 }
 
 /// Of a static test.
@@ -142,7 +131,7 @@ pub fn of_motion(robot: &Robot, rows: &Rows, options: &Options) -> Vec<Precision
     let weight = duration * options.rate_hz / f64::max(count, 1.0) / (options.noise_m * options.noise_m);
     normal *= weight;
     for a in 0..dof {
-        let size = unit(robot.axis(a).kind);
+        let size = prior_unit(robot.axis(a).kind);
         for (group, prior) in [GAP * size, SPIKE * size, LAG_S, ZERO * size].into_iter().enumerate() {
             normal[(group * dof + a, group * dof + a)] += 1.0 / (prior * prior);
         }
@@ -200,7 +189,7 @@ fn finished(
     options: &Options,
 ) -> Precision {
     let joint = robot.axis(axis);
-    let typical = TYPICAL[index(joint.kind)] * joint.kind.si_per_user_unit();
+    let typical = joint.kind.pick(TYPICAL) * joint.kind.si_per_user_unit();
     let kind = joint.kind;
     let reason = if sensitivity_m < LEAST {
         let tcp = matches!(options.instrument, Instrument::Tcp);

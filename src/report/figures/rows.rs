@@ -1,4 +1,4 @@
-//! Rows of the tables of a page: reversals, gaps, friction, compensator, what was left out.
+//! Rows of the tables of a page: reversals, gaps, friction, compensator.
 
 use super::Run;
 
@@ -84,13 +84,4 @@ pub struct CompensatorRow {
     pub friction_gain_milli: Option<f64>,
     /// "decays over 5.2 s", "equation 17, l = 3, 5 points".
     pub friction_shape: String,
-}
-
-/// Something that was not used, and why.
-#[derive(Debug, Clone, Default)]
-pub struct LeftOut {
-    /// What is left out.
-    pub what: String,
-    /// Why it is left out.
-    pub why: String,
 }

@@ -33,19 +33,11 @@ pub fn widen(range: [f64; 2], share: f64) -> [f64; 2] {
     [lo - share * span, hi + share * span]
 }
 
-/// A range from zero to the largest value, or symmetric where `signed`; a margin at the far end.
-pub fn from_zero(range: Option<[f64; 2]>, signed: bool) -> [f64; 2] {
+/// A range from zero, or from a smaller value, to the largest one, with a margin at the far end.
+pub fn from_zero(range: Option<[f64; 2]>) -> [f64; 2] {
     let [lo, hi] = range.unwrap_or([0.0, 1.0]);
-    let far = 1.06 * if signed { lo.abs().max(hi.abs()) } else { hi.max(0.0) };
-    let far = if far > 0.0 { far } else { 1.0 };
-    let low = if signed {
-        -far
-    } else if lo < 0.0 {
-        1.06 * lo
-    } else {
-        0.0
-    };
-    [low, far]
+    let far = 1.06 * hi.max(0.0);
+    [if lo < 0.0 { 1.06 * lo } else { 0.0 }, if far > 0.0 { far } else { 1.0 }]
 }
 
 /// A linear scale from values to pixels.

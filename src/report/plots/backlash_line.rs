@@ -110,7 +110,7 @@ pub fn curves_content(view: &BacklashCurvesView, frame: &Frame) -> Markup {
                 // states of one pose stand side by side
                 @let x = frame.x.at(p.at_mm) + 5.0 * (k as f64 - (n - 1.0) / 2.0);
                 g.mark.own.(colour(k)) {
-                    title { (said(s, p)) }
+                    title { (hover_text(s, p)) }
                     @if let Some(ci) = p.ci95_um { @if ci.iter().all(|v| usable(*v)) {
                         line x1=(px(x)) x2=(px(x)) y1=(px(frame.y.at(ci[0]))) y2=(px(frame.y.at(ci[1]))) {}
                     } }
@@ -121,7 +121,7 @@ pub fn curves_content(view: &BacklashCurvesView, frame: &Frame) -> Markup {
     }
 }
 
-fn said(s: &BacklashCurve, p: &BacklashPoint) -> String {
+fn hover_text(s: &BacklashCurve, p: &BacklashPoint) -> String {
     let name = if s.name.is_empty() { String::new() } else { format!("{}, ", s.name) };
     let ci = p.ci95_um.map_or(String::new(), |c| format!(" ({})", interval(c, 1)));
     format!("{name}{} mm: {} µm{ci}", number(p.at_mm, 1), number(p.backlash_um, 1))

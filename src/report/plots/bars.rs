@@ -47,7 +47,7 @@ pub fn bars(view: &BarsView) -> Markup {
     }
     let rows = &view.rows[..view.rows.len().min(ROWS)];
     let left = label_room(rows.iter().map(|r| r.label.as_str()));
-    let scale = Scale::new(from_zero(range, false), [left, WIDTH - 46.0]);
+    let scale = Scale::new(from_zero(range), [left, WIDTH - 46.0]);
     let ticks = Ticks::new([scale.lo, scale.hi], 6);
     let group = BAR * view.runs.len().max(1) as f64 + 10.0;
     let bottom = group * rows.len() as f64 + 6.0;
@@ -89,7 +89,7 @@ pub fn waterfall(view: &WaterfallView) -> Markup {
     };
     let left = label_room(all.iter().map(|(l, _)| l.as_str()).chain(["what is left"]));
     let range = extent(all.iter().map(|(_, v)| *v).chain(floor.map(|(_, v)| *v)));
-    let scale = Scale::new(from_zero(range, false), [left, WIDTH - 70.0]);
+    let scale = Scale::new(from_zero(range), [left, WIDTH - 70.0]);
     let ticks = Ticks::new([scale.lo, scale.hi], 6);
     let row = BAR + 13.0;
     // the name of the floor stands above the bars

@@ -77,7 +77,7 @@ fn panel(over: GapsOver, joint: &JointGapView, joints: &Joints) -> Markup {
     let frame = Frame::new(
         Size { top: 24.0, height: 224.0, ..Size::SMALL },
         widen(xs.unwrap_or([0.0, 0.0]), 0.05),
-        from_zero(ys, false),
+        from_zero(ys),
         unit == "deg",
     );
     let bad = |p: &GapPointView| !(usable(p.at_deg_mm) && usable(p.half_gap_milli));
@@ -132,7 +132,7 @@ fn point(frame: &Frame, p: &GapPointView, unit: &str, gap_unit: &str, decimals: 
     let step = (9.0 / (n - 1.0).max(1.0)).min(2.4);
     let cycles = p.per_cycle_milli.iter().enumerate().filter(|(_, v)| usable(**v));
     let dots = line::dots(cycles.map(|(k, v)| [x + (k as f64 - (n - 1.0) / 2.0) * step, frame.y.at(*v)]));
-    let said = format!(
+    let hover_text = format!(
         "{} {unit}: {} {gap_unit} ({}){}",
         number(p.at_deg_mm, 1),
         number(p.half_gap_milli, decimals),
@@ -146,7 +146,7 @@ fn point(frame: &Frame, p: &GapPointView, unit: &str, gap_unit: &str, decimals: 
     html! {
         @if !dots.is_empty() { path.cycles d=(dots) {} }
         g.mean {
-            title { (said) }
+            title { (hover_text) }
             @if p.ci95_milli.iter().all(|v| usable(*v)) {
                 line x1=(px(x)) x2=(px(x)) y1=(px(frame.y.at(p.ci95_milli[0]))) y2=(px(frame.y.at(p.ci95_milli[1]))) {}
             }

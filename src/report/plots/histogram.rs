@@ -24,7 +24,7 @@ pub fn draw(view: &HistogramView) -> Markup {
     let highest = extent(shares.iter().flatten().copied());
     let x_range = [first * step, (first + n as f64) * step];
     let size = Size { height: 280.0, top: 30.0, ..Size::WIDE };
-    let frame = Frame::new(size, x_range, from_zero(highest, false), false);
+    let frame = Frame::new(size, x_range, from_zero(highest), false);
     let dropped = view.runs.iter().flat_map(|r| &r.values).filter(|v| !usable(**v)).count();
     // the smallest on the highest line, so that no line crosses the words of another
     let mut quantiles: Vec<(&HistogramRun, f64)> =

@@ -30,8 +30,8 @@ fn object(store: &Store, location: &str) -> Option<String> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("object");
     match store.get(&[(location.to_string(), path.clone())]).unwrap().remove(0) {
-        Got::Whole(()) => Some(std::fs::read_to_string(path).unwrap()),
-        Got::Not(why) => {
+        Fetched::Whole(()) => Some(std::fs::read_to_string(path).unwrap()),
+        Fetched::Not(why) => {
             assert_eq!(why, "there is no such object");
             None
         }
@@ -173,7 +173,7 @@ fn an_object_of_many_parts_comes_back_whole() {
         let text: String = (0..bytes).map(|k| char::from(b'a' + (k / 1000 % 26) as u8)).collect();
         put(&cell, &[("cell/large.csv", &text)]);
         assert_eq!(object(&cell, "cell/large.csv").as_ref(), Some(&text));
-        let Got::Whole(digest) = cell.digests(&["cell/large.csv".into()], 5).unwrap().remove(0) else { panic!() };
+        let Fetched::Whole(digest) = cell.digests(&["cell/large.csv".into()], 5).unwrap().remove(0) else { panic!() };
         assert_eq!((digest.size, digest.head), (bytes as u64, b"aaaaa".to_vec()));
         assert_eq!(digest.sha256, crate::io::input::sha256(text.as_bytes()));
     }

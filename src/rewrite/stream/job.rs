@@ -11,7 +11,7 @@ use crate::rewrite::foreign::{self, PendingFile};
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Ready, Target};
 use crate::rewrite::rewritten::{Digits, Evidence, Rows};
-use crate::rewrite::sink::{File, Nowhere, Sink};
+use crate::rewrite::sink::{File, NullSink, Sink};
 use crate::rewrite::{Engine, Refusal, guard, original};
 use std::path::Path;
 
@@ -51,7 +51,7 @@ impl Job<'_> {
         };
         match target {
             Target::DryRun => {
-                let (done, _) = split(pass(self.robot, reader, &passage, make, Nowhere, progress).map_err(placed)?);
+                let (done, _) = split(pass(self.robot, reader, &passage, make, NullSink, progress).map_err(placed)?);
                 self.refuse_known(input, &notes, &done.sha256_in)?;
                 Ok(Ready::without_output(outcome(done, None)))
             }

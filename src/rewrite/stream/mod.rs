@@ -25,7 +25,7 @@ use crate::program::csv::{Piece, Reader, Style};
 use crate::program::{Block, Slot, lines::Lines};
 use crate::robot::Robot;
 use render::Pending;
-use workers::{Middle, Workshop};
+use workers::{Middle, SharedState};
 
 /// What turns points into points: the engine, or a stand-in for it.
 pub trait Stage: Send {
@@ -106,8 +106,8 @@ pub fn pass<E: Stage, S: Sink>(
     let pending = sink.wants_bytes().then(|| Pending::new(placing.slots(), robot, &passage.style));
     let task = pending.as_ref().map(Pending::task);
     let middle = Middle::new(placing, stage, axes, pending);
-    let workshop = Workshop::new(source, passage.hash, middle, sink, progress);
-    let done = workshop.run(first, parser, task, passage.threads)?;
+    let shared = SharedState::new(source, passage.hash, middle, sink, progress);
+    let done = shared.run(first, parser, task, passage.threads)?;
     Ok(Done {
         stats: done.middle.stats,
         points: done.middle.placing.points(),

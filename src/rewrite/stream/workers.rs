@@ -37,7 +37,7 @@ pub struct Middle<E> {
 }
 
 /// What all workers share.
-pub struct Workshop<'a, E, S> {
+pub struct SharedState<'a, E, S> {
     reading: Mutex<Reading>,
     /// Of the bytes read, where wanted.
     hash_in: Option<Turn<Sha256>>,
@@ -68,7 +68,7 @@ enum Found {
     Failed(Error),
 }
 
-/// What came out of the workshop.
+/// What came out of the shared.
 pub struct Finished<E, S> {
     pub sha256_in: Option<String>,
     pub middle: Middle<E>,
@@ -77,7 +77,7 @@ pub struct Finished<E, S> {
     pub written: Vec<Option<u8>>,
 }
 
-impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
+impl<'a, E: Stage, S: Sink> SharedState<'a, E, S> {
     /// `hash`: that of what is read is wanted.
     pub fn new(source: Source, hash: bool, middle: Middle<E>, mut sink: S, progress: &'a (dyn Fn(u64) + Sync)) -> Self {
         let axes = middle.axes;
@@ -246,7 +246,7 @@ fn hashed(hash: Option<&Turn<Sha256>>, number: u64, bytes: &[u8]) -> bool {
 }
 
 /// Sends everybody home if its worker panics.
-struct Guard<'a, 'b, E: Stage, S: Sink>(&'a Workshop<'b, E, S>);
+struct Guard<'a, 'b, E: Stage, S: Sink>(&'a SharedState<'b, E, S>);
 
 impl<E: Stage, S: Sink> Drop for Guard<'_, '_, E, S> {
     fn drop(&mut self) {

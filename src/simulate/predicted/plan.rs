@@ -36,7 +36,7 @@ impl<'a> Plan<'a> {
         let written =
             |axis: usize| sources().any(|s| matches!(s, Source::Screw(a) | Source::ScrewAngle(a) if a == axis));
         let screws = (0..model.robot.dof())
-            .map(|a| if written(a) { parts::between_gaps(model, &motion.drive, a) } else { Vec::new() })
+            .map(|a| if written(a) { parts::between_gaps(model, &motion.trajectory, a) } else { Vec::new() })
             .collect();
         Self { model, motion, options, columns, style, reflectors: last + 1, screws }
     }
@@ -105,7 +105,7 @@ impl<'a> Plan<'a> {
 
     /// The refusal of a row with a value that is no number.
     fn no_number(&self, row: usize) -> Error {
-        let t_s = self.motion.drive.t_s()[row];
+        let t_s = self.motion.trajectory.t_s()[row];
         Error::setting(
             "model",
             format!("effects that predict no finite number for row {} (time {t_s} s)", row + 1),
@@ -152,8 +152,8 @@ impl<'a> Plan<'a> {
                 Source::Text(c) => {
                     field_between(text, record.and_then(|r| r.get(c)).unwrap_or_default(), self.style.separator);
                 }
-                Source::Time(decimals) => number(text, self.motion.drive.t_s()[row], decimals),
-                Source::Command(axis) => joint(text, axis, self.motion.drive.command(axis)[row]),
+                Source::Time(decimals) => number(text, self.motion.trajectory.t_s()[row], decimals),
+                Source::Command(axis) => joint(text, axis, self.motion.trajectory.command(axis)[row]),
                 Source::Encoder(axis) => joint(text, axis, prediction.servo[axis][row]),
                 Source::Screw(axis) => joint(text, axis, self.screws[axis][row]),
                 Source::EncoderAngle(axis) => angle(text, axis, prediction.servo[axis][row]),
@@ -170,8 +170,8 @@ impl<'a> Plan<'a> {
     fn predicted(&self, source: Source, row: usize, points: &[nalgebra::Vector3<f64>]) -> Option<f64> {
         Some(match source {
             Source::Text(_) => return None,
-            Source::Time(_) => self.motion.drive.t_s()[row],
-            Source::Command(axis) => self.motion.drive.command(axis)[row],
+            Source::Time(_) => self.motion.trajectory.t_s()[row],
+            Source::Command(axis) => self.motion.trajectory.command(axis)[row],
             Source::Encoder(axis) | Source::EncoderAngle(axis) => self.motion.prediction.servo[axis][row],
             Source::Screw(axis) | Source::ScrewAngle(axis) => self.screws[axis][row],
             Source::Joint(axis) => self.motion.prediction.joint[axis][row],

@@ -20,10 +20,7 @@ pub static INFO: EffectInfo = EffectInfo {
     decide_by: "move the joint through its whole range, once without the hose package",
     action: "give the hose package more slack",
     undone: "all of it, point by point",
-    after_reversal: AfterReversal::Nothing,
-    includes: &[],
-    imitates: &[],
-    needs_motion: true,
+    special: Special { needs_motion: true, ..Special::NONE },
     example: ("{effect: hose_pull, joint: A1, pull_deg: 0.004}", View::JointOverCommand),
     read: |f| Ok(HosePull { pull: f.length("pull", 0.0)? }.into()),
     typical: |size| vec![(size.key("pull"), size.gap.into())],
@@ -31,7 +28,6 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-6, |pull| HosePull { pull });
         list.extend(survey.moving().map(|axis| one(axis).positive()));
     },
-    further: |_, _| {},
 };
 
 /// Error at 90 deg, rad.

@@ -1,16 +1,16 @@
 //! Levenberg-Marquardt on the 27 nonlinear problems of NIST's Statistical Reference Datasets, from both certified starts.
 //!
 //! The files in `tests/data/nist` are NIST's own; models are written here as the files print them ([`models`]), derivatives
-//! come from dual numbers ([`dual`]) and are checked against differences. The digits that each fit must reach stand in
+//! come from dual numbers ([`dual`]) and are checked against differences ([`derivative`]). The digits that each fit must reach stand in
 //! `docs/numerics.md`; the test reads that table, so the page cannot claim more than is true.
 
+mod derivative;
 mod dual;
 mod file;
 mod models;
 
 use dual::Dual;
 use file::NistProblem;
-use lostmotion::numerics::derivative;
 use lostmotion::numerics::least_squares::{Function, Options, TerminationReason, minimise};
 use models::model;
 use nalgebra::DMatrix;

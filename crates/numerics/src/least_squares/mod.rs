@@ -10,8 +10,7 @@
 //! - [`problem`]: what a caller states ([`Problem`]) and what a linear model offers ([`LinearModel`]);
 //! - [`solve`]: the loop, and why it stops ([`TerminationReason`]);
 //! - [`dense`]: the linear model of a full Jacobian, by QR with pivoting;
-//! - [`products`]: the linear model of a structured or partitioned Jacobian, by its products and a correction with the
-//!   Jacobian itself;
+//! - [`products`]: the linear model of a structured or partitioned Jacobian, by its products;
 //! - [`function`]: the plain case, residuals and Jacobian as functions of a vector with bounds;
 //! - [`reweighted`]: linear fits in rounds whose weights are estimated anew;
 //! - [`information`]: rank, condition, covariance.

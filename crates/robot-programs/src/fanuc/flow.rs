@@ -236,7 +236,11 @@ pub(super) fn last_before(text: &Text, all: &[(Statement, Vec<Range<usize>>)], a
 
 /// Labels to which nothing jumps but from statements between which and the label nothing moves, and which are reached from above, too: a
 /// program that waits there comes from where it stands.
-pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Called) -> BTreeSet<u64> {
+pub(super) fn unreferenced_labels(
+    text: &Text,
+    all: &[(Statement, Vec<Range<usize>>)],
+    still: &Called,
+) -> BTreeSet<u64> {
     let mut stretch = 0_u64;
     // in which stretch nothing leads on from above
     let mut ended = None;

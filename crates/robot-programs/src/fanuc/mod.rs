@@ -12,7 +12,7 @@
 //! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses
 //! them; [`statement`] lines, statements and their words; [`motion`] a motion, [`triggers`] what it runs near its end; [`instruction`] everything else,
 //! [`readings`] which of it reads where the robot stands; [`flow`] jumps, blocks and calls; [`calls`] programs beside it; [`listing`] registers as the controller lists them, [`registers`] which of them hold these values; [`read`] makes the
-//! script, [`goals`] the goals of its motions; [`write`] the patches.
+//! script, [`goals`] the goals of its motions, [`reason`] why one stays; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
 //! J3 + J2. Values are taken as they are written, and so a reversal is one of the written J3 (docs/program-fanuc.md).

@@ -41,7 +41,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let beside = calls::beside(&texts, &robot.no_motion);
     reader.uses.sets.extend(&beside.sets);
     reader.still = beside.called;
-    reader.quiet = flow::quiet_labels(text, &all, &reader.still);
+    reader.quiet = flow::unreferenced_labels(text, &all, &reader.still);
     reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
     reader.led = flow::led(text, &all, &beside.effects);
     for (k, (statement, parsed)) in all.iter().enumerate() {

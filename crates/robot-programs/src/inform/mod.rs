@@ -20,7 +20,8 @@
 //!
 //! Modules: [`job`] what is known of a job; [`words`] of instructions; [`list`] positions and headers; [`read`] instructions; [`facts`]
 //! what they say of the whole job; [`flow`] jumps, blocks and calls; [`shared`] which position variables are certain; [`movement`] moves;
-//! [`goals`] where they lead; [`order`] which number is which joint; [`circles`] arcs through three positions; [`mod@write`] edits to patches.
+//! [`goals`] where they lead; [`order`] which number is which joint; [`circles`] arcs through three positions; [`reason`] why a move
+//! stays; [`mod@write`] edits to patches.
 
 mod circles;
 mod facts;

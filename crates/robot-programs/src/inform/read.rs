@@ -134,7 +134,7 @@ impl<'a> Reader<'a> {
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),
             labels: flow::labels(text, begin),
-            quiet: flow::quiet_labels(text, begin, &jobs),
+            quiet: flow::unreferenced_labels(text, begin, &jobs),
             targets: job::Known::default(),
             numbers: Vec::new(),
             pinned: vec![false; list.positions.len()],

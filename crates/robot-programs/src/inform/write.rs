@@ -111,7 +111,7 @@ struct Writer<'a> {
     new: Vec<NewLine>,
     next: BTreeMap<Kind, u32>,
     /// Where a number is put together.
-    room: Vec<u8>,
+    scratch: Vec<u8>,
 }
 
 impl<'a> Writer<'a> {
@@ -123,7 +123,7 @@ impl<'a> Writer<'a> {
             patches: Patches::with_capacity(edits.steps.likely_patches()),
             new: Vec::new(),
             next: BTreeMap::new(),
-            room: Vec::new(),
+            scratch: Vec::new(),
         }
     }
 
@@ -173,7 +173,7 @@ impl<'a> Writer<'a> {
         let job = self.job;
         let mut forms = Forms::new();
         let (Some(t), Some(text)) = (self.target(step), job.script.texts.first()) else { return Ok(forms) };
-        let mut room = Vec::new();
+        let mut scratch = Vec::new();
         for (axis, (line, n)) in job.numbers[t].iter().enumerate() {
             let Some(&q) = q.get(axis) else { continue };
             let (line, n) = (line as usize, n as usize);
@@ -185,14 +185,14 @@ impl<'a> Writer<'a> {
                 }
                 continue;
             }
-            if self.changes(step, axis, (value, text), line, q, &mut room)? {
-                of_line(&mut forms, line).insert(n, String::from_utf8_lossy(&room).into_owned());
+            if self.changes(step, axis, (value, text), line, q, &mut scratch)? {
+                of_line(&mut forms, line).insert(n, String::from_utf8_lossy(&scratch).into_owned());
             }
         }
         Ok(forms)
     }
 
-    /// Whether a number of a line becomes another one for the joint value `q`: which, stands in `room` then.
+    /// Whether a number of a line becomes another one for the joint value `q`: which, stands in `scratch` then.
     fn changes(
         &self,
         step: usize,
@@ -200,7 +200,7 @@ impl<'a> Writer<'a> {
         (value, text): (Value, &Text),
         line: usize,
         q: f64,
-        room: &mut Vec<u8>,
+        scratch: &mut Vec<u8>,
     ) -> Result<bool> {
         let job = self.job;
         let own = |was: f64| Own { text: text.slice(value.span()), value: was, style: value.style };
@@ -216,9 +216,9 @@ impl<'a> Writer<'a> {
         if !written.is_finite() || written.abs() >= f64::from(i32::MAX) {
             return Err(self.refused(step, format!("axis {} would be {written}, which no job holds", axis + 1)));
         }
-        room.clear();
-        number::append_moved(room, own, written, value.style, decimals);
-        Ok(number::read(room).map(|v| v.0) != number::read(own.text).map(|v| v.0))
+        scratch.clear();
+        number::append_moved(scratch, own, written, value.style, decimals);
+        Ok(number::read(scratch).map(|v| v.0) != number::read(own.text).map(|v| v.0))
     }
 
     /// Writes the goal of a move that alone leads to a line and names no other, where the numbers stand; `false`: it is no such move.
@@ -235,14 +235,14 @@ impl<'a> Writer<'a> {
             return Ok(false);
         }
         let Some(goal) = self.edits.steps.get(step).and_then(|e| e.goal) else { return Ok(true) };
-        let mut room = std::mem::take(&mut self.room);
+        let mut scratch = std::mem::take(&mut self.scratch);
         for (axis, (value, q)) in target.values.iter().zip(goal).enumerate() {
             let Some(value) = value else { continue };
-            if self.changes(step, axis, (value, text), line, *q, &mut room)? {
-                self.patches.put(0, value.span(), &room);
+            if self.changes(step, axis, (value, text), line, *q, &mut scratch)? {
+                self.patches.put(0, value.span(), &scratch);
             }
         }
-        self.room = room;
+        self.scratch = scratch;
         Ok(true)
     }
 

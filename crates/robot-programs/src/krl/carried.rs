@@ -90,7 +90,7 @@ fn element<'a>(line: &'a str, list: &str) -> Option<(u32, &'a str)> {
     Some((index.trim().parse().ok()?, rest.trim_start().strip_prefix('=')?))
 }
 
-/// What stands behind a word of an aggregate.
+/// What follows a word of an aggregate.
 fn after<'a>(value: &'a str, word: &str) -> Option<&'a str> {
     let inside = |c: char| c.is_alphanumeric() || c == '_';
     let place = value.match_indices(word).find(|(at, _)| {

@@ -16,7 +16,8 @@
 //! frames in force, with [`lists`] of the controller, values of a [`frame`] and bases that are [`carried`] by other axes; [`target`] axis values; [`product`] products of
 //! frames; [`relative`] relative motions; [`stance`] the configuration of the arm in the project; [`led`] what leads the robot
 //! away from its points, by what statements [switch](switches) and the weld data of a [`seam`]; [`outside`] what routines of other
-//! files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form.
+//! files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form; [`reason`]
+//! why a motion stays.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.

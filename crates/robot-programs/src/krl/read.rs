@@ -2,7 +2,8 @@
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
 //! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end
-//! where the place is read, [`triggers`]: where those read it; [`alike`]: motions that differ in their axis values alone, read once.
+//! where the place is read, [`triggers`]: where those read it; [`scan`]: what each line means for base and tool; [`versions`]: frames that
+//! the program computes; [`alike`]: motions that differ in their axis values alone, read once.
 
 mod ahead;
 mod alike;

@@ -12,6 +12,8 @@
 //! - [`arguments`]: what stands between the commas of an instruction.
 //! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
 //! - [`built`]: what is needed to write the moves again.
+//! - [`settings`]: names of tools and work objects, and where the program sets them; [`led`]: where something leads the arm away from its
+//!   targets; [`passed`]: parameters for which every call passes the same constant; [`reason`]: why a move stays.
 //! - [`steps`]: statements to moves, waits and whatever ends a known direction.
 //! - [`write`]: edits to patches.
 //!

@@ -44,7 +44,7 @@ impl OneText for Writer<'_> {
         &self.built.sites
     }
 
-    fn each_number(&self, t: usize, q: &[f64], room: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8])) {
+    fn each_number(&self, t: usize, q: &[f64], scratch: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8])) {
         let Some(target) = self.built.script.targets.get(t) else { return };
         let Some(text) = self.built.script.texts.get(target.at.file) else { return };
         if target.pose.is_some() {
@@ -61,9 +61,9 @@ impl OneText for Writer<'_> {
             let si = kind.si_per_user_unit();
             let finest = (value.finest / si).min(value::seventh(q / si));
             let own = Own { text: text.slice(value.span()), value: value.si / si, style: value.style };
-            room.clear();
-            if number::append_changed(room, own, q / si, self.digit(axis) / si, finest) {
-                each(value.span(), room);
+            scratch.clear();
+            if number::append_changed(scratch, own, q / si, self.digit(axis) / si, finest) {
+                each(value.span(), scratch);
             }
         }
     }
@@ -133,10 +133,10 @@ impl Writer<'_> {
         let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
-        let mut room = Vec::new();
+        let mut scratch = Vec::new();
         let mut each = |wanted: TargetEdit| {
             if let Some(q) = wanted.alone {
-                self.each_number(wanted.target, q, &mut room, &mut |span, new| out.put(0, span, new));
+                self.each_number(wanted.target, q, &mut scratch, &mut |span, new| out.put(0, span, new));
             }
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {

@@ -79,7 +79,7 @@ impl Shift {
 }
 
 impl PoseGoal {
-    /// Whether its frame or its tool hangs on what the program does while it runs.
+    /// Whether its frame or its tool depends on what the program does while it runs.
     pub fn is_computed(&self) -> bool {
         self.frame.is_computed() || self.tool.is_computed()
     }

@@ -156,8 +156,8 @@ pub trait OneText {
     /// The places of the moves.
     fn sites(&self) -> &BySteps<Self::Site>;
 
-    /// New texts of a target's numbers, with their bytes; `room`: where a text is put together.
-    fn each_number(&self, target: usize, q: &[f64], room: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8]));
+    /// New texts of a target's numbers, with their bytes; `scratch`: where a text is put together.
+    fn each_number(&self, target: usize, q: &[f64], scratch: &mut Vec<u8>, each: &mut dyn FnMut(Range<usize>, &[u8]));
 
     /// The same as a list.
     fn numbers(&self, target: usize, q: &[f64]) -> Vec<Number> {

@@ -11,6 +11,7 @@
 //! - [`spline`]: what a controller makes of points; velocities of new ones.
 //! - [`time`]: times of new points.
 //! - [`passed`]: points of splines for those who follow the path.
+//! - [`reason`]: why a point stays.
 //! - [`write`]: patches, and new points in the style of the file.
 //!
 //! References: trajectory_msgs (common_interfaces), control_msgs/FollowJointTrajectory, moveit_msgs/RobotTrajectory; YAML 1.2.

@@ -22,7 +22,7 @@ impl Trajectories {
         parts.into_iter().filter_map(|(k, parts)| Some((k, self.spline(k, (parts * shorter).ceil() as u32)?))).collect()
     }
 
-    /// Straight lines in place of the spline to a step's goal; `None`: it is a straight line, or not known of every axis.
+    /// Straight lines instead of the spline to a step's goal; `None`: it is a straight line, or not known of every axis.
     fn parts(&self, step: usize) -> Option<f64> {
         let (t, before, p, axes) = self.between(step)?;
         let (order, h_s) = (p.order_from(before), p.t_s - before.t_s);

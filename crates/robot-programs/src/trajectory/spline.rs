@@ -71,15 +71,15 @@ pub fn at(order: Order, from: State, to: State, h_s: f64, x: f64) -> State {
     }
 }
 
-/// Share of the time, above `after`, at which a joint has gone `share` of its way. A joint that does not move, or whose
+/// Share of the time at which a joint has gone `share` of its way. A joint that does not move, or whose
 /// numbers make no sense, takes the share itself.
-pub fn time_share(order: Order, from: State, to: State, h_s: f64, share: f64, after: f64) -> f64 {
+pub fn time_share(order: Order, from: State, to: State, h_s: f64, share: f64) -> f64 {
     let d = to.p - from.p;
     let gone = |x: f64| (at(order, from, to, h_s, x).p - from.p) / d;
-    if order == Order::Linear || !(gone(after) <= share && gone(1.0) >= share) {
+    if order == Order::Linear || !(gone(0.0) <= share && gone(1.0) >= share) {
         return share;
     }
-    let (mut low, mut high) = (after, 1.0);
+    let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
         let middle = f64::midpoint(low, high);
         if gone(middle) < share {
@@ -150,10 +150,10 @@ mod tests {
     #[test]
     fn from_rest_to_rest_the_time_follows_the_spline() {
         // 3 x^2 - 2 x^3 = 0.15625 at x = 0.25
-        let x = time_share(Order::Cubic, state(1.0, 0.0, 0.0), state(3.0, 0.0, 0.0), 4.0, 0.15625, 0.0);
+        let x = time_share(Order::Cubic, state(1.0, 0.0, 0.0), state(3.0, 0.0, 0.0), 4.0, 0.15625);
         assert!((x - 0.25).abs() < 1e-12, "{x}");
-        assert_eq!(time_share(Order::Linear, state(1.0, 0.0, 0.0), state(3.0, 0.0, 0.0), 4.0, 0.3, 0.0), 0.3);
-        assert_eq!(time_share(Order::Cubic, state(1.0, 0.0, 0.0), state(1.0, 0.0, 0.0), 4.0, 0.3, 0.0), 0.3);
+        assert_eq!(time_share(Order::Linear, state(1.0, 0.0, 0.0), state(3.0, 0.0, 0.0), 4.0, 0.3), 0.3);
+        assert_eq!(time_share(Order::Cubic, state(1.0, 0.0, 0.0), state(1.0, 0.0, 0.0), 4.0, 0.3), 0.3);
     }
 
     #[test]

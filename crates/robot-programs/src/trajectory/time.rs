@@ -36,7 +36,7 @@ impl Shares {
     /// The time of a share of the way to `p`, as it is written and in s.
     pub(super) fn time(&self, p: &Point, share: f64) -> (String, f64) {
         let x = match self.leading {
-            Some((from, to)) => spline::time_share(self.order, from, to, self.h_s, share, 0.0),
+            Some((from, to)) => spline::time_share(self.order, from, to, self.h_s, share),
             None => share,
         };
         text(&p.time, self.from_s + x * self.h_s)

@@ -2,6 +2,7 @@
 
 use super::super::milli;
 use super::scale::GapScale;
+use crate::cli::page::milli_unit;
 use crate::diagnose::Outcome;
 use crate::diagnose::candidates::basis::Aspect;
 use crate::diagnose::result::document::Diagnosis;
@@ -95,7 +96,7 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &G
         let (sigma, unit) = match axis {
             None if g.sensor == Sensor::Orientation => (noise.sigma * 1e6, "µrad"),
             None => (noise.sigma * 1e6, "µm"),
-            Some(a) => (milli(robot, a, noise.sigma), if robot.axis(a).kind.unit() == "deg" { "mdeg" } else { "µm" }),
+            Some(a) => (milli(robot, a, noise.sigma), milli_unit(robot.axis(a).kind)),
         };
         vec![
             crate::report::views::file_name(&outcome.problem.logs[g.log].log.name),

@@ -75,7 +75,7 @@ impl Problem {
             list.iter().any(|p| p.axis() == Some(axis) && stages.contains(&p.effect.stage()))
         };
         let both = |stages: &[Stage]| here(from, stages) || here(to, stages);
-        let rows = log.drive.rows();
+        let rows = log.trajectory.rows();
         let mut change = vec![0.0; rows];
         let mut motor: Option<Vec<f64>> = None;
         if both(&[Stage::Servo, Stage::Gear]) {
@@ -98,11 +98,11 @@ impl Problem {
         if both(&[Stage::Link]) {
             let mut link = vec![0.0; rows];
             for p in from.iter().filter(|p| p.axis() == Some(axis) && p.effect.stage() == Stage::Link) {
-                parts::add_link(&log.drive, p, &mut link);
+                parts::add_link(&log.trajectory, p, &mut link);
             }
             link.iter_mut().for_each(|v| *v = -*v);
             for p in to.iter().filter(|p| p.axis() == Some(axis) && p.effect.stage() == Stage::Link) {
-                parts::add_link(&log.drive, p, &mut link);
+                parts::add_link(&log.trajectory, p, &mut link);
             }
             for (c, v) in change.iter_mut().zip(&link) {
                 *c += v * per;
@@ -132,7 +132,7 @@ impl Problem {
             effects.extend(from.iter().map(negated));
             let other = machine::geometry(&state.geometry, &effects);
             for (k, chain) in self.chains(&other, log).iter().enumerate() {
-                let (x, y) = (&s.chain_m[k], along(chain, &s.joint, log.drive.rows()));
+                let (x, y) = (&s.chain_m[k], along(chain, &s.joint, log.trajectory.rows()));
                 for g in self.groups_of(l).filter(|g| g.sensor.sees(k)) {
                     self.add_movement(g, k, out, |r| (y[r] - x[r]) * per);
                 }
@@ -159,13 +159,13 @@ impl Problem {
                         // the state holds `from` already
                         for (k, x) in s.points_m.iter().enumerate().filter(|(k, _)| g.sensor.sees(*k)) {
                             let mut y = x.as_ref().clone();
-                            parts::shift_in_time(&log.drive, by, &mut y);
+                            parts::shift_in_time(&log.trajectory, by, &mut y);
                             self.add_movement(g, k, out, |r| (y[r] - x[r]) * per);
                         }
                     }
                     Sensor::Joint(a) => {
                         let x = &s.joint[a];
-                        let y = parts::number_in_time(&log.drive, by, x);
+                        let y = parts::number_in_time(&log.trajectory, by, x);
                         g.add_numbers(out, |r| (y[r] - x[r]) * per);
                     }
                     Sensor::Motor(_) => {}

@@ -35,7 +35,7 @@ pub(super) fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates
         goes_with: match &outcome.next {
             _ if !outcome.contradictions.is_empty() => "what is assumed to be known: see the first note".into(),
             Some(n) => format!("{} {}, which a further round would name", n.effect, n.target),
-            None => verdict::structure_said(outcome, ratio),
+            None => verdict::structure_text(outcome, ratio),
         },
         p_value: ratio.p_value,
         nearest: best.map(|(c, gain)| tried(c.effect, &c.target, gain, c.parameters())),
@@ -47,8 +47,8 @@ pub(super) fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates
 /// What the noise model holds for wander, where that is far beyond the scatter of the instrument.
 pub(super) fn slow_remainder(outcome: &Outcome) -> Option<Unexplained> {
     let slow = outcome.slow.as_ref()?;
-    let said = format!("{}, more slowly than the instrument scatters", verdict::structure_said(outcome, &slow.ratio));
-    Some(Unexplained { rms_um: digits(slow.rms * UM), goes_with: said, ..unexplained(outcome, &slow.ratio) })
+    let text = format!("{}, more slowly than the instrument scatters", verdict::structure_text(outcome, &slow.ratio));
+    Some(Unexplained { rms_um: digits(slow.rms * UM), goes_with: text, ..unexplained(outcome, &slow.ratio) })
 }
 
 /// Detectable sizes, then the effects of motion on joints that do not move, or do not move the TCP: no size of them would show.
@@ -72,7 +72,7 @@ pub(super) fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
 
 /// Effects that show in motion alone.
 pub fn of_motion() -> Vec<&'static str> {
-    catalogue::ALL.iter().filter(|e| e.needs_motion).map(|e| e.name).collect()
+    catalogue::ALL.iter().filter(|e| e.special.needs_motion).map(|e| e.name).collect()
 }
 
 /// Effects of motion on joints that move in no log, or that do not move what is measured as they do.

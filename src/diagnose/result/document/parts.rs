@@ -3,6 +3,7 @@
 use crate::diagnose::note::Note;
 use crate::diagnose::result::words::GapUnit;
 use crate::diagnose::verdict::{Member, Verdict};
+use crate::io::rounded::significant;
 use indexmap::IndexMap;
 use serde::Serialize;
 use serde_json::Value;
@@ -201,9 +202,5 @@ pub struct Unexplained {
 pub(in crate::diagnose) const UM: f64 = 1e6;
 
 pub(in crate::diagnose) fn digits(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let scale = 10f64.powi(7 - value.abs().log10().floor() as i32);
-    if scale.is_finite() { (value * scale).round() / scale } else { value }
+    significant(value, 8)
 }

@@ -61,7 +61,7 @@ fn windups(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
 fn friction(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
     let fit = &machine.fit;
     let found = |c: &Candidate| {
-        let same = |p: &EffectInstance| p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target;
+        let same = |p: &EffectInstance| c.names(p, &problem.robot);
         fit.free.iter().any(|&i| same(&fit.hypothesis.effects[i]))
     };
     let width = |c: &Candidate| {
@@ -88,7 +88,7 @@ fn geometry(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
 fn gravity(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
     let effects = &machine.fit.hypothesis.effects;
     let found = |axis: usize| effects.iter().any(|e| e.effect.uses_gravity() && e.axis() == Some(axis));
-    let loaded = |axis: &usize| problem.logs.iter().any(|l| pool::varies(l.drive.gravity_torque(*axis)));
+    let loaded = |axis: &usize| problem.logs.iter().any(|l| pool::varies(l.trajectory.gravity_torque(*axis)));
     let one = |axis: usize| {
         let yields = |compliance| GravityCompliance { compliance };
         let trial = EffectInstance::on_axis(axis, yields(0.0));

@@ -119,7 +119,7 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
         !may_repeat(c)
             && fit.free.iter().any(|&i| {
                 let p = &fit.hypothesis.effects[i];
-                p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target
+                c.names(p, &problem.robot)
             })
     };
     let list: Vec<&Candidate> = candidates.iter().filter(|c| !taken(c)).collect();

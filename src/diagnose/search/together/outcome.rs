@@ -2,7 +2,6 @@
 
 use super::{MachineFit, alternatives, beside, members, share, triage};
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::{self, Ratio, Tested};
 use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::whitening::Whitening;
@@ -55,9 +54,8 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
     let clear = triage::clear(&machine, &support);
     let members = support.iter().filter(|s| **s > triage::CLEAR).count();
     let super::MachineFit { fit, whitening, .. } = machine;
-    let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
-    let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-    let last = ground.score_all(&candidates);
+    let context = fit.screening(&problem, &whitening);
+    let last = context.score_all(&candidates);
     let step = |&k: &usize| {
         let p = &fit.hypothesis.effects[fit.free[k]];
         Step::new(p.effect.name(), p.target_text(&problem.robot))
@@ -70,7 +68,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         group: None,
         notes: problem.notes.clone(),
         alternatives,
-        told: Some(story),
+        joint_fit: Some(story),
         structure,
         remains,
         slow,
@@ -95,7 +93,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
 }
 
 /// Which free effects have sizes that may be zero; a gap counts with the wind-up that is not in the fit, as the log tells their sum.
-fn doubtful(problem: &Problem, fit: &Fit, story: &share::Story) -> Vec<bool> {
+fn doubtful(problem: &Problem, fit: &Fit, story: &share::JointFitReport) -> Vec<bool> {
     let of = |(alone, together): (&Vec<f64>, &Option<Vec<f64>>)| together.clone().unwrap_or_else(|| alone.clone());
     let sigma: Vec<Vec<f64>> = story.sigma.iter().zip(&story.with_windup).map(of).collect();
     determined::doubtful_by(problem, fit, &sigma)
@@ -111,8 +109,8 @@ fn left(
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let groups = structure::basis(problem, &fit.hypothesis, &fit.state, candidates);
     let tangent = sensitivities.to_columns();
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let structure = structure::test(&ground, &groups);
+    let context = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let structure = structure::test(&context, &groups);
     let remains = structured(problem, &structure, fit, rms_nuisance);
     (structure, remains)
 }

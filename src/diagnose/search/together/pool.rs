@@ -13,6 +13,7 @@ use crate::effects::{
     LinkError, ServoLag, Target, TimeOffset, ToolError, time_offset,
 };
 use crate::numerics::parallel::ParMap;
+use crate::numerics::robust::spread;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
 
@@ -36,7 +37,7 @@ pub fn core(problem: &Problem, h: &Hypothesis) -> Vec<EffectInstance> {
         all.push(EffectInstance::on_axis(a, Backlash::constant(0.0)));
     }
     for a in 0..problem.robot.dof() {
-        if problem.logs.iter().any(|l| varies(l.drive.gravity_torque(a))) {
+        if problem.logs.iter().any(|l| varies(l.trajectory.gravity_torque(a))) {
             all.push(EffectInstance::on_axis(a, GravityCompliance { compliance: 0.0 }));
         }
     }
@@ -91,8 +92,7 @@ const TRIAL: f64 = 1e-5;
 
 /// Whether a torque of gravity is another at another pose.
 pub(super) fn varies(torque: &[f64]) -> bool {
-    let (lo, hi) = torque.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
-    hi - lo > 1e-6
+    spread(torque.iter().copied()) > 1e-6
 }
 
 /// Tool, zeros and link parameters of an arm, all of size zero.
@@ -124,7 +124,8 @@ pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) 
     let (Some(Backlash { half_gap: size }), Some(axis)) = (gap.effect.get::<Backlash>().copied(), gap.axis()) else {
         return None;
     };
-    let mut at: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.turns(axis).into_iter().map(|t| t.1)).collect();
+    let mut at: Vec<f64> =
+        problem.logs.iter().flat_map(|l| l.trajectory.turns(axis).into_iter().map(|t| t.1)).collect();
     at.sort_by(f64::total_cmp);
     let (lo, hi) = (*at.first()?, *at.last()?);
     if at.len() < 2 * knots || hi - lo < LEAST_SPAN * problem.robot.axis(axis).kind.si_per_user_unit() {
@@ -152,10 +153,10 @@ pub fn friction(problem: &Problem) -> Vec<Candidate> {
 /// Ripple at the peaks of the spectra of what a fit leaves, and steps of the tracker that are seen in it.
 pub fn ripple(problem: &Problem, machine: &MachineFit) -> Vec<Candidate> {
     let MachineFit { fit, whitening, .. } = machine;
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, Vec::new());
-    let back = ground.back();
+    let context = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, Vec::new());
+    let back = context.back();
     let told = |c: &Candidate| c.at(&[1e-6, 0.0]).iter().all(|p| spectrum::identifiable(problem, p));
-    let mut found: Vec<Candidate> = spectrum::ripples(&ground, &back).into_iter().filter(told).collect();
-    found.extend(steps::steps(&ground, &back));
+    let mut found: Vec<Candidate> = spectrum::ripples(&context, &back).into_iter().filter(told).collect();
+    found.extend(steps::steps(&context, &back));
     found
 }

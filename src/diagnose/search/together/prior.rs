@@ -8,6 +8,7 @@
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::search::fit::{Fit, Prior};
 use crate::effects::{EffectInstance, Family, Nature, Target};
+use crate::numerics::robust::largest_size;
 use crate::robot::JointKind;
 
 /// Standard deviation of a size, in typical sizes.
@@ -62,7 +63,7 @@ pub fn widths(problem: &Problem, placed: &EffectInstance) -> Vec<f64> {
 }
 
 fn largest_torque(problem: &Problem, axis: usize) -> f64 {
-    problem.logs.iter().flat_map(|l| l.drive.gravity_torque(axis).iter()).fold(0.0, |m, t| m.max(t.abs()))
+    largest_size(problem.logs.iter().flat_map(|l| l.trajectory.gravity_torque(axis).iter().copied()))
 }
 
 /// How far a made arm is off its drawing at most, one standard deviation, m and rad.

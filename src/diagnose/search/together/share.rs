@@ -15,7 +15,7 @@ use crate::numerics::parallel::ParMap;
 use nalgebra::DVector;
 
 /// The story: order, nested fits, sizes at the TCP, uncertainties.
-pub struct Story {
+pub struct JointFitReport {
     /// Free effects (places in the list) in the order of the story.
     pub order: Vec<usize>,
     /// One more than effects: the first is the frame alone.
@@ -33,10 +33,10 @@ pub struct Story {
 /// Standard uncertainties of each free effect's values, and those of gaps together with the wind-up that is not in the fit.
 pub(super) type Uncertainties = (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>);
 
-/// Rounds in which effects leave whose interval holds zero.
+/// Rounds in which effects leave whose interval contains zero.
 const ROUNDS: usize = 4;
 
-/// The fit without the friction, ripple, drift and steps whose interval holds zero, with the uncertainties of the rest. Of several the
+/// The fit without the friction, ripple, drift and steps whose interval contains zero, with the uncertainties of the rest. Of several the
 /// best determined one stays for another round, as two may cancel each other. Friction and ripple that data support far beyond chance
 /// which were not fitted stay: it is their shape that is not known.
 pub fn determined(problem: &Problem, machine: MachineFit) -> (MachineFit, Uncertainties) {
@@ -85,7 +85,7 @@ fn ratio(problem: &Problem, fit: &Fit, k: usize, sigma: &[f64]) -> Option<f64> {
 }
 
 /// The story of a fit whose uncertainties are known.
-pub fn story(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Uncertainties) -> Story {
+pub fn story(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Uncertainties) -> JointFitReport {
     let fit = &machine.fit;
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
@@ -98,7 +98,7 @@ pub fn story(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Unce
         .cloned()
         .collect();
     let geometry = if geometry.is_empty() { 0.0 } else { contribution(problem, fit, &geometry) };
-    Story { order, nested_fits, contributions, geometry, sigma, with_windup }
+    JointFitReport { order, nested_fits, contributions, geometry, sigma, with_windup }
 }
 
 /// The largest first; geometry stands together, where its largest member does.

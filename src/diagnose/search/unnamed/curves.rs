@@ -111,9 +111,9 @@ impl Family {
         if self.over == Over::Time {
             return vec![by_log(problem)];
         }
-        let mut all = vec![halves(problem, |l, row| 2 * row < problem.logs[l].drive.rows())];
+        let mut all = vec![halves(problem, |l, row| 2 * row < problem.logs[l].trajectory.rows())];
         let Some(axis) = self.target.axis().or(self.of) else { return all };
-        let log = |l: usize| &problem.logs[l].drive;
+        let log = |l: usize| &problem.logs[l].trajectory;
         let by_direction =
             matches!((self.over, self.times), (Over::Position | Over::Torque, Times::One | Times::Position(_)));
         if by_direction {
@@ -216,9 +216,9 @@ fn of_axis(problem: &Problem, survey: &Survey, axis: usize, list: &mut Vec<Famil
 /// Largest acceleration of the commands of an axis between rows, but for the fastest hundredth.
 fn largest_acceleration(problem: &Problem, axis: usize) -> f64 {
     let mut all: Vec<f64> = Vec::new();
-    for log in problem.motions().filter(|l| l.drive.rows() > 2) {
-        let t = log.drive.t_s();
-        let p = log.drive.command(axis);
+    for log in problem.motions().filter(|l| l.trajectory.rows() > 2) {
+        let t = log.trajectory.t_s();
+        let p = log.trajectory.command(axis);
         let of = |k: usize| {
             let (a, b) = ((p[k] - p[k - 1]) / (t[k] - t[k - 1]), (p[k + 1] - p[k]) / (t[k + 1] - t[k]));
             2.0 * (b - a).abs() / (t[k + 1] - t[k - 1])

@@ -13,7 +13,6 @@ pub(crate) mod curves;
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::Tested;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
@@ -72,9 +71,8 @@ impl Pool {
 
     /// The curve that helps most on held-out blocks, beside everything that is fitted.
     pub fn best(&mut self, problem: &Problem, fit: &Fit, whitening: &Whitening) -> Option<Curve> {
-        let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
-        let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-        let found: Vec<Option<(Curve, f64)>> = self.families.par_map(|f| best_of(f, &ground));
+        let context = fit.screening(problem, whitening);
+        let found: Vec<Option<(Curve, f64)>> = self.families.par_map(|f| best_of(f, &context));
         let mut seen = found.iter().map(Option::is_some);
         self.families.retain(|_| seen.next().unwrap_or(false));
         let best = found.into_iter().flatten().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -83,12 +81,12 @@ impl Pool {
 }
 
 /// The curve of a family with the fewest knots that held-out blocks support, and its merit.
-fn best_of(family: &Family, ground: &ScreeningContext) -> Option<(Curve, f64)> {
-    let problem = ground.problem;
+fn best_of(family: &Family, context: &ScreeningContext) -> Option<(Curve, f64)> {
+    let problem = context.problem;
     let halves = family.halves(problem);
     let mut best: Option<(Curve, f64)> = None;
     for trial in family.trials(problem) {
-        let Some((gain, values)) = supported(&trial, ground, &halves) else { continue };
+        let Some((gain, values)) = supported(&trial, context, &halves) else { continue };
         let merit = gain - PER_KNOT * values.len() as f64;
         if best.as_ref().is_none_or(|b| merit > b.1 + SMOOTHER * b.1.abs())
             && let Some(placed) = trial.at(&values).into_iter().next()
@@ -100,15 +98,15 @@ fn best_of(family: &Family, ground: &ScreeningContext) -> Option<(Curve, f64)> {
 }
 
 /// Gain of a trial on held-out blocks and its values, where it is supported, and where no half of the data contradicts the other.
-fn supported(trial: &Candidate, ground: &ScreeningContext, halves: &[Halves]) -> Option<(f64, Vec<f64>)> {
-    let problem = ground.problem;
-    let mut columns = trial.columns(problem, ground.hypothesis, ground.state);
-    ground.project(&mut columns);
+fn supported(trial: &Candidate, context: &ScreeningContext, halves: &[Halves]) -> Option<(f64, Vec<f64>)> {
+    let problem = context.problem;
+    let mut columns = trial.columns(problem, context.hypothesis, context.state);
+    context.project(&mut columns);
     let k = columns.len();
     let width = prior::widths(problem, trial.at(&vec![0.0; k]).first()?)[0];
     let (precision, pull) = (vec![width.powi(-2); k], vec![0.0; k]);
     let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-    let blocks = Blocks::new(problem, &slices, &ground.residual);
+    let blocks = Blocks::new(problem, &slices, &context.residual);
     let all: Vec<usize> = (0..k).collect();
     let (without, with) = (blocks.held_out(&[], &precision, &pull), blocks.held_out(&all, &precision, &pull));
     let gains: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
@@ -118,7 +116,7 @@ fn supported(trial: &Candidate, ground: &ScreeningContext, halves: &[Halves]) ->
         return None;
     }
     let agree = |h: &Halves| {
-        let halves = Blocks::over(h, &slices, &ground.residual);
+        let halves = Blocks::over(h, &slices, &context.residual);
         let (without, with) = (halves.held_out(&[], &precision, &pull), halves.held_out(&all, &precision, &pull));
         without.iter().zip(&with).all(|(a, b)| a - b > -PER_KNOT * k as f64)
     };
@@ -130,7 +128,7 @@ fn own(problem: &Problem, fit: &Fit, gains: &[f64]) -> Vec<Vec<Alternative>> {
     let curves = &fit.free[fit.free.len() - gains.len()..];
     let one = |(&i, &gain): (&usize, &f64)| {
         let placed = &fit.hypothesis.effects[i];
-        let (effect, target) = (placed.effect.name(), placed.target_text(&problem.robot));
+        let (effect, target) = placed.named(&problem.robot);
         vec![Alternative { effect, target, gain, parameters: placed.effect.values().len() }]
     };
     curves.iter().zip(gains).map(one).collect()

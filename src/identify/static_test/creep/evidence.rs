@@ -133,7 +133,7 @@ pub fn posterior(pairs: &[PairSeries], places: usize, noise: &CreepNoise, scale:
         let column = |tau: f64| -> Option<Vec<DVector<f64>>> {
             used.iter().zip(&white).map(|(p, w)| w.whiten(p.in_bins(tau, from_turn))).collect()
         };
-        let weigh = |cell: &Cell| -> Option<Weighed> {
+        let weigh = |cell: &Cell| -> Option<WeightedCell> {
             let log_prior = (PRIOR[1] * 0.5 * density(cell.pace_s) * cell.width / all).ln();
             let mut found = Vec::new();
             let columns = column(cell.pace_s)?;
@@ -178,11 +178,11 @@ struct Cell {
 }
 
 /// A cell with its hypotheses and their logarithms.
-type Weighed = (Cell, Vec<(f64, Component)>);
+type WeightedCell = (Cell, Vec<(f64, Component)>);
 
 /// Cells of the grid, finer where one of them holds most of the weight: readings that hardly scatter tell the pace better than the grid, and
 /// the nearest pace of the grid would then stand as if it were certain.
-fn divided(mut cells: Vec<Weighed>, weigh: &dyn Fn(&Cell) -> Option<Weighed>) -> Option<Vec<Weighed>> {
+fn divided(mut cells: Vec<WeightedCell>, weigh: &dyn Fn(&Cell) -> Option<WeightedCell>) -> Option<Vec<WeightedCell>> {
     let step = (PACE_RANGE_S[1] / PACE_RANGE_S[0]).ln() / (PACES - 1) as f64;
     for _ in 0..DIVISIONS {
         let highest = cells.iter().flat_map(|c| &c.1).map(|c| c.0).fold(f64::NEG_INFINITY, f64::max);

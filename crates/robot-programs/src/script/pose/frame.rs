@@ -42,7 +42,7 @@ impl Frame {
         }
     }
 
-    /// Whether its value hangs on what the program does while it runs.
+    /// Whether its value depends on what the program does while it runs.
     pub fn is_computed(&self) -> bool {
         match self {
             Self::Computed(_) => true,

@@ -41,22 +41,17 @@ pub fn error_of(mut f: impl FnMut(&[f64]) -> Vec<f64>, jacobian: &DMatrix<f64>, 
     error(f64::EPSILON.cbrt()).min(error(f64::EPSILON.sqrt().sqrt()))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn f(p: &[f64]) -> Vec<f64> {
+    vec![p[0].sin() * p[1], p[1].powi(3)]
+}
 
-    fn f(p: &[f64]) -> Vec<f64> {
-        vec![p[0].sin() * p[1], p[1].powi(3)]
-    }
-
-    #[test]
-    fn differences_have_ten_digits_and_a_wrong_jacobian_shows() {
-        let p = [0.7f64, -40.0];
-        let right = DMatrix::from_row_slice(2, 2, &[p[0].cos() * p[1], p[0].sin(), 0.0, 3.0 * p[1] * p[1]]);
-        assert!((central(f, &p, &[1.0; 2]) - &right).amax() < 1e-9 * right.amax());
-        assert!(error_of(f, &right, &p, &[1.0; 2]) < 1e-9);
-        let mut wrong = right;
-        wrong[(0, 1)] *= -1.0;
-        assert!(error_of(f, &wrong, &p, &[1.0; 2]) > 1e-4);
-    }
+#[test]
+fn differences_have_ten_digits_and_a_wrong_jacobian_shows() {
+    let p = [0.7f64, -40.0];
+    let right = DMatrix::from_row_slice(2, 2, &[p[0].cos() * p[1], p[0].sin(), 0.0, 3.0 * p[1] * p[1]]);
+    assert!((central(f, &p, &[1.0; 2]) - &right).amax() < 1e-9 * right.amax());
+    assert!(error_of(f, &right, &p, &[1.0; 2]) < 1e-9);
+    let mut wrong = right;
+    wrong[(0, 1)] *= -1.0;
+    assert!(error_of(f, &wrong, &p, &[1.0; 2]) > 1e-4);
 }
