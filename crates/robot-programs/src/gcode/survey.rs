@@ -55,6 +55,8 @@ pub(super) struct Survey {
     pub(super) diameters: bool,
     /// It has a Y.
     pub(super) has_y: bool,
+    /// It has words that only Siemens controls have.
+    pub(super) siemens: bool,
     /// What its words make of X words.
     pub(super) across: BTreeSet<Across>,
     /// Its end goes back to its start (M99).
@@ -284,6 +286,7 @@ impl Look {
         survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
         survey.printer |= self.extrudes && self.counts;
         survey.has_y = self.signs.y;
+        survey.siemens = self.signs.units(&mut survey.codes, &mut self.unfollowed);
         let numbers = survey.jumps || !survey.labels.is_empty();
         let at_flow = self.compensates_at_flow || numbers && self.compensates_at_number;
         let compensates = [410, 411, 420, 421].iter().any(|c| survey.codes.contains(c));

@@ -8,6 +8,7 @@ use super::labels::is_conditional_call;
 use super::lex::{self, Block, Word, has_axes};
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
+use super::signs::unit_of_siemens;
 use super::survey::{acts_once, homes, is_numbered_call, moves_offsets, work_frame};
 use crate::error::Result;
 use crate::script::{AxisSet, Break, StepKind};
@@ -217,6 +218,7 @@ impl Reader<'_> {
 
     /// One G word (times ten): a mode, an action with the block's numbers, or the motion.
     fn g_word(&mut self, k: usize, block: &Block, c: u32, codes: &[Option<u32>], own: &mut OwnWords) {
+        let c = if self.survey.siemens { unit_of_siemens(c) } else { c };
         if self.mode(k, block, c) {
             return;
         }
