@@ -84,7 +84,7 @@ impl Reader<'_> {
         let counts = self.survey.may_count();
         let plain = axes().all(|(n, axis)| match axis {
             Some(_) => n.style.point || !counts || n.value == 0.0,
-            None => !self.survey.jumps,
+            None => !self.survey.is_label(n.value),
         });
         let far = |(n, axis): (&Plain, &Option<usize>)| {
             axis.is_some_and(|a| canonical(self.shifts[a] + n.value * self.units[a]).abs() >= 1e7)

@@ -1,10 +1,30 @@
 //! What moves the meaning of words: work frames, shifts, tool lengths, mirrors.
 
-use super::codes::code_text;
-use super::lex::Block;
+use super::codes::{code, code_text};
+use super::lex::{self, Block, Word};
 use super::read::Reader;
 use super::reason::After;
+use super::survey::Survey;
 use crate::script::{Break, StepKind};
+
+/// Whether a block chooses a tool or an offset, which moves the frame: a T word where no M6 changes tools (a turret), D and H without
+/// the G word that takes them.
+///
+/// `change = "T" number | "D" number | "H" number`
+pub(super) fn changes_tool(block: &Block, survey: &Survey) -> bool {
+    if block.words.iter().any(lex::is_firmware) {
+        return false; // their words are their own
+    }
+    let has = |letter: u8| block.words.iter().any(|w| w.letter == letter);
+    let taken = |codes: &[u32]| {
+        let of = |w: &Word| w.letter == b'G' && w.value.is_none_or(|v| codes.contains(&code(v.0)));
+        block.words.iter().any(of)
+    };
+    let cycle = block.words.iter().any(|w| w.letter == b'G' && w.value.is_none_or(|v| code(v.0) >= 650));
+    has(b'T') && !survey.changes_tools
+        || has(b'D') && !taken(&[410, 420, 411, 421]) && !cycle
+        || has(b'H') && !taken(&[430, 431, 440, 490]) && !cycle
+}
 
 impl Reader<'_> {
     pub(super) fn local_frame(&mut self, k: usize, block: &Block) {

@@ -5,7 +5,7 @@ use super::certain::opaque;
 use super::codes::{AXES, SPLINES};
 use super::lex::{Block, Word};
 use super::read::Reader;
-use super::reason::{After, Reason};
+use super::reason::{After, Elsewhere, Reason};
 use super::statements::{Statement, axis_words, canonical, most, motion_word};
 use crate::axes::JointKind;
 use crate::error::Result;
@@ -23,7 +23,10 @@ impl Reader<'_> {
     pub(super) fn axis_values(&self, block: &Block) -> std::result::Result<Vec<Option<f64>>, ()> {
         let mut values = vec![None; self.letters.len()];
         for w in block.words.iter().filter(|w| AXES.contains(&w.letter)) {
-            let (Some((v, _)), Some(inch)) = (w.value, self.inch) else { return Err(()) };
+            let (Some((v, style)), Some(inch)) = (w.value, self.inch) else { return Err(()) };
+            if !style.point && v != 0.0 && self.survey.may_count() {
+                return Err(());
+            }
             if let Some(a) = self.letters.iter().position(|&l| l == w.letter) {
                 if self.across.is_none() && self.is_across(a) {
                     return Err(());
@@ -95,6 +98,17 @@ impl Reader<'_> {
         None
     }
 
+    /// A straight move by words of which one may count increments: it stays, and where its axes come to is not known; the others stand where
+    /// they stood. `false`: other axes may move too.
+    fn leaves_uncertain(&mut self, k: usize, block: &Block) -> bool {
+        let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
+        let axes = self.axes_named(block).filter(|axes| straight && !axes.is_empty());
+        if axes.is_some() {
+            self.goes_elsewhere(k, axes, Elsewhere::NoPoint);
+        }
+        axes.is_some()
+    }
+
     /// The first motion says in which frame the axes are counted.
     fn refer(&mut self, block: &Block) {
         self.reference = self.reference.or(self.frame).or(Some(540));
@@ -116,6 +130,9 @@ impl Reader<'_> {
         self.keep_before_relative(&block);
         let unclear = unclear.or_else(|| self.unclear(&block));
         if unclear.is_none() && self.leaves_across(k, &block) {
+            return Ok(());
+        }
+        if unclear == Some(Reason::NoPoint) && self.leaves_uncertain(k, &block) {
             return Ok(());
         }
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
@@ -192,8 +209,8 @@ impl Reader<'_> {
     /// The step of a motion, and the position after it.
     fn place(&mut self, k: usize, statement: Statement, codes: &[Option<u32>], exact: bool) {
         let mut m = self.describe(&statement, codes, exact);
-        if self.survey.mixed() && statement.ends_in_point() {
-            // such numbers say how the others are to be read: they must not go
+        if self.survey.marker() == Some(k) {
+            // its numbers say how those without a point are to be read: one must not go
             m.fixed = Some(Reason::Mixed.into());
         }
         self.target(&statement);
@@ -238,7 +255,7 @@ impl Reader<'_> {
         inch: bool,
         ccw: bool,
     ) -> std::result::Result<(Arc, Centre), NoArc> {
-        let Some(plane) = self.plane else { return Err(NoArc::NoPlane) };
+        let Some(plane) = self.plane_of_lathe().or(self.plane) else { return Err(NoArc::NoPlane) };
         let axis = |l: u8| {
             let a = self.letters.iter().position(|&x| x == l)?;
             (self.robot.axis(a).kind == JointKind::Prismatic).then_some(a)

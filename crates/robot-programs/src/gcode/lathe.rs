@@ -25,6 +25,15 @@ impl Reader<'_> {
         self.letters.get(axis) == Some(&b'X') && self.robot.axis(axis).kind == JointKind::Prismatic
     }
 
+    /// The plane of arcs of a lathe with X and Z alone, where no word names another: no other has both axes.
+    pub(super) fn plane_of_lathe(&self) -> Option<[u8; 3]> {
+        let has = |letter: u8| self.letters.contains(&letter);
+        let others =
+            [170, 190].iter().any(|c| self.survey.codes.contains(c)) || self.survey.hidden || self.survey.has_y;
+        let alone = has(b'X') && has(b'Z') && !has(b'Y');
+        (alone && self.survey.diameters && !others).then_some([b'Z', b'X', b'Y'])
+    }
+
     /// X words count otherwise from here on.
     pub(super) fn count_across(&mut self, k: usize, across: Across) {
         if self.across.is_some_and(|before| before != across) {

@@ -59,7 +59,8 @@ impl Writer<'_> {
                         text.clear();
                     }
                 }
-                None if stays => {
+                // nor a word that leads where the axis stands
+                None if stays || from.is_some_and(|f| (f - canonical(base + written * s.unit[a])).abs() <= SAME) => {
                     continue;
                 }
                 _ => {}

@@ -113,6 +113,10 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 cursor.digits();
             }
             b'$' => return Ok(Block { keyword: Some("$".into()), ..block }),
+            // `:0100`: the number of a program in ISO code
+            b':' if first && cursor.second().is_some_and(|b| b.is_ascii_digit()) => {
+                flow(text, base, &mut cursor, &mut block)?;
+            }
             b'O' | b'o' if first => flow(text, base, &mut cursor, &mut block)?,
             _ if across(&mut cursor, &mut block) => {}
             _ if b.is_ascii_alphabetic() => {
@@ -144,7 +148,7 @@ fn shown(found: &[u8]) -> String {
 
 /// An `O` word.
 ///
-/// `flow = "O" (number | "<" name ">" | "#" ... | "[" ... "]") [keyword ...]`
+/// `flow = ":" number | "O" (number | "<" name ">" | "#" ... | "[" ... "]") [keyword ...]`
 fn flow(text: &Text, base: usize, cursor: &mut Cursor, block: &mut Block) -> Result<()> {
     let (at, whole) = (cursor.at(), cursor.rest());
     cursor.skip(1);

@@ -3,7 +3,7 @@
 //! ```text
 //! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning; certain: what ends it)
 //!      -> goal: positions, steps (statements: what is kept of them); lathe: X as a diameter; places: who reads where the machine
-//!      stands; rotary: which way an axis turns
+//!      stands; labels, calls: what is called; rotary: which way an axis turns
 //! edits -> write: blocks; leg: words; pieces: arcs -> patches
 //! ```
 //!
@@ -26,11 +26,13 @@ mod across;
 mod alike;
 mod arc;
 mod assignments;
+mod calls;
 mod certain;
 mod codes;
 mod flow;
 mod frame;
 mod goal;
+mod labels;
 mod lathe;
 mod leg;
 mod lex;

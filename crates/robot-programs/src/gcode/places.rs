@@ -7,6 +7,7 @@
 
 use super::assignments::Assignments;
 use super::certain::Carried;
+use super::codes::TOUCHES;
 use super::lex::{Block, has_axes};
 use super::read::Reader;
 use super::reason::{After, Elsewhere};
@@ -63,6 +64,14 @@ impl Reader<'_> {
         }
     }
 
+    /// Whether what a G word of a block makes is about where the machine stands, in axes that the block does not name too: a touch of a probe,
+    /// a scaling or a mirror, whose centre may be there, and the cycles of a lathe, which start there. What is not followed may be, too.
+    pub(super) fn counts_from_here(&self, block: &Block, c: u32) -> bool {
+        const OF_LATHES: &[u32] = &[730, 740, 760];
+        let cycle = self.survey.diameters && OF_LATHES.contains(&c);
+        TOUCHES.contains(&c) || matches!(c, 310 | 510 | 511) || cycle || self.cuts_thread(block, c)
+    }
+
     /// G28.1 and G30.1 make a reference point of where the machine stands.
     pub(super) fn stores_place(&mut self, k: usize, block: &Block, c: u32) {
         self.keeps_place(After::StoresPlace);
@@ -76,7 +85,7 @@ impl Reader<'_> {
     /// A line that `reads` a place, and to which control may come from elsewhere in the text, as it just joined: the place may be that of any
     /// way there.
     pub(super) fn reads_anywhere(&mut self, reads: bool, block: &Block) {
-        let label = self.survey.jumps && block.words.first().is_some_and(|w| w.letter == b'N');
+        let label = self.is_label(block);
         // those are passed from above alone
         let forward = |w: &str| matches!(w, "IF" | "REPEAT" | "CALL");
         let flow = block.flow.as_deref().is_some_and(|w| !forward(w));

@@ -44,7 +44,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         }
     }
     reader.lose(After::End);
-    let mixed = reader.survey.mixed();
+    let marker = reader.survey.marker();
     let Reader { mut script, statements, .. } = reader;
     let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     script.texts = texts;
@@ -53,7 +53,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         script.missing = missing;
         script.only_whole_numbers = only_whole;
     }
-    Ok(Program { script, statements, letters, si, mixed })
+    Ok(Program { script, statements, letters, si, marker })
 }
 
 /// The letter of each axis; 0 where its name is no word of G-code.
@@ -282,7 +282,7 @@ impl Reader<'_> {
                 "WHILE" | "ENDWHILE" | "DO" | "REPEAT" | "ENDREPEAT" | "BREAK" | "CONTINUE" => {
                     self.join(k, Break::Loop)
                 }
-                _ => self.call(k),
+                _ => self.calls(k, self.callee_of_flow(&block)),
             }
             self.reads_anywhere(reads, &block);
             if flow_hides(self.text, k, &block) {
@@ -295,7 +295,7 @@ impl Reader<'_> {
                 w if is_flow(w) => self.join(k, Break::Jump),
                 // `M117 Printing`, `M0 Clean the nozzle`: a message
                 _ if block.words.iter().any(lex::takes_text) => return self.words(k, block),
-                _ => self.call(k),
+                w => self.calls(k, self.callee_of_keyword(k, w)),
             }
             self.reads_anywhere(reads, &block);
             if flow_hides(self.text, k, &block) {
@@ -305,7 +305,7 @@ impl Reader<'_> {
             }
             return Ok(());
         }
-        if self.survey.jumps && block.words.first().is_some_and(|w| w.letter == b'N') {
+        if self.is_label(&block) {
             self.join(k, Break::Jump);
             self.reads_anywhere(reads, &block);
         }

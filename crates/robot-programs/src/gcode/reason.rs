@@ -88,7 +88,7 @@ pub enum Reason {
     /// An M word of a printer's firmware, with its letters.
     #[error("words that may be those of {0}")]
     WordsOf(Box<str>),
-    /// A number that ends in a point must stay: it says how those without one are to be read.
+    /// The first number that ends in a point must stay: it says how those without one are to be read.
     #[error("numbers with and without a point stand in the program")]
     Mixed,
     /// No point may come before it in its line.
@@ -153,6 +153,9 @@ pub enum Elsewhere {
     /// G28, G30, G161, G162.
     #[error("{} goes to a reference point", code_text(*.0))]
     Reference(u32),
+    /// `X10` where others are `X10.`.
+    #[error("a number without a point where others end in one: it may count increments")]
+    NoPoint,
     /// X of a lathe.
     #[error("X of a lathe may be a diameter or a radius: state it, `--assume diameter` or `control: [diameter]`")]
     Across,
@@ -230,6 +233,12 @@ pub enum After {
     /// Of a program.
     #[error("a call")]
     Call,
+    /// It may count from where the machine stands.
+    #[error("a call of a program that is not in the text")]
+    CallAway,
+    /// G12, G31, G68.
+    #[error("a block that may count from where the machine stands")]
+    CountsFromHere,
     /// Control comes from elsewhere.
     #[error("a label, jump or loop")]
     Jump,

@@ -29,6 +29,17 @@ pub(super) struct Signs {
     spindle: bool,
     /// `T0101`.
     turret: bool,
+    /// Words that only Siemens controls have: `DIAMON`, `X=IC(5)`, `T="MILL10"`.
+    siemens: bool,
+}
+
+/// On a Siemens control G70 and G71 are inches and millimetres, and so are G700 and G710 for the feed too (times ten).
+pub(super) fn unit_of_siemens(c: u32) -> u32 {
+    match c {
+        700 | 7000 => 200,
+        710 | 7100 => 210,
+        _ => c,
+    }
 }
 
 impl Signs {
@@ -42,6 +53,21 @@ impl Signs {
             w.letter == b'T' && digits.len() == 4 && digits.iter().all(u8::is_ascii_digit)
         };
         self.turret |= block.words.iter().any(turret);
+        let siemens = |w: &Word| {
+            let own = text.slice(w.number()).to_ascii_uppercase();
+            [&b"=IC("[..], b"=AC(", b"=DC(", b"=ACP(", b"=ACN(", b"=\""].iter().any(|form| own.starts_with(form))
+        };
+        self.siemens |= block.across.is_some() || block.words.iter().any(|w| w.value.is_none() && siemens(w));
+    }
+
+    /// Units as Siemens controls name them, where the text is certainly one of theirs.
+    pub(super) fn units(&self, codes: &mut BTreeSet<u32>, unfollowed: &mut BTreeSet<u32>) -> bool {
+        let units: Vec<u32> = codes.iter().copied().filter(|c| self.siemens && unit_of_siemens(*c) != *c).collect();
+        for c in units {
+            unfollowed.remove(&c);
+            codes.insert(unit_of_siemens(c));
+        }
+        self.siemens
     }
 
     /// It may be a program of a lathe, on which G90 and G94 may be turning cycles.

@@ -17,8 +17,8 @@ pub(super) struct Program {
     pub(super) letters: Vec<u8>,
     /// By axis: edge unit to SI.
     pub(super) si: Vec<f64>,
-    /// Numbers with and without a point stand in it: those that end in a point say how the others are to be read.
-    pub(super) mixed: bool,
+    /// Numbers with and without a point stand in it: the line that says how the latter are to be read.
+    pub(super) marker: Option<usize>,
 }
 
 /// Most decimals that a changed number gets, by unit: controls keep 10 nm or less, and 1e-5 deg.
@@ -80,11 +80,6 @@ impl Statement {
     /// The word of an axis.
     pub fn axis_word(&self, axis: usize) -> Option<&Word> {
         self.words.get((*self.axis_words.get(axis)?)? as usize)
-    }
-
-    /// One of its numbers ends in a point, as in `X1.`.
-    pub fn ends_in_point(&self) -> bool {
-        self.words.iter().any(|w| w.value.is_some_and(|v| v.1.point && v.1.decimals == 0))
     }
 
     /// Words that a copy takes along besides axes, motion and centre: G words and F.

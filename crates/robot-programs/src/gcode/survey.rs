@@ -1,8 +1,9 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
 use super::across::Across;
-use super::codes::{AXES, PROBES, code, is_followed};
+use super::codes::{AXES, CANNED, PROBES, code, is_followed};
 use super::flow::{assignments_of, flow_hides, is_flow};
+use super::labels::{is_conditional_call, local_labels};
 use super::lex::{self, Block, has_axes, names};
 use super::passed::Passed;
 use super::signs::Signs;
@@ -22,7 +23,9 @@ pub(super) struct Survey {
     pub(super) codes: BTreeSet<u32>,
     /// Numbers with a point and nothing after it: a control on which `X10` may be 10 increments.
     pub(super) points: bool,
-    /// Numbers other than 0 without a point.
+    /// The first line with such a number.
+    point_line: usize,
+    /// Numbers other than 0 without a point, of places to which moves lead.
     pub(super) bare: bool,
     /// Numbers with a point, wherever it is.
     pub(super) pointed: bool,
@@ -30,6 +33,8 @@ pub(super) struct Survey {
     pub(super) whole_units: bool,
     /// Line numbers may be jumped to.
     pub(super) jumps: bool,
+    /// Numbers of blocks that are called or jumped to, where these are all ([`Self::jumps`]).
+    pub(super) labels: BTreeSet<u32>,
     /// Firmware of a printer: it heats, or counts filament.
     pub(super) printer: bool,
     /// Every subprogram that is called stands in the text.
@@ -48,12 +53,18 @@ pub(super) struct Survey {
     pub(super) lathe: bool,
     /// It may be a program of a lathe, whose X words may be diameters and whose feed may be that of a turn.
     pub(super) diameters: bool,
+    /// It has a Y.
+    pub(super) has_y: bool,
+    /// It has words that only Siemens controls have.
+    pub(super) siemens: bool,
     /// What its words make of X words.
     pub(super) across: BTreeSet<Across>,
     /// Its end goes back to its start (M99).
     pub(super) repeats: bool,
     /// Subprograms that are called, and whether one may be that cannot be determined.
     pub(super) called: BTreeSet<String>,
+    /// Subprograms that stand in the text.
+    pub(super) subs: BTreeSet<String>,
     pub(super) outside: bool,
     /// One that is called is not in the text, and may call others.
     pub(super) lacks: bool,
@@ -68,6 +79,11 @@ impl Survey {
     /// Numbers with and without a point stand in the program: those that end in a point say how the others are to be read.
     pub(super) fn mixed(&self) -> bool {
         self.points && self.bare
+    }
+
+    /// In such a program the line that stays as it is, so that the numbers without a point are read as they were.
+    pub(super) fn marker(&self) -> Option<usize> {
+        self.mixed().then_some(self.point_line)
     }
 
     /// Numbers without a point may count increments: others end in one, or no number of an axis word has one.
@@ -92,7 +108,7 @@ impl Survey {
             let block = lex::block(text, k)?;
             look.signs.y |= names(&block, b"Y");
             if look.survey.knows(&block) {
-                block.words.iter().for_each(|w| look.survey.form(w));
+                block.words.iter().for_each(|w| look.survey.form(k, w, true));
                 passed.note(text, k, &block.words);
             } else {
                 look.block(text, k, &block);
@@ -117,12 +133,14 @@ impl Survey {
         !other && !named && comments.is_empty() && words.iter().all(known)
     }
 
-    /// How the number of a place is written.
-    fn form(&mut self, w: &lex::Word) {
+    /// How the number of a place in line `k` is written; `leads`: a move leads there.
+    fn form(&mut self, k: usize, w: &lex::Word, leads: bool) {
         let Some((v, style)) = w.value else { return };
         let place = AXES.contains(&w.letter) || b"IJKR".contains(&w.letter);
-        self.points |= place && style.point && style.decimals == 0;
-        self.bare |= place && !style.point && v != 0.0;
+        if place && style.point && style.decimals == 0 && !self.points {
+            (self.points, self.point_line) = (true, k);
+        }
+        self.bare |= place && leads && !style.point && v != 0.0;
         self.pointed |= place && style.point;
     }
 
@@ -150,8 +168,6 @@ struct Look {
     ended: bool,
     /// Codes after which words mean something else.
     unfollowed: BTreeSet<u32>,
-    /// Subprograms that stand in the text.
-    subs: BTreeSet<String>,
     /// Cutter compensation is on here; was on at a place that steers the order of blocks; was on at a line number.
     compensates: bool,
     compensates_at_flow: bool,
@@ -180,8 +196,9 @@ impl Look {
         self.order(text, k, block);
         self.compensation(block);
         self.extrudes |= names(block, b"E");
+        let [leads_axes, leads_rest] = leads(block);
         for w in &block.words {
-            self.survey.form(w);
+            self.survey.form(k, w, leads_axes && (leads_rest || AXES.contains(&w.letter)));
             match (w.letter, w.value) {
                 (b'G', Some((v, _))) => self.g_word(k, block, code(v)),
                 (b'M', Some((v, _))) => self.m_word(block, v),
@@ -195,12 +212,18 @@ impl Look {
         self.survey.jumps |=
             block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
         match block.flow.as_deref() {
-            Some("" | "SUB") => drop(self.subs.insert(block.label.clone())),
+            Some("" | "SUB") => drop(self.survey.subs.insert(block.label.clone())),
             Some("CALL") => drop(self.survey.called.insert(block.label.clone())),
             _ => {}
         }
         self.survey.outside |=
             block.keyword.as_deref().is_some_and(|w| !is_flow(w) && !block.words.iter().any(lex::takes_text));
+        for label in local_labels(block) {
+            match label {
+                Some(number) => drop(self.survey.labels.insert(number)),
+                None => self.survey.jumps = true,
+            }
+        }
         match called_by(block) {
             Some(Ok(name)) => drop(self.survey.called.insert(name)),
             Some(Err(())) => self.survey.outside = true,
@@ -219,7 +242,7 @@ impl Look {
         self.compensates = last.map_or(before, |c| c != 400);
         // an operator may switch off what switches it
         let either = before || self.compensates || block.optional && last.is_some();
-        let calls = codes(b'M').any(|m| matches!(m, 20 | 300 | 970 | 980 | 990 | 1980))
+        let calls = codes(b'M').any(|m| matches!(m, 20 | 300 | 960 | 970 | 980 | 990 | 1980))
             || codes(b'G').any(|g| matches!(g, 650 | 660 | 661 | 670));
         let flows = calls || block.flow.is_some() || block.keyword.is_some() || block.percent;
         self.compensates_at_flow |= either && flows || block.optional && last.is_some();
@@ -241,7 +264,7 @@ impl Look {
         self.survey.macros += usize::from(matches!(c, 660 | 661));
         let across = Across::of_g_word(block, c);
         self.survey.across.extend(across);
-        let followed = is_followed(c) || across.is_some();
+        let followed = is_followed(c) || across.is_some() || acts_once(block, c);
         if !followed || c == 50 && !has_axes(block) || c == 100 && !moves_offsets(block) {
             self.unfollowed.insert(c);
         }
@@ -254,15 +277,18 @@ impl Look {
         }
     }
 
-    fn settle(self) -> Survey {
+    fn settle(mut self) -> Survey {
         let mut survey = self.survey;
         let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
-        let stands = survey.called.is_subset(&self.subs);
+        let stands = survey.called.is_subset(&survey.subs);
         let inside = !survey.outside && stands;
         survey.lacks = !stands;
         survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
         survey.printer |= self.extrudes && self.counts;
-        let at_flow = self.compensates_at_flow || survey.jumps && self.compensates_at_number;
+        survey.has_y = self.signs.y;
+        survey.siemens = self.signs.units(&mut survey.codes, &mut self.unfollowed);
+        let numbers = survey.jumps || !survey.labels.is_empty();
+        let at_flow = self.compensates_at_flow || numbers && self.compensates_at_number;
         let compensates = [410, 411, 420, 421].iter().any(|c| survey.codes.contains(c));
         survey.leaves_compensation = compensates && (at_flow || survey.hidden);
         // controls whose words say what X counts have no turning cycles G90 and G94
@@ -276,9 +302,20 @@ impl Look {
         }
         // a printer's G10 moves filament
         let of_printer = |c: u32| survey.printer && (PROBES.contains(&c) || c == 100);
+        if survey.printer && survey.codes.contains(&310) {
+            self.unfollowed.insert(310);
+        }
         survey.unfollowed = self.unfollowed.into_iter().find(|c| !of_printer(*c));
         survey
     }
+}
+
+/// Whether axis words of a block, and I, J, K and R, may be those of a place to which a move leads: arguments of a macro, a time and an offset
+/// are none, and of a cycle the axis words alone.
+fn leads(block: &Block) -> [bool; 2] {
+    let codes = || block.words.iter().filter(|w| w.letter == b'G').filter_map(|w| w.value).map(|v| code(v.0));
+    let axes = !codes().any(|c| matches!(c, 40 | 100 | 650 | 660 | 661));
+    [axes, !codes().any(|c| CANNED.contains(&c))]
 }
 
 /// The subprogram that a block calls by `M98 P1000`; an error where it cannot be determined which, or where it stands elsewhere.
@@ -291,7 +328,7 @@ fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
     if block.words.iter().any(|w| is(w, b'G', &[65.0, 66.0, 66.1]) || is(w, b'M', &[97.0, 198.0])) {
         return Some(Err(()));
     }
-    if is_numbered_call(block) {
+    if is_numbered_call(block) || is_conditional_call(block) {
         return Some(Err(()));
     }
     block.words.iter().find(|w| is(w, b'M', &[98.0]))?;
@@ -318,6 +355,15 @@ pub(super) fn moves_offsets(block: &Block) -> bool {
         Some(2.0 | 20.0) => !names(block, b"R"),
         Some(l) => [1.0, 10.0, 11.0, 12.0, 13.0].contains(&l),
         None => false,
+    }
+}
+
+/// Words of controls that mean the same as before after their block: a skip G31 with axes, and G103, a limit of the look-ahead (Haas).
+pub(super) fn acts_once(block: &Block, c: u32) -> bool {
+    match c {
+        310 => has_axes(block),
+        1030 => !has_axes(block),
+        _ => false,
     }
 }
 

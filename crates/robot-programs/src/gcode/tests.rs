@@ -1,8 +1,11 @@
 mod arcs;
+mod calls;
 mod codes;
 mod doubts;
 mod frames;
 mod lathes;
+mod numbers;
+mod once;
 mod places;
 mod random;
 mod relative;

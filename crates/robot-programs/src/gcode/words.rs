@@ -1,11 +1,15 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
 use super::across::Across;
+use super::calls::Callee;
 use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, is_work_frame};
+use super::frame::changes_tool;
+use super::labels::is_conditional_call;
 use super::lex::{self, Block, Word, has_axes};
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
-use super::survey::{Survey, homes, is_numbered_call, moves_offsets, work_frame};
+use super::signs::unit_of_siemens;
+use super::survey::{acts_once, homes, is_numbered_call, moves_offsets, work_frame};
 use crate::error::Result;
 use crate::script::{AxisSet, Break, StepKind};
 
@@ -19,24 +23,6 @@ const STILL_PRINTER: &[u32] = &[
     73, 105, 108, 109, 111, 115, 141, 142, 155, 190, 191, 200, 201, 203, 204, 205, 207, 208, 209, 220, 221, 300, 301,
     302, 304, 400, 413, 486, 555, 566, 569, 572, 593, 900, 906, 907, 913, 914,
 ];
-/// Whether a block chooses a tool or an offset, which moves the frame: a T word where no M6 changes tools (a turret), D and H without
-/// the G word that takes them.
-///
-/// `change = "T" number | "D" number | "H" number`
-fn changes_tool(block: &Block, survey: &Survey) -> bool {
-    if block.words.iter().any(lex::is_firmware) {
-        return false; // their words are their own
-    }
-    let has = |letter: u8| block.words.iter().any(|w| w.letter == letter);
-    let taken = |codes: &[u32]| {
-        let of = |w: &Word| w.letter == b'G' && w.value.is_none_or(|v| codes.contains(&code(v.0)));
-        block.words.iter().any(of)
-    };
-    let cycle = block.words.iter().any(|w| w.letter == b'G' && w.value.is_none_or(|v| code(v.0) >= 650));
-    has(b'T') && !survey.changes_tools
-        || has(b'D') && !taken(&[410, 420, 411, 421]) && !cycle
-        || has(b'H') && !taken(&[430, 431, 440, 490]) && !cycle
-}
 
 /// What the words of a block make of it.
 struct OwnWords {
@@ -54,7 +40,7 @@ struct OwnWords {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Call {
     /// A program, which changes any mode.
-    Program,
+    Program(Callee),
     /// Something that may move the machine.
     MayMove,
 }
@@ -104,7 +90,7 @@ impl Reader<'_> {
     /// `block = {M_word | G_word | axis_word | "F" number | ...}`
     fn certain_words(&mut self, k: usize, block: Block, unclear: Option<Reason>) -> Result<()> {
         if is_numbered_call(&block) {
-            self.call(k);
+            self.calls(k, self.callee(&block));
             return Ok(());
         }
         let mut unclear = unclear.or_else(|| block.special.clone());
@@ -118,7 +104,10 @@ impl Reader<'_> {
         for c in &codes {
             match *c {
                 Some(c) => self.g_word(k, &block, c, &codes, &mut own),
-                None => self.strange = Some(Doubt::ComputedGWord),
+                None => {
+                    self.keeps_place(After::CountsFromHere);
+                    self.strange = Some(Doubt::ComputedGWord);
+                }
             }
         }
         if codes.contains(&Some(431)) && has_axes(&block) {
@@ -182,7 +171,7 @@ impl Reader<'_> {
                 continue;
             }
             let Some((v, _)) = w.value.filter(|v| v.0 >= 0.0 && v.0.fract() == 0.0) else {
-                ending.call = Some(Call::Program);
+                ending.call = Some(Call::Program(Callee::Away));
                 continue;
             };
             let m = v as u32;
@@ -191,8 +180,11 @@ impl Reader<'_> {
                 5 | 63 | 65 => ending.steps.push(StepKind::Process(false)),
                 0 | 1 | 60 | 66 => ending.steps.push(StepKind::Dwell(None)),
                 2 | 30 => ending.program = true,
-                97..=99 => ending.call = Some(Call::Program),
-                m if SAVES.contains(&m) && !self.survey.printer => ending.call = Some(Call::Program),
+                97 | 98 => ending.call = Some(Call::Program(self.callee(block))),
+                96 if is_conditional_call(block) => ending.call = Some(Call::Program(Callee::Here)),
+                198 if !self.survey.printer => ending.call = Some(Call::Program(self.callee(block))),
+                99 => ending.call = Some(Call::Program(Callee::Nothing)),
+                m if SAVES.contains(&m) && !self.survey.printer => ending.call = Some(Call::Program(Callee::Nothing)),
                 6 => {
                     self.variables.forget();
                     unclear.get_or_insert(Reason::ToolChange);
@@ -226,6 +218,7 @@ impl Reader<'_> {
 
     /// One G word (times ten): a mode, an action with the block's numbers, or the motion.
     fn g_word(&mut self, k: usize, block: &Block, c: u32, codes: &[Option<u32>], own: &mut OwnWords) {
+        let c = if self.survey.siemens { unit_of_siemens(c) } else { c };
         if self.mode(k, block, c) {
             return;
         }
@@ -234,6 +227,9 @@ impl Reader<'_> {
             own.dwells = block.words.iter().any(|w| AXES.contains(&w.letter) && !time(w));
             own.taken |= !own.dwells;
             return self.dwell(k, block);
+        }
+        if self.counts_from_here(block, c) {
+            self.keeps_place(After::CountsFromHere);
         }
         if self.cuts_thread(block, c) {
             self.motion = Some(c);
@@ -251,6 +247,9 @@ impl Reader<'_> {
                 self.strange = Some(Doubt::On(c));
             }
             c if CANNED.contains(&c) || TOUCHES.contains(&c) => self.motion = Some(c),
+            // which motion is on after it is not certain
+            310 if acts_once(block, c) && !self.survey.printer => self.motion = Some(c),
+
             // a G0 beside it goes on; G80 ends a cycle alone there
             800 if codes.iter().flatten().any(|c| [0, 10, 20, 30].contains(c)) => {}
             800 => self.motion = None,
@@ -266,7 +265,10 @@ impl Reader<'_> {
             51 if !has_axes(block) => {}
             c if SPLINES.contains(&c) && (c != 50 || has_axes(block)) => self.motion = Some(c),
             c if HARMLESS.contains(&c) => {}
-            c => self.strange = Some(Doubt::On(c)),
+            c => {
+                self.keeps_place(After::CountsFromHere);
+                self.strange = Some(Doubt::On(c));
+            }
         }
     }
 
@@ -292,6 +294,9 @@ impl Reader<'_> {
             }
             980 | 990 if self.survey.diameters => self.feed_of_lathe(c),
             900 | 940 if self.survey.lathe => {
+                if has_axes(block) {
+                    self.keeps_place(After::CountsFromHere);
+                }
                 self.strange = Some(Doubt::TurningCycle(c));
             }
             900 | 910 => self.absolute = Some(c == 900),
@@ -312,6 +317,11 @@ impl Reader<'_> {
     /// What a word does itself with the numbers of its block, which are then no target; false where it does nothing.
     fn action(&mut self, k: usize, block: &Block, c: u32, alone: bool) -> bool {
         match c {
+            1030 if acts_once(block, c) => {
+                self.keeps_place(After::MayMove);
+                self.end(k, Break::Call, After::MayMove);
+                self.motion = None;
+            }
             c if self.survey.printer && PROBES.contains(&c) && alone => self.end(k, Break::Call, After::BedProbing),
             // retraction of filament; with `P` and `S` the temperature of a tool
             100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() && !has_axes(block) => {}
@@ -348,9 +358,9 @@ impl Reader<'_> {
                 self.goes_elsewhere(k, axes, Elsewhere::Reference(c));
                 self.absolute = absolute;
             }
-            650 => self.call(k),
+            650 => self.calls(k, self.callee(block)),
             660 | 661 => {
-                self.call(k);
+                self.calls(k, self.callee(block));
                 self.modal_macro = Some(Doubt::MacroOn);
             }
             670 => {
@@ -375,7 +385,7 @@ impl Reader<'_> {
             self.end(k, Break::Jump, After::End);
         }
         match ending.call {
-            Some(Call::Program) => self.call(k),
+            Some(Call::Program(callee)) => self.calls(k, callee),
             Some(Call::MayMove) => {
                 self.end(k, Break::Call, After::MayMove);
                 self.motion = None;

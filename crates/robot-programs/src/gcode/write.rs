@@ -264,7 +264,7 @@ impl Writer<'_> {
             self.relative = (!s.absolute).then_some((step, 0.0));
             return Ok(());
         }
-        if s.arc.is_some() && self.program.mixed && s.ends_in_point() {
+        if (s.arc.is_some() || !s.absolute) && self.program.marker == Some(s.line) {
             return Err(self.refused(step, Reason::Mixed));
         }
         let commanded = |a: usize| match m.goal {

@@ -68,6 +68,20 @@ fn a_motion_beside_the_end_of_a_cycle_stays() {
 }
 
 #[test]
+fn units_of_siemens_controls_are_read_where_the_text_is_certainly_theirs() {
+    let first = |text: &str| goals(text)[0].as_ref().map(|q| q[0]);
+    for (unit, x) in [("G71", 50.0), ("G710", 50.0), ("G70", 1270.0), ("G700", 1270.0)] {
+        for own in ["T=\"MILL10\" D1\nM6\n", "", "DIAMOF\n"] {
+            let text = format!("N10 {unit} G90 G17 G54 G94\n{own}G0 X50 Y0 Z0\nG1 Y=IC(-10)\n");
+            let text = if own.is_empty() { text.replace("Y=IC(-10)", "Y10") } else { text };
+            assert_eq!(first(&text), if own.is_empty() { None } else { Some(x) }, "{text}");
+        }
+    }
+    // a bolt circle or a turning cycle of others
+    assert!(opaque("G21 G90\nG71 I5 J0 K90 L4\nG0 X1\n")[0].contains("G71"));
+}
+
+#[test]
 fn the_number_of_a_spindle_is_no_call() {
     let text = format!("{HEAD}G1 X10.0 F100\nM3 $1 S1\nG1 X5.0\n");
     assert!(opaque(&text).is_empty(), "{:?}", opaque(&text));
