@@ -3,6 +3,7 @@
 mod alike;
 
 use super::arguments::{arguments, call, goal_name};
+use super::evaluate::Values;
 use super::in_force::InForce;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::reason::Reason;
@@ -27,6 +28,19 @@ pub struct Literal {
     /// SI per unit of each number: 1, or rad per degree inside `d2r()`.
     pub units: Arc<[f64]>,
     pub owner: Option<Box<Owner>>,
+    /// Of an expression that is no list of numbers: the list that takes its place in the move.
+    pub folded: Option<Box<Folded>>,
+}
+
+/// A list of numbers that is computed.
+#[derive(Debug, Clone)]
+pub struct Folded {
+    /// It is a pose.
+    pub pose: bool,
+    /// All its numbers, m and rad.
+    pub numbers: Vec<f64>,
+    /// Which of them each value of the target is.
+    pub places: Vec<usize>,
 }
 
 /// Assignment of a list to a name.
@@ -73,6 +87,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     p.settle(&goals);
     let needs = p.needs(&robot.no_motion);
     let moving = p.moving(&needs);
+    let entry = entry_def(&p, &moving);
     let mut b = Builder {
         text: &text,
         p: &p,
@@ -86,9 +101,10 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         literals: Vec::with_capacity(text.likely_steps()),
         without_joint: WithoutJoint::of(robot),
         notes: Vec::new(),
+        values: Values::of(&text, &p, entry),
         known: HashMap::new(),
         led: None,
-        entry_def: entry_def(&p, &moving),
+        entry_def: entry,
         moving,
         needs,
         named_calls: NamedCalls::default(),
@@ -148,6 +164,8 @@ pub struct Builder<'a> {
     /// Numbers of each joint target for which the robot file has no joint.
     pub without_joint: Option<WithoutJoint>,
     notes: Vec<Note>,
+    /// Values that are computed from constants.
+    pub values: Values<'a>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function by which something else may move the robot beside its targets.
@@ -341,6 +359,12 @@ impl Builder<'_> {
             return Err(why.clone().into());
         }
         match variable.assigned.first().map(|&n| (&self.p.items[n], n)) {
+            // a parameter has another value until then
+            Some((Item { span, .. }, _))
+                if self.p.is_parameter(key.0, name) && self.p.words.at(span.start) != "local" =>
+            {
+                Err(Reason::Parameter(name.into()).into())
+            }
             Some((Item { kind: ItemKind::Assign { value, .. }, span, .. }, n)) => Ok((*value..span.end, n)),
             _ => Err(Reason::NotInFile(name.into()).into()),
         }
