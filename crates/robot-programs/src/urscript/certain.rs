@@ -29,6 +29,8 @@ pub struct Holding {
     unknown: State,
     /// The one function in which it is known.
     only: Option<usize>,
+    /// Functions that assign it.
+    pub by: BTreeSet<usize>,
 }
 
 impl Holding {
@@ -94,7 +96,7 @@ impl Order {
         };
         let starts: Vec<Option<State>> = routines.iter().enumerate().map(start).collect();
         let always = set_by(&routines, threads, 1).into_iter().next()?;
-        Some(Holding { reach: Reach::of(&routines, &starts, &unknown), always, unknown, only: own })
+        Some(Holding { reach: Reach::of(&routines, &starts, &unknown), always, unknown, only: own, by })
     }
 
     /// Whether a call of a function may come to one of these functions.

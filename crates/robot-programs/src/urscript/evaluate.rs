@@ -10,11 +10,11 @@ use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed, Span};
 use crate::script::{Text, number};
 use std::cell::{Cell, OnceCell, RefCell};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::rc::Rc;
 
 /// Deepest nesting of expressions, names and calls that is followed.
-const DEEPEST: usize = 24;
+const DEEPEST: usize = 64;
 /// Parts of expressions that are looked at for one target, beside those that are kept.
 const MOST: usize = 20_000;
 /// Items that are gone through for all variables together.
@@ -36,6 +36,8 @@ pub struct Values<'a> {
     heads: OnceCell<HashMap<usize, usize>>,
     left: Cell<usize>,
     items_left: Cell<usize>,
+    /// A value was not looked at to its end.
+    cut: Cell<bool>,
 }
 
 /// Arguments with which a function is called.
@@ -53,7 +55,8 @@ struct Place<'c> {
 }
 
 impl Place<'_> {
-    fn deeper(self) -> Option<Self> {
+    fn deeper(self, values: &Values) -> Option<Self> {
+        values.cut.set(values.cut.get() || self.depth >= DEEPEST);
         (self.depth < DEEPEST).then_some(Self { depth: self.depth + 1, ..self })
     }
 }
@@ -71,6 +74,7 @@ impl<'a> Values<'a> {
             heads: OnceCell::new(),
             left: Cell::new(0),
             items_left: Cell::new(MOST_ITEMS),
+            cut: Cell::new(false),
         }
     }
 
@@ -82,7 +86,7 @@ impl<'a> Values<'a> {
 
     /// `expression = product {("+" | "-") product}`
     fn expression(&self, span: &Span, place: Place) -> Option<Constant> {
-        let mut reader = Reader { values: self, at: span.start, end: span.end, place: place.deeper()? };
+        let mut reader = Reader { values: self, at: span.start, end: span.end, place: place.deeper(self)? };
         let value = reader.sum()?;
         let finite = value.number().is_none_or(f64::is_finite);
         (reader.at == span.end && finite).then_some(value)
@@ -108,8 +112,7 @@ impl<'a> Values<'a> {
         }
         let holding = self.holding(&key)?;
         let own = p.items.get(place.item)?;
-        let by: BTreeSet<usize> = variable.assigned.iter().filter_map(|k| p.items.get(*k)?.def).collect();
-        if key.0.is_none() && p.called(own).any(|name| self.order.leads_to(p, name, &by)) {
+        if key.0.is_none() && p.called(own).any(|name| self.order.leads_to(p, name, &holding.by)) {
             return None;
         }
         let mut values = holding.before(place.item, def)?.into_iter().map(|n| self.after(n, place));
@@ -130,7 +133,7 @@ impl<'a> Values<'a> {
 
     /// The value that a name has after the assignment of an item.
     fn after(&self, item: usize, place: Place) -> Option<Constant> {
-        let place = Place { item, ..place.deeper()? };
+        let place = Place { item, ..place.deeper(self)? };
         if place.call.is_some() {
             return self.assigned_by(place);
         }
@@ -139,8 +142,14 @@ impl<'a> Values<'a> {
         }
         // one that leads back to itself has none
         self.assigned.borrow_mut().insert(item, None);
-        let value = self.assigned_by(Place { depth: 0, ..place });
-        self.assigned.borrow_mut().insert(item, value.clone());
+        let before = self.cut.replace(false);
+        let value = self.assigned_by(place);
+        if value.is_none() && self.cut.get() {
+            self.assigned.borrow_mut().remove(&item);
+        } else {
+            self.assigned.borrow_mut().insert(item, value.clone());
+        }
+        self.cut.set(before || self.cut.get());
         value
     }
 
@@ -181,7 +190,7 @@ impl<'a> Values<'a> {
             let end = p.items.get(*item)?.span.end;
             let (args, _) = arguments(p, token + 2, end)?;
             let arg = plain(&args)?.get(k)?;
-            self.expression(&arg.span, Place { item: *item, call: None, ..place.deeper()? })
+            self.expression(&arg.span, Place { item: *item, call: None, ..place.deeper(self)? })
         });
         let first = values.next()??;
         values.all(|value| value.as_ref() == Some(&first)).then_some(first)
@@ -292,10 +301,11 @@ impl Reader<'_, '_, '_> {
 
     /// `one = ["+" | "-"] operand {"[" expression "]" | "." name}`
     fn signed(&mut self) -> Option<Constant> {
-        let left = self.values.left.get().checked_sub(1)?;
-        self.values.left.set(left);
+        let left = self.values.left.get();
+        self.values.cut.set(self.values.cut.get() || left == 0);
+        self.values.left.set(left.checked_sub(1)?);
         if let Some(mark) = self.mark(b"+-") {
-            self.place = self.place.deeper()?;
+            self.place = self.place.deeper(self.values)?;
             let value = self.signed()?.number()?;
             return Some(Constant::Number(if mark == b'-' { -value } else { value }));
         }
@@ -322,7 +332,7 @@ impl Reader<'_, '_, '_> {
     /// What stands in brackets, up to the closing one.
     fn inner(&mut self, close: &[u8]) -> Option<Constant> {
         let outer = self.place;
-        self.place = outer.deeper()?;
+        self.place = outer.deeper(self.values)?;
         let value = self.sum()?;
         self.place = outer;
         self.mark(close).map(|_| value)
@@ -331,7 +341,7 @@ impl Reader<'_, '_, '_> {
     /// Values up to the closing bracket, which are parted by commas.
     fn several(&mut self, close: &[u8]) -> Option<Vec<Constant>> {
         let outer = self.place;
-        self.place = outer.deeper()?;
+        self.place = outer.deeper(self.values)?;
         let mut all = Vec::new();
         while self.mark(close).is_none() {
             if !all.is_empty() {
@@ -374,7 +384,7 @@ impl Reader<'_, '_, '_> {
         }
         let args = self.several(b")")?;
         if values.p.defs.iter().any(|d| d.0 == name) {
-            return values.of_file(values.one(name)?, args, place.deeper()?);
+            return values.of_file(values.one(name)?, args, place.deeper(values)?);
         }
         Constant::of_function(name, &args)
     }

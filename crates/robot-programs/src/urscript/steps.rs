@@ -1,6 +1,7 @@
 //! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
 
 mod alike;
+mod starts;
 
 use super::arguments::{arguments, call, goal_name};
 use super::evaluate::Values;
@@ -109,6 +110,8 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         needs,
         named_calls: NamedCalls::default(),
         def: None,
+        calls: Vec::new(),
+        starts: Vec::new(),
         last_start: None,
         inner: None,
     };
@@ -130,9 +133,10 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, without_joint, calls, starts, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
+    starts::join(&p, entry, &starts, &calls, &mut out.script);
     if let Some(without) = without_joint {
         without.close(&mut out.script.steps);
     }
@@ -174,6 +178,10 @@ pub struct Builder<'a> {
     pub entry_def: Option<usize>,
     /// The function of the item at hand.
     pub def: Option<usize>,
+    /// Of each break of a call the function, if the statement is nothing but the call.
+    pub calls: Vec<Option<String>>,
+    /// Of each start the function that starts there; `None`: one that goes on.
+    starts: Vec<Option<usize>>,
     /// The step at which the last function started or ended.
     last_start: Option<usize>,
     /// Name or list of the pose of the move at hand.
@@ -275,8 +283,9 @@ impl Builder<'_> {
         match item.kind {
             ItemKind::Start => {
                 self.steps.start();
-                let name = item.def.and_then(|d| self.p.defs.get(d)).map(|d| d.0.clone()).unwrap_or_default();
-                self.steps.routine(item.def.map_or(0, |d| d + 1), name);
+                let own = item.def.and_then(|d| self.p.defs.get(d)).map(|d| d.0.clone()).unwrap_or_default();
+                self.steps.routine(item.def.map_or(0, |d| d + 1), own);
+                self.starts.push(item.def.filter(|_| name == "def"));
                 self.push(token, StepKind::Break(Break::Start));
             }
             ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
@@ -316,9 +325,13 @@ impl Builder<'_> {
             // a statement that is nothing but the call
             [name] if item.kind == ItemKind::Other && *name == self.p.words.at(token) => {
                 self.acts();
+                self.calls.push(Some((*name).to_string()));
                 self.steps.calls(self.at(token), (*name).to_string());
             }
-            _ => drop(self.push(token, StepKind::Break(Break::Call))),
+            _ => {
+                self.calls.push(None);
+                self.push(token, StepKind::Break(Break::Call));
+            }
         }
     }
 

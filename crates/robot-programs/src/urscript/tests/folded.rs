@@ -223,6 +223,9 @@ fn long_and_deep_values_are_read() {
     }
     source.push_str("end\n");
     assert_eq!(moves(&source).len(), 2000);
+    // one that is made of many before it, of which no move asks
+    let row = format!("def m():\n x = 1\n{} movel(p[x, 0, 0, 0, 0, 0])\nend\n", " x = x + 1\n".repeat(100_000));
+    assert_eq!(moves(&row).len(), 1);
     let open = format!("def m():\n movel({}1{})\nend\n", "p[".repeat(5000), "]".repeat(5000));
     assert_eq!(moves(&open).len(), 1);
 }
