@@ -105,6 +105,19 @@ fn the_points_of_a_solved_line_are_passed_and_its_end_is_the_old_one() {
     assert_eq!(lines(&desk, "out.src", lin).len(), 1);
 }
 
+/// The arc is no larger than a gap, so that it and the move before it stay where they are.
+#[test]
+fn a_solved_line_before_an_arc_that_stays_is_written_with_the_joints_of_its_pose() {
+    let desk = desk_of("universal-robots-ur10.yaml", "base", 0.02);
+    let program = "def part():\n  set_tcp(p[0.01, 0.05, 0.162, 0, 0.29, 0])\n  movej([-0.6423, -1.2275, 1.6534, -1.4526, -1.3716, 0.8584], a=1.4, v=1.05)\n  \
+        movel(p[-0.71253, 0.31207, 0.10291, 2.54109, 0.31371, 0.39110], a=0.5, v=0.1, r=0.01)\n  \
+        movec(p[-0.75368, 0.27177, 0.05174, 2.54109, 0.31371, 0.39110], p[-0.70703, 0.35077, 0.15961, 2.54109, 0.31371, 0.39110], a=0.5, v=0.1)\nend\n";
+    desk.write("part.script", program);
+    desk.run("rewrite --model model.yaml part.script --output out.script --solve-cartesian").success();
+    let solved = lines(&desk, "out.script", "movel");
+    assert!(!solved.is_empty() && solved.iter().all(|l| l.contains("movel([")), "{solved:?}");
+}
+
 #[test]
 fn points_that_stop_a_straight_move_are_said_with_their_lines() {
     let desk = desk_of("motoman-ma2010.yaml", "S", 0.02);

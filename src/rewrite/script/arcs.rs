@@ -131,22 +131,24 @@ pub fn settle(
             let arc = Arc::of(script, run, [goals[k - 1], goals[k]]);
             arc.is_some_and(|arc| !arc.settled(joints, edits, least))
         }) {
-            let ends = [goals[k - 1].step, goals[k].step];
+            let arc = goals[k].step;
             let mut points = 0;
-            edits.steps.change(ends[1], |e| points = e.clear_points());
-            joints.steps.change(ends[1], |e| {
+            edits.steps.change(arc, |e| points = e.clear_points());
+            joints.steps.change(arc, |e| {
                 e.clear_points();
             });
-            unplaced.lose(script, ends[1], points);
+            unplaced.lose(script, arc, points);
             if points > 0 {
                 continue;
             }
-            for step in ends {
-                let had = edits.steps.get(step).is_some_and(|e| e.goal.is_some());
-                edits.steps.change(step, |e| e.goal = None);
-                joints.steps.change(step, |e| e.goal = None);
+            for v in [goals[k - 1], goals[k]] {
+                let had = edits.steps.get(v.step).is_some_and(|e| e.goal.is_some());
+                // a joint move needs joints: those of its pose
+                let plain = |e: &mut Edit| e.goal = e.as_joint_moves.then(|| v.q.clone());
+                edits.steps.change(v.step, plain);
+                joints.steps.change(v.step, plain);
                 if had {
-                    left.insert(step, Cause::BesideArc);
+                    left.insert(v.step, Cause::BesideArc);
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Targets of URScript moves: joint values, poses with their TCP, or why neither can be determined.
 
 use super::arguments::arguments;
+use super::constant::isometry;
 use super::in_force::{InForce, called_twice, may_differ, reads_place};
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Span};
@@ -12,13 +13,9 @@ use crate::error::{Result, one_line};
 use crate::script::pose::Frame;
 use crate::script::reach::FIRST;
 use crate::script::{At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-
-fn isometry([x, y, z, rx, ry, rz]: [f64; 6]) -> Isometry3<f64> {
-    Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_scaled_axis(Vector3::new(rx, ry, rz)))
-}
 
 /// The list of a pose, and the item that assigns it to a name.
 type PosePlace = (Span, Option<usize>);
@@ -219,7 +216,12 @@ impl Builder<'_> {
         let name = owner.as_ref().map(|o| o.name.clone());
         self.targets.push(Target { name, at, values, pose: Some(PoseForm::RotationVector) });
         let units = self.units(&[1.0; 6]);
-        self.literals.push(Literal { bytes: self.bytes(&list).into(), units, owner: owner.map(Box::new) });
+        self.literals.push(Literal {
+            bytes: self.bytes(&list).into(),
+            units,
+            owner: owner.map(Box::new),
+            folded: None,
+        });
         let t = self.targets.len() - 1;
         if let Some(key) = key {
             self.known.insert(key, t);
@@ -228,7 +230,7 @@ impl Builder<'_> {
     }
 
     /// Units in the memory of those of the target before, where they are the same: most are.
-    fn units(&self, units: &[f64]) -> Arc<[f64]> {
+    pub fn units(&self, units: &[f64]) -> Arc<[f64]> {
         let before = self.literals.last().map(|l| &l.units).filter(|before| ***before == *units);
         before.map_or_else(|| units.into(), Arc::clone)
     }
@@ -236,6 +238,7 @@ impl Builder<'_> {
     pub fn pose_or_opaque(&mut self, span: &Span, item: &Item) -> Goal {
         match self.displaced(span, item) {
             Some(found) => self.pose_goal(found, item),
+            None if self.folded_pose(span).is_some() => self.folded_goal(span).unwrap_or(Goal::opaque(Reason::NoPose)),
             None => Goal::Opaque(self.assigned(span, item).err().unwrap_or_else(|| Reason::NoPose.into())),
         }
     }
@@ -259,7 +262,9 @@ impl Builder<'_> {
 
     /// Position of the point on the way of an arc, m.
     pub fn via(&self, span: &Span, item: &Item) -> Option<Vector3<f64>> {
-        let found = self.displaced(span, item)?;
+        let Some(found) = self.displaced(span, item) else {
+            return self.folded_pose(span).map(|pose| isometry(pose).translation.vector);
+        };
         let at = isometry(found.numbers);
         Some(found.shift.map_or(at, |s| s.before * at * s.after).translation.vector)
     }
@@ -271,10 +276,13 @@ impl Builder<'_> {
         let args = arguments(self.p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
         let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
         let pose = first.as_ref().and_then(|s| self.displaced(s, item));
-        let Some(pose) = pose else {
-            return Goal::opaque(Reason::InverseKinematics);
+        let mut goal = match (pose, first) {
+            (Some(pose), _) => self.pose_goal(pose, item),
+            (None, Some(first)) if self.folded_pose(&first).is_some() => {
+                self.folded_goal(&first).unwrap_or(Goal::opaque(Reason::InverseKinematics))
+            }
+            _ => return Goal::opaque(Reason::InverseKinematics),
         };
-        let mut goal = self.pose_goal(pose, item);
         if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
             match self.near(&near.span, item) {
                 Some(solution) => {
@@ -287,8 +295,23 @@ impl Builder<'_> {
         goal
     }
 
-    /// `goal = place | "get_inverse_kin" "(" ... ")" | list | name`
+    /// Where a target leads: as it is written, or as it is computed from constants.
+    ///
+    /// # Errors
+    /// Where a list of plain numbers has not one for every axis.
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
+        let written = self.written_goal(span, item)?;
+        let computed = match &written {
+            Goal::Opaque(_) => true,
+            Goal::Pose(pose) => pose.target.is_none(),
+            Goal::Joints(_) => false,
+        };
+        let folded = if computed { self.folded_goal(span) } else { None };
+        Ok(folded.unwrap_or(written))
+    }
+
+    /// `goal = place | "get_inverse_kin" "(" ... ")" | list | name`
+    fn written_goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text, robot) = (self.p, self.text, self.robot);
         if let Some(found) = self.displaced(span, item) {
             return Ok(self.pose_goal(found, item));
@@ -302,7 +325,7 @@ impl Builder<'_> {
                 Ok((values, units)) => {
                     self.targets.push(Target { name: None, at, values, pose: None });
                     let units = self.units(&units);
-                    self.literals.push(Literal { bytes: self.bytes(span).into(), units, owner: None });
+                    self.literals.push(Literal { bytes: self.bytes(span).into(), units, owner: None, folded: None });
                     let t = self.targets.len() - 1;
                     self.keep_numbers(t, span);
                     Goal::Joints(t)
@@ -334,7 +357,12 @@ impl Builder<'_> {
         let line = self.line(value.start);
         self.targets.push(Target { name: Some(name), at: At { file: 0, line }, values, pose: None });
         let units = self.units(&units);
-        self.literals.push(Literal { bytes: self.bytes(&value).into(), units, owner: Some(Box::new(owner)) });
+        self.literals.push(Literal {
+            bytes: self.bytes(&value).into(),
+            units,
+            owner: Some(Box::new(owner)),
+            folded: None,
+        });
         let t = self.targets.len() - 1;
         self.keep_numbers(t, &value);
         self.known.insert(key, t);

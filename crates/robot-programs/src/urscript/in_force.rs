@@ -109,41 +109,23 @@ impl Scan<'_> {
 
     fn item(&mut self, k: usize, item: &Item, tcp: Option<u32>) {
         let p = self.p;
-        let word = p.words.at(item.span.start);
+        let event = block(self.text, p, item);
         match item.kind {
             ItemKind::Start => return,
-            ItemKind::Branch => {
-                let head = item.span.start.checked_sub(1).map_or("", |at| p.words.at(at));
-                self.called(k, item);
-                let block = if head == "switch" { Block::Switch } else { Block::Branch };
-                self.push(k, item, Event::Open(block));
-            }
-            ItemKind::Loop => {
-                let tokens = p.tokens.get(item.span.clone()).unwrap_or_default();
-                let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
-                let endless = is_entered(&[b"while ", self.text.slice(bytes)].concat());
-                self.push(k, item, Event::Open(if endless { Block::Endless } else { Block::Loop }));
+            ItemKind::Loop | ItemKind::Middle => {
+                event.into_iter().for_each(|event| self.push(k, item, event));
                 self.called(k, item);
             }
-            ItemKind::Middle => {
-                self.push(k, item, Event::Middle(item.span.is_empty()));
+            _ => {
                 self.called(k, item);
-            }
-            ItemKind::EndBranch | ItemKind::EndLoop => self.push(k, item, Event::Close),
-            ItemKind::Assign { .. } | ItemKind::Other => {
-                self.called(k, item);
-                if !self.readings.is_empty()
+                if matches!(item.kind, ItemKind::Assign { .. } | ItemKind::Other)
+                    && !self.readings.is_empty()
                     && call(p, item).is_some()
                     && let Some(routine) = self.routines.get_mut(item.def.map_or(0, |d| d + 1))
                 {
                     routine.comes_last(k + 1, LAST, k, self.readings);
                 }
-                match word {
-                    "return" => self.push(k, item, Event::End),
-                    "break" => self.push(k, item, Event::Leave),
-                    "continue" => self.push(k, item, Event::Skip),
-                    _ => {}
-                }
+                event.into_iter().for_each(|event| self.push(k, item, event));
             }
         }
         if let Some(tcp) = tcp {
@@ -176,6 +158,28 @@ impl Scan<'_> {
             self.threads.extend(names);
         }
     }
+}
+
+/// Where control goes with an item; `None`: on to the next.
+pub fn block(text: &Text, p: &Parsed, item: &Item) -> Option<Event> {
+    Some(match (item.kind, p.words.at(item.span.start)) {
+        (ItemKind::Branch, _) => {
+            let head = item.span.start.checked_sub(1).map_or("", |at| p.words.at(at));
+            Event::Open(if head == "switch" { Block::Switch } else { Block::Branch })
+        }
+        (ItemKind::Loop, _) => {
+            let tokens = p.tokens.get(item.span.clone()).unwrap_or_default();
+            let bytes = tokens.first().map_or(0, |t| t.start())..tokens.last().map_or(0, |t| t.end());
+            let endless = is_entered(&[b"while ", text.slice(bytes)].concat());
+            Event::Open(if endless { Block::Endless } else { Block::Loop })
+        }
+        (ItemKind::Middle, _) => Event::Middle(item.span.is_empty()),
+        (ItemKind::EndBranch | ItemKind::EndLoop, _) => Event::Close,
+        (ItemKind::Other, "return") => Event::End,
+        (ItemKind::Other, "break") => Event::Leave,
+        (ItemKind::Other, "continue") => Event::Skip,
+        _ => return None,
+    })
 }
 
 /// Functions that the file calls at more than one place.

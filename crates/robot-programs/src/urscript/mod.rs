@@ -7,14 +7,15 @@
 //! - [`read`]: functions, blocks, assignments.
 //! - [`scopes`]: which assignments make one variable.
 //! - [`value`]: lists of joint values (`d2r()` too) and poses.
+//! - [`constant`]: values that are computed from constants; [`certain`]: what names hold at each place; [`evaluate`]: expressions of them.
 //! - [`arguments`]: calls and their arguments.
-//! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
+//! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined; [`folded`]: those that are computed.
 //! - [`steps`]: statements to waits and whatever ends a known direction.
 //! - [`moves`]: calls to moves.
 //! - [`write`]: edits to patches.
 //!
-//! Reference: Universal Robots, The URScript Programming Language. A variable that is assigned more than once, in part, or
-//! under a condition is not certain, and its moves say why they are left alone.
+//! Reference: Universal Robots, The URScript Programming Language. A variable that may hold several values
+//! where a move reads it is not certain, and its moves say why they are left alone.
 //!
 //! # Example
 //!
@@ -37,6 +38,10 @@
 //! ```
 
 mod arguments;
+mod certain;
+mod constant;
+mod evaluate;
+mod folded;
 mod goals;
 mod in_force;
 mod lex;

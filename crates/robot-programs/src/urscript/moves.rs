@@ -22,6 +22,7 @@ impl Builder<'_> {
         let calls = self.p.called(item).any(|name| words::motion(name).is_none() && self.may_move(name));
         self.name_calls(item);
         if calls {
+            self.calls.push(None);
             self.push(token, StepKind::Break(Break::Call));
         }
         let bytes = self.bytes(&span);

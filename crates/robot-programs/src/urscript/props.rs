@@ -11,7 +11,7 @@ use crate::fixtures::ur10 as robot;
 /// Samples with their moves, and how many of these can be edited.
 const SAMPLES: &[(&str, usize, usize)] = &[
     ("literals.script", 6, 6),
-    ("variables.script", 10, 5),
+    ("variables.script", 10, 7),
     ("blends_and_times.script", 6, 6),
     ("servo_stream.script", 5, 5),
     ("cartesian.script", 6, 2),

@@ -57,6 +57,8 @@ pub struct Variable {
     pub changed: Option<Reason>,
     /// Its value is read by more than moves.
     pub read: bool,
+    /// A method may change its list.
+    pub method: bool,
 }
 
 #[derive(Default)]

@@ -45,6 +45,7 @@ impl Parsed {
                         self.method(i).map(|method| Reason::Method { name: name.into(), method: method.into() });
                     if let Some(v) = self.variables.get_mut(&key) {
                         v.read = true;
+                        v.method |= changed.is_some();
                         v.changed = v.changed.take().or(changed);
                     }
                 }

@@ -1,8 +1,10 @@
 //! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
 
 mod alike;
+mod starts;
 
 use super::arguments::{arguments, call, goal_name};
+use super::evaluate::Values;
 use super::in_force::InForce;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::reason::Reason;
@@ -27,6 +29,19 @@ pub struct Literal {
     /// SI per unit of each number: 1, or rad per degree inside `d2r()`.
     pub units: Arc<[f64]>,
     pub owner: Option<Box<Owner>>,
+    /// Of an expression that is no list of numbers: the list that takes its place in the move.
+    pub folded: Option<Box<Folded>>,
+}
+
+/// A list of numbers that is computed.
+#[derive(Debug, Clone)]
+pub struct Folded {
+    /// It is a pose.
+    pub pose: bool,
+    /// All its numbers, m and rad.
+    pub numbers: Vec<f64>,
+    /// Which of them each value of the target is.
+    pub places: Vec<usize>,
 }
 
 /// Assignment of a list to a name.
@@ -73,6 +88,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
     p.settle(&goals);
     let needs = p.needs(&robot.no_motion);
     let moving = p.moving(&needs);
+    let entry = entry_def(&p, &moving);
     let mut b = Builder {
         text: &text,
         p: &p,
@@ -86,13 +102,16 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         literals: Vec::with_capacity(text.likely_steps()),
         without_joint: WithoutJoint::of(robot),
         notes: Vec::new(),
+        values: Values::of(&text, &p, entry),
         known: HashMap::new(),
         led: None,
-        entry_def: entry_def(&p, &moving),
+        entry_def: entry,
         moving,
         needs,
         named_calls: NamedCalls::default(),
         def: None,
+        calls: Vec::new(),
+        starts: Vec::new(),
         last_start: None,
         inner: None,
     };
@@ -114,9 +133,10 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, without_joint, calls, starts, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
+    starts::join(&p, entry, &starts, &calls, &mut out.script);
     if let Some(without) = without_joint {
         without.close(&mut out.script.steps);
     }
@@ -148,6 +168,8 @@ pub struct Builder<'a> {
     /// Numbers of each joint target for which the robot file has no joint.
     pub without_joint: Option<WithoutJoint>,
     notes: Vec<Note>,
+    /// Values that are computed from constants.
+    pub values: Values<'a>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function by which something else may move the robot beside its targets.
@@ -156,6 +178,10 @@ pub struct Builder<'a> {
     pub entry_def: Option<usize>,
     /// The function of the item at hand.
     pub def: Option<usize>,
+    /// Of each break of a call the function, if the statement is nothing but the call.
+    pub calls: Vec<Option<String>>,
+    /// Of each start the function that starts there; `None`: one that goes on.
+    starts: Vec<Option<usize>>,
     /// The step at which the last function started or ended.
     last_start: Option<usize>,
     /// Name or list of the pose of the move at hand.
@@ -257,8 +283,9 @@ impl Builder<'_> {
         match item.kind {
             ItemKind::Start => {
                 self.steps.start();
-                let name = item.def.and_then(|d| self.p.defs.get(d)).map(|d| d.0.clone()).unwrap_or_default();
-                self.steps.routine(item.def.map_or(0, |d| d + 1), name);
+                let own = item.def.and_then(|d| self.p.defs.get(d)).map(|d| d.0.clone()).unwrap_or_default();
+                self.steps.routine(item.def.map_or(0, |d| d + 1), own);
+                self.starts.push(item.def.filter(|_| name == "def"));
                 self.push(token, StepKind::Break(Break::Start));
             }
             ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
@@ -298,9 +325,13 @@ impl Builder<'_> {
             // a statement that is nothing but the call
             [name] if item.kind == ItemKind::Other && *name == self.p.words.at(token) => {
                 self.acts();
+                self.calls.push(Some((*name).to_string()));
                 self.steps.calls(self.at(token), (*name).to_string());
             }
-            _ => drop(self.push(token, StepKind::Break(Break::Call))),
+            _ => {
+                self.calls.push(None);
+                self.push(token, StepKind::Break(Break::Call));
+            }
         }
     }
 
@@ -341,6 +372,12 @@ impl Builder<'_> {
             return Err(why.clone().into());
         }
         match variable.assigned.first().map(|&n| (&self.p.items[n], n)) {
+            // a parameter has another value until then
+            Some((Item { span, .. }, _))
+                if self.p.is_parameter(key.0, name) && self.p.words.at(span.start) != "local" =>
+            {
+                Err(Reason::Parameter(name.into()).into())
+            }
             Some((Item { kind: ItemKind::Assign { value, .. }, span, .. }, n)) => Ok((*value..span.end, n)),
             _ => Err(Reason::NotInFile(name.into()).into()),
         }

@@ -14,7 +14,7 @@ use crate::script::number::last_digit;
 use crate::script::{self, Text, Value, fold, number};
 use std::ops::Range;
 
-const FINEST: f64 = 1e-9;
+pub const FINEST: f64 = 1e-9;
 const FINEST_DEG: f64 = 1e-7;
 
 /// A number of a list: its value and whether it stands in `d2r()`.

@@ -50,11 +50,16 @@ impl OneText for Writer<'_> {
             return;
         };
         let Some(text) = self.built.script.texts.get(target.at.file) else { return };
+        // the list of a computed target is put together anew: its numbers have no bytes of their own
+        let place = |k: usize, own: Range<usize>| match &literal.folded {
+            Some(folded) => folded.places.get(k).map_or(own, |at| *at..at + 1),
+            None => own,
+        };
         if target.pose.is_some() {
             for (k, v) in q.iter().enumerate() {
                 let Some(own) = target.values.get(k) else { continue };
                 if let Some(new) = target.pose_number(k, *v, self.edits, text) {
-                    each(own.span(), new.as_bytes());
+                    each(place(k, own.span()), new.as_bytes());
                 }
             }
             return;
@@ -65,13 +70,16 @@ impl OneText for Writer<'_> {
             let own = Own { text: text.slice(value.span()), value: value.si / unit, style: value.style };
             room.clear();
             if number::append_changed(room, own, q / unit, digit, finest) {
-                each(value.span(), room);
+                each(place(axis, value.span()), room);
             }
         }
     }
 
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
+        if let Some(folded) = &literal.folded {
+            return Ok(folded.with(numbers));
+        }
         // the joints of the robot file may stand in another order
         let mut numbers: Vec<&Number> = numbers.iter().collect();
         numbers.sort_by_key(|(span, _)| span.start);
@@ -124,6 +132,8 @@ impl Writer<'_> {
         let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
+        let folded = |t: usize| self.built.literals.get(t).is_some_and(|l| l.folded.is_some());
+        let keeps = |t: usize| if folded(t) { Some(true) } else { Some(owner(t)?.keep) };
         let mut room = Vec::new();
         let mut each = |wanted: TargetEdit| {
             if let Some(q) = wanted.alone {
@@ -131,6 +141,13 @@ impl Writer<'_> {
             }
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
+                if folded(wanted.target) {
+                    let list = self.literal(wanted.target, &numbers)?;
+                    for k in steps {
+                        out.push(Patch::new(0, self.at(k)?.1.point, list.clone()));
+                    }
+                    continue;
+                }
                 let Some(owner) = owner(wanted.target) else { continue };
                 let name = self.fresh(&owner.name, &mut fresh);
                 let line = text.line_span(text.line_of(owner.bytes.start) as usize - 1);
@@ -148,7 +165,7 @@ impl Writer<'_> {
             }
             Ok(())
         };
-        self.asked().wanted(&|t, q| self.numbers(t, q), &|t| Some(owner(t)?.keep), &mut each)?;
+        self.asked().wanted(&|t, q| self.numbers(t, q), &keeps, &mut each)?;
         Ok(out)
     }
 

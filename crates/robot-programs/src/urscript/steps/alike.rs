@@ -64,7 +64,7 @@ impl Builder<'_> {
             let values = numbers.iter().take(axes).map(|n| Some(plain_axis_value(n.value, n.style, n.start..n.end)));
             self.targets.push_numbers(None, None, at, values);
             let units = Arc::clone(&literal.units);
-            self.literals.push(Literal { bytes: by.span(literal.bytes), units, owner: None });
+            self.literals.push(Literal { bytes: by.span(literal.bytes), units, owner: None, folded: None });
             let step = self.steps.push(at, StepKind::Move(motion.alike(goal)));
             self.steps.place(step, site.moved(by));
         }

@@ -111,3 +111,22 @@ fn a_move_after_which_the_program_reads_its_place_keeps_its_goal() {
         assert_eq!(fixed(line), [false; 3], "{line}");
     }
 }
+
+#[test]
+fn a_function_begins_where_its_calls_stand_if_all_of_them_are_in_the_text() {
+    let joins = |main: &str| {
+        let source = format!("def go():\n movej({Q})\nend\ndef m():\n movej({Q})\n{main}end\nm()\n");
+        let doc = document(&source);
+        let start = 0;
+        assert_eq!(harness::kinds(doc.script())[start], "Start");
+        let join = doc.script().joins.iter().find(|j| j.at == start);
+        join.map_or(0, |j| j.from.len())
+    };
+    assert_eq!((joins(" go()\n"), joins(&format!(" go()\n movej({Q})\n go()\n"))), (1, 2));
+    // as a condition, in a thread, or never called
+    assert_eq!((joins(" go()\n if go():\n sync()\n end\n"), joins(" run t()\n go()\n"), joins("")), (0, 0, 0));
+    assert_eq!(joins(" go()\n x = go()\n"), 0);
+    // with what a program starts nothing leads to it
+    let doc = document(&format!("def m():\n movej({Q})\nend\nm()\n"));
+    assert!(doc.script().joins.iter().all(|j| j.at != 0));
+}
