@@ -1,9 +1,10 @@
 //! A program's text into its script, line by line.
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
-//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end
+//! [`goals`]: where they lead, [`absolute`]: which of those that are not known count from nowhere; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end
 //! where the place is read, [`triggers`]: where those read it; [`alike`]: motions that differ in their axis values alone, read once.
 
+mod absolute;
 mod ahead;
 mod alike;
 mod flow;

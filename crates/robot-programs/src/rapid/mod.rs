@@ -10,7 +10,8 @@
 //! - [`in_force`]: what holds at each place along control: whether configurations are watched, which moves end where the place is read.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
-//! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
+//! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones; [`absolute`]: those that are
+//!   whole places all the same.
 //! - [`built`]: what is needed to write the moves again.
 //! - [`steps`]: statements to moves, waits and whatever ends a known direction.
 //! - [`write`]: edits to patches.
@@ -38,6 +39,7 @@
 //! # Ok::<(), robot_programs::Error>(())
 //! ```
 
+mod absolute;
 mod arguments;
 mod built;
 mod facts;

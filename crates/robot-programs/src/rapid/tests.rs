@@ -1,5 +1,6 @@
 //! Every trap of RAPID programs that we know of.
 
+mod absolute;
 mod added;
 mod clones;
 mod fewer;
