@@ -332,6 +332,8 @@ impl<'a> Reader<'a> {
             let name = routine_name(self.text, line);
             self.defined.insert(name.clone());
             self.steps.routine(self.routine, name);
+            // the first routine is the program, and others see those that are GLOBAL
+            self.steps.all_calls_are_here(word == "DEF" && self.routine > 1);
             return self.stop(k, Break::Start);
         }
         if is_label(line) {

@@ -6,6 +6,7 @@
 //! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.
 //! - [`project`]: the other modules of its task, read and never written.
 //! - [`facts`]: which declaration a name means, whether its value is certain, which routines move.
+//! - [`callers`]: procedures of which all calls stand in the program.
 //! - [`rules`]: what holds for the file: where the program starts, what leads the arm, external axes.
 //! - [`in_force`]: what holds at each place along control: whether configurations are watched, which moves end where the place is read.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
@@ -42,6 +43,7 @@
 mod absolute;
 mod arguments;
 mod built;
+mod callers;
 mod facts;
 mod goals;
 mod in_force;

@@ -9,6 +9,7 @@ mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, SharedSite};
+use super::callers;
 use super::facts::{self, Facts};
 use super::in_force::{self, InForce};
 use super::led::Led;
@@ -28,7 +29,7 @@ use crate::script::fold;
 use crate::script::without_joint::WithoutJoint;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
 use cycle::Cycle;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -66,10 +67,13 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         notes: BTreeMap::new(),
         synchronised: false,
         moved: false,
+        called_here: HashSet::new(),
+        entering: false,
         named_calls: NamedCalls::default(),
         entry_routine: entry,
         cycle: Cycle::default(),
     };
+    b.called_here = callers::all_known(&b.f, &|item| own(item));
     let in_force = InForce::of(text, p, &|name| b.f.may_move(name));
     let displaces = p.words.different().any(in_force::displaces);
     let mut passed = p.passed.iter().peekable();
@@ -144,6 +148,10 @@ pub struct Builder<'a> {
     synchronised: bool,
     /// The routine or the handler moved above.
     moved: bool,
+    /// Procedures of which all calls stand in the program.
+    called_here: HashSet<usize>,
+    /// Nothing has moved since the routine at hand began.
+    pub entering: bool,
     named_calls: NamedCalls,
     /// The routine with which the program starts.
     entry_routine: Option<usize>,
@@ -153,6 +161,13 @@ pub struct Builder<'a> {
 impl Builder<'_> {
     pub fn at(&self, token: usize) -> At {
         self.project.at(self.f.p.tokens.get(token).map_or(0, |t| t.start()))
+    }
+
+    /// From where external axes come that the robot file does not have is not known at the start of a routine.
+    pub fn enter_with_axes(&mut self, used: bool) {
+        if std::mem::take(&mut self.entering) && used {
+            self.steps.all_calls_are_here(false);
+        }
     }
 
     fn push(&mut self, token: usize, kind: StepKind) -> usize {
@@ -203,6 +218,10 @@ impl Builder<'_> {
                 self.steps.start();
                 let name = self.f.p.routines.get(item.routine).map(|r| r.name.clone()).unwrap_or_default();
                 self.steps.routine(item.routine, name);
+                if self.called_here.contains(&item.routine) {
+                    self.steps.all_calls_are_here(true);
+                }
+                self.entering = true;
                 self.synchronised = false;
                 self.moved = false;
                 let k = self.push(token, StepKind::Break(Break::Start));
@@ -314,6 +333,7 @@ impl Builder<'_> {
                 self.external = None;
                 self.steps.calls(self.at(token), name.to_string());
             } else {
+                self.steps.called_otherwise(name.to_string());
                 self.push(token, StepKind::Break(Break::Call));
             }
         } else if words::is_wait(name) {
