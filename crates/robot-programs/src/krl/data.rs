@@ -4,6 +4,7 @@ use super::aggregate::{Aggregate, aggregate};
 use super::calls::calls;
 use super::frame::numbered_field;
 use super::lex::{Kind, Token, begins_with, first_word, in_upper, index, tokens, upper};
+use super::list_end::end_of_list;
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use super::reason::{Uncertain, Where};
@@ -104,7 +105,9 @@ impl Data {
             for (file, text) in own() {
                 let mut routine = 0;
                 let mut flow = Flow::default();
-                for k in 0..text.line_count() {
+                let end =
+                    if file > 0 { end_of_list(text).map_or(text.line_count(), |k| k + 1) } else { text.line_count() };
+                for k in 0..end {
                     if pass == 0 && !(begins_with(text, k, DECLARING) && may_declare(first_word(text, k))) {
                         continue;
                     }

@@ -27,6 +27,9 @@ impl Data {
                 tokens(text, k, &mut line);
                 line.retain(|t| t.kind != Kind::Comment);
                 let Some(first) = line.first().map(|t| upper(text, t)) else { continue };
+                if first == "ENDDAT" {
+                    break;
+                }
                 if first == "DEFDAT" {
                     let name = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
                     let public = line.iter().any(|t| upper(text, t) == "PUBLIC");

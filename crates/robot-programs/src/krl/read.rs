@@ -75,6 +75,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut script = Script { notes, ..Script::default() };
     named_calls.report_to(&mut script);
     let mut notes = std::mem::take(&mut script.notes);
+    notes.extend(super::list_end::notes(&texts));
     let sites = steps.finish(&mut script);
     script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, jumps);
     script.keep_read(&script::Reason::EndIsRead, &last::lines(&texts, &data, &robot.no_motion, &script));
