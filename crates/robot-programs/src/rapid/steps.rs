@@ -384,21 +384,38 @@ impl Builder<'_> {
     ///
     /// `number = plain | name | expression of these`
     pub fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
+        self.number_in(span, (Some(item.routine), item.module), 0)
+    }
+
+    /// The same as a routine (`None`: a module alone) sees it; what a name is declared with may be such an expression.
+    fn number_in(&mut self, span: &Span, place: (Option<usize>, usize), depth: usize) -> Option<f64> {
         if let Some((v, ..)) = plain(self.f.text, self.f.p, span) {
             return Some(v);
         }
-        if span.len() == 1 {
-            return self.node(span, item)?.number();
+        if depth > DEEPEST {
+            return None;
         }
         let parts = fold::parts(self.f.text, self.f.p.tokens.get(span.clone())?)?;
         // names first: what they are is looked up once
         let mut names = HashMap::new();
         for i in span.clone().filter(|&i| self.f.p.tokens[i].kind == Kind::Word) {
-            if let Some(v) = self.node(&(i..i + 1), item).and_then(|n| n.number()) {
+            if let Some(v) = self.named_number(i, place, depth) {
                 names.insert(self.shown(i), v);
             }
         }
         fold::fold(&parts, &Names(names))
+    }
+
+    /// The number that a name is declared with, where that is certain.
+    fn named_number(&mut self, token: usize, place: (Option<usize>, usize), depth: usize) -> Option<f64> {
+        let d = self.f.resolve(self.f.word(token), place.0, place.1)?;
+        self.f.certain(d).ok()?;
+        let decl = &self.f.p.decls[d];
+        if !matches!(decl.ty.as_str(), "num" | "dnum") {
+            return self.declared(d)?.number();
+        }
+        let (value, place) = (decl.value.clone()?, (decl.routine, decl.module));
+        self.number_in(&value, place, depth + 1)
     }
 
     /// A name that the file does not declare.
@@ -419,6 +436,9 @@ impl Builder<'_> {
         String::from_utf8_lossy(self.f.text.slice(t.start()..t.end())).into_owned()
     }
 }
+
+/// Declarations by other declarations that are followed.
+const DEEPEST: usize = 8;
 
 /// Names with their values.
 struct Names(HashMap<String, f64>);

@@ -5,6 +5,7 @@ mod added;
 mod clones;
 mod fewer;
 mod flow;
+mod folds;
 mod in_force;
 mod led;
 mod poses;
