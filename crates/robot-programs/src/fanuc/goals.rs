@@ -138,6 +138,28 @@ impl Reader<'_> {
         }
     }
 
+    /// Whether a goal that cannot be determined is a whole position of its own: a register, or a position that is chosen, written or offset while
+    /// the program runs. `besides`: the motion counts from where the robot stands, may end on its way, or is coordinated with another group.
+    fn is_absolute(&self, goal: &Goal, besides: (bool, bool, bool)) -> bool {
+        let Goal::Opaque(script::Reason::Fanuc(why)) = goal else { return false };
+        let places = self.robot.places();
+        // an external axis of which the position says nothing stays where it is
+        let alone = places.certain && places.external.is_empty();
+        let whole = matches!(
+            **why,
+            Reason::Register
+                | Reason::NotListed(_)
+                | Reason::RegisterFrame(_)
+                | Reason::RegisterFrameSet(_)
+                | Reason::RegisterSet { .. }
+                | Reason::RegisterMayBeSet { .. }
+                | Reason::Written { .. }
+                | Reason::IndexComputed
+                | Reason::Offset
+        );
+        whole && alone && besides == (false, false, false) && !self.tracks && self.led_now == 0
+    }
+
     pub(super) fn motion(&mut self, at: At, said: MotionInstruction) {
         let position = said.goal.as_ref().ok().and_then(|n| self.taught.by_index.get(n).copied());
         let register = said.register.filter(|_| said.offset.is_none() && !self.tracks && self.led_now == 0);
@@ -160,6 +182,7 @@ impl Reader<'_> {
             }
             (goal, ..) => goal,
         };
+        let absolute = self.is_absolute(&goal, (said.relative, said.skips, said.coordinated));
         let closed = said.closed.or_else(|| self.closed(position, &goal, said.motion.as_ref()));
         let fixed = register.filter(|_| position.is_none() && !matches!(goal, Goal::Opaque(_)));
         let fixed = fixed.map(|n| Reason::Listed(n).into());
@@ -183,6 +206,7 @@ impl Reader<'_> {
             blend_m: said.blend_m,
             tool,
             relative: said.relative,
+            absolute,
             fixed,
             other_way,
             end_trigger: said.end_trigger.map(Box::new),

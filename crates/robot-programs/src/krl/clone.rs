@@ -3,6 +3,7 @@
 use super::aggregate::Aggregate;
 use super::form::{Reference, references};
 use super::lex::{Kind, tokens, upper};
+use super::list_end::end_of_list;
 use super::motion::Motion;
 use super::name::Name;
 use super::program::{Program, Source};
@@ -220,7 +221,7 @@ fn refused(program: &Program, step: usize, target: usize, why: &str) -> Error {
 fn own_list(program: &Program) -> Option<(usize, usize)> {
     let own = program.script.texts.iter().enumerate().skip(1);
     own.filter(|(_, t)| !t.context).find_map(|(file, text)| {
-        let end = (0..text.line_count()).rev().find(|k| words_of(text, *k).first().is_some_and(|w| w == "ENDDAT"))?;
+        let end = end_of_list(text)?;
         Some((file, end.checked_sub(1)?))
     })
 }

@@ -4,6 +4,7 @@ use super::aggregate::{Aggregate, aggregate};
 use super::calls::calls;
 use super::frame::numbered_field;
 use super::lex::{Kind, Token, begins_with, first_word, in_upper, index, tokens, upper};
+use super::list_end::end_of_list;
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use super::reason::{Uncertain, Where};
@@ -104,7 +105,9 @@ impl Data {
             for (file, text) in own() {
                 let mut routine = 0;
                 let mut flow = Flow::default();
-                for k in 0..text.line_count() {
+                let end =
+                    if file > 0 { end_of_list(text).map_or(text.line_count(), |k| k + 1) } else { text.line_count() };
+                for k in 0..end {
                     if pass == 0 && !(begins_with(text, k, DECLARING) && may_declare(first_word(text, k))) {
                         continue;
                     }
@@ -182,6 +185,7 @@ impl Data {
                 given,
                 assigned: Few::new(),
                 used: false,
+                spoiled_whole: spoiled.is_some(),
                 spoiled,
                 read: false,
             };
@@ -198,7 +202,7 @@ impl Data {
             Some(there) if text.context => {
                 let there = &mut self.names[there];
                 if there.context {
-                    there.spoiled.get_or_insert_with(|| Box::new(Uncertain::SeveralModules));
+                    there.spoil(Uncertain::SeveralModules);
                 }
             }
             Some(_) => {
@@ -248,9 +252,6 @@ impl Data {
             if Some(i) == goal {
                 continue;
             }
-            let spoil = |name: &mut Name, why: Uncertain| {
-                name.spoiled.get_or_insert_with(|| Box::new(why));
-            };
             let here = || Where::Line(k as u64 + 1);
             match sign {
                 Some(sign) if i == 0 && sign == next && !self.names[n].array => {
@@ -263,15 +264,17 @@ impl Data {
                     }
                     let used = self.names[n].used || self.names[n].of.is_some_and(|a| self.names[a].used);
                     let always = certain && !used;
-                    self.names[n].assigned.push(Assigned { line: k, routine, aggregate: whole, always });
+                    let from = self.at(routine, text, line, sign + 1).filter(|(_, next)| *next == line.len());
+                    let from = from.map(|f| f.0);
+                    self.names[n].assigned.push(Assigned { line: k, routine, aggregate: whole, from, always });
                 }
                 Some(_) if i == 0 => {
-                    spoil(&mut self.names[n], Uncertain::PartAssigned(here()));
+                    self.names[n].spoil(Uncertain::PartAssigned(here()));
                 }
                 _ => match &call {
                     Some(name) => {
                         let to = name.as_str().into();
-                        spoil(&mut self.names[n], Uncertain::Passed { to, at: here() });
+                        self.names[n].spoil(Uncertain::Passed { to, at: here() });
                     }
                     None => self.names[n].read = true,
                 },
@@ -284,7 +287,7 @@ impl Data {
     pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>, elsewhere: bool) {
         let name = &mut self.names[n];
         if name.given.is_some() || value.is_none() || (name.context && !elsewhere) {
-            name.spoiled.get_or_insert_with(|| Box::new(Uncertain::NotPlain));
+            name.spoil(Uncertain::NotPlain);
         }
         name.given = value;
     }
@@ -313,6 +316,7 @@ impl Data {
                 assigned: Few::new(),
                 used: false,
                 spoiled: None,
+                spoiled_whole: false,
                 read: false,
                 ..array.clone()
             };
@@ -329,6 +333,8 @@ impl Data {
             let element = &mut self.names[e];
             element.read |= read;
             if let Some(why) = spoiled {
+                // by a computed index it may get any value
+                element.spoiled_whole = true;
                 element.spoiled.get_or_insert(why);
             }
             if used {

@@ -27,6 +27,9 @@ impl Data {
                 tokens(text, k, &mut line);
                 line.retain(|t| t.kind != Kind::Comment);
                 let Some(first) = line.first().map(|t| upper(text, t)) else { continue };
+                if first == "ENDDAT" {
+                    break;
+                }
                 if first == "DEFDAT" {
                     let name = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
                     let public = line.iter().any(|t| upper(text, t) == "PUBLIC");
@@ -53,8 +56,7 @@ impl Data {
             // it may give a point of a public list another name, and assign that
             let public: Vec<bool> = texts.iter().map(|t| !t.context && is_public(t)).collect();
             for name in self.names.iter_mut().filter(|n| public.get(n.file).copied().unwrap_or_default()) {
-                let why = || Box::new(Uncertain::PublicList(unread.name.as_str().into()));
-                name.spoiled.get_or_insert_with(why);
+                name.spoil(Uncertain::PublicList(unread.name.as_str().into()));
             }
         }
         if !self.names.iter().any(|n| n.global) {
@@ -68,7 +70,7 @@ impl Data {
                     Some(t) => Uncertain::GlobalUnread { at, unread: t.name.as_str().into() },
                     None => Uncertain::GlobalAlone(at),
                 };
-                name.spoiled.get_or_insert_with(|| Box::new(why));
+                name.spoil(why);
             }
         }
         let mut line = Vec::new();
@@ -110,8 +112,7 @@ impl Data {
                 let dots = line.windows(3).find(|w| w[0].is(b'.') && w[1].is(b'.') && w[2].kind == Kind::Word);
                 let Some([_, _, name]) = dots.filter(|_| begins) else { continue };
                 if let Some(n) = self.known(None, &upper(text, name)) {
-                    let why = || Box::new(Uncertain::OtherName(Where::in_file(&text.name, k)));
-                    self.names[n].spoiled.get_or_insert_with(why);
+                    self.names[n].spoil(Uncertain::OtherName(Where::in_file(&text.name, k)));
                 }
             }
         }
@@ -145,11 +146,9 @@ impl Data {
                 if is_basis(text) && is_home(&name) {
                     continue;
                 }
-                let why = || Box::new(Uncertain::Assigned(Where::in_file(&text.name, k)));
-                self.names[n].spoiled.get_or_insert_with(why);
+                self.names[n].spoil(Uncertain::Assigned(Where::in_file(&text.name, k)));
             } else if let Some(routine) = call().filter(|_| sign.is_none_or(|s| s != next)) {
-                let why = || Uncertain::Passed { to: routine.into(), at: Where::in_file(&text.name, k) };
-                self.names[n].spoiled.get_or_insert_with(|| Box::new(why()));
+                self.names[n].spoil(Uncertain::Passed { to: routine.into(), at: Where::in_file(&text.name, k) });
             }
         }
     }

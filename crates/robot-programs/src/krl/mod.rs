@@ -53,6 +53,7 @@ mod frame;
 mod going;
 mod led;
 mod lex;
+mod list_end;
 mod lists;
 mod machine;
 mod motion;

@@ -38,6 +38,8 @@ pub(super) struct Name {
     pub used: bool,
     /// Why its value is not certain.
     pub spoiled: Option<Box<Uncertain>>,
+    /// Something else than an assignment of its parts in the program makes it uncertain, too.
+    pub spoiled_whole: bool,
     /// Something else than a motion reads it.
     pub read: bool,
 }
@@ -49,6 +51,8 @@ pub(super) struct Assigned {
     pub line: usize,
     pub routine: usize,
     pub aggregate: Option<Aggregate>,
+    /// The point that it takes its value from.
+    pub from: Option<usize>,
     /// It certainly runs before whatever stands after it in its routine.
     pub always: bool,
 }
@@ -72,6 +76,12 @@ impl Name {
             }
             (_, [a, ..]) => Err(Reason::Assigned { name: name(), line: a.line as u64 + 1 }),
         }
+    }
+
+    /// Its value is not certain, for a reason that stands there unless another one does already.
+    pub fn spoil(&mut self, why: Uncertain) {
+        self.spoiled_whole |= !matches!(why, Uncertain::PartAssigned(_));
+        self.spoiled.get_or_insert_with(|| Box::new(why));
     }
 
     /// A use in a routine. Another routine than that of its assignment may run before it.

@@ -1,10 +1,12 @@
 //! A program's text into its script, line by line.
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
-//! [`goals`]: where they lead; [`flow`]: blocks, jumps and calls; [`in_force`]: which base and tool they leave; [`last`]: which motions end
-//! where the place is read, [`triggers`]: where those read it; [`scan`]: what each line means for base and tool; [`versions`]: frames that
-//! the program computes; [`alike`]: motions that differ in their axis values alone, read once.
+//! [`goals`]: where they lead; [`absolute`]: which of those that are not known count from nowhere; [`flow`]: blocks, jumps and calls;
+//! [`in_force`]: which base and tool they leave; [`last`]: which motions end where the place is read; [`triggers`]: where those read it;
+//! [`scan`]: what each line means for base and tool; [`versions`]: frames that the program computes; [`alike`]: motions that differ in
+//! their axis values alone, read once.
 
+mod absolute;
 mod ahead;
 mod alike;
 mod flow;
@@ -75,6 +77,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let mut script = Script { notes, ..Script::default() };
     named_calls.report_to(&mut script);
     let mut notes = std::mem::take(&mut script.notes);
+    notes.extend(super::list_end::notes(&texts));
     let sites = steps.finish(&mut script);
     script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, jumps);
     script.keep_read(&script::Reason::EndIsRead, &last::lines(&texts, &data, &robot.no_motion, &script));
@@ -332,6 +335,8 @@ impl<'a> Reader<'a> {
             let name = routine_name(self.text, line);
             self.defined.insert(name.clone());
             self.steps.routine(self.routine, name);
+            // the first routine is the program, and others see those that are GLOBAL
+            self.steps.all_calls_are_here(word == "DEF" && self.routine > 1);
             return self.stop(k, Break::Start);
         }
         if is_label(line) {

@@ -1,3 +1,4 @@
+mod absolute;
 mod folds;
 mod frames;
 mod going;

@@ -188,7 +188,9 @@ impl Builder<'_> {
             Goal::Joints(t) => self.externals.get(*t).cloned().unwrap_or_default(),
             _ => of_pose,
         };
+        let own = own_external(self.robot);
         let before = self.external.replace(Arc::clone(&axes));
-        before.is_some_and(|before| before.moves_to(&axes, own_external(self.robot)))
+        self.enter_with_axes(axes.used_beside(own));
+        before.is_some_and(|before| before.moves_to(&axes, own))
     }
 }

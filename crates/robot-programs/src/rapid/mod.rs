@@ -6,11 +6,13 @@
 //! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.
 //! - [`project`]: the other modules of its task, read and never written.
 //! - [`facts`]: which declaration a name means, whether its value is certain, which routines move.
+//! - [`callers`]: procedures of which all calls stand in the program.
 //! - [`rules`]: what holds for the file: where the program starts, what leads the arm, external axes.
 //! - [`in_force`]: what holds at each place along control: whether configurations are watched, which moves end where the place is read.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
-//! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones.
+//! - [`goals`]: targets of moves, or why they cannot be determined; [`poses`]: Cartesian ones; [`absolute`]: those that are
+//!   whole places all the same.
 //! - [`built`]: what is needed to write the moves again.
 //! - [`settings`]: names of tools and work objects, and where the program sets them; [`led`]: where something leads the arm away from its
 //!   targets; [`passed`]: parameters for which every call passes the same constant; [`reason`]: why a move stays.
@@ -40,8 +42,10 @@
 //! # Ok::<(), robot_programs::Error>(())
 //! ```
 
+mod absolute;
 mod arguments;
 mod built;
+mod callers;
 mod facts;
 mod goals;
 mod in_force;

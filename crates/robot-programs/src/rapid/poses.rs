@@ -97,6 +97,14 @@ impl Builder<'_> {
             Ok(declared) => declared,
             Err(why) => return Goal::Opaque(why),
         };
+        if let Some(value) = declared.as_ref().and_then(|(d, indices)| self.declared_displaced(*d, indices, item)) {
+            let point = site.point;
+            let goal = self.pose_goal(&value, tool, wobj, item, path, (site, external_axes));
+            site.point = point;
+            // its numbers are those of another point
+            let Goal::Pose(goal) = goal else { return goal };
+            return Goal::pose(PoseGoal { target: None, ..*goal });
+        }
         let node = match &declared {
             None => value::aggregate(self.f.text, &p.tokens, span.clone()),
             Some((d, indices)) => self.element(*d, indices),
@@ -133,6 +141,31 @@ impl Builder<'_> {
             external: Some(placed).filter(|all| !all.is_empty()),
             ..PoseGoal::default()
         })
+    }
+
+    /// `CONST robtarget p2:=Offs(p1,0,0,100);`: the displacement with which a point is declared, where its names mean the same at an item.
+    fn declared_displaced(&self, d: usize, indices: &[usize], item: &Item) -> Option<Span> {
+        let decl = self.f.p.decls.get(d).filter(|_| indices.is_empty())?;
+        let value = decl.value.clone()?;
+        let same = |i: usize| {
+            let word = self.f.word(i);
+            let here = self.f.resolve(word, Some(item.routine), item.module);
+            word.is_empty() || here == self.f.resolve(word, decl.routine, decl.module)
+        };
+        (value.clone().all(same) && self.is_displacement(&value, decl.module, 0)).then_some(value)
+    }
+
+    /// Whether a value is a displacement of points that are declared without one in the end: not of each other.
+    fn is_displacement(&self, value: &Span, module: usize, depth: usize) -> bool {
+        /// Points that are declared by other points.
+        const DEEPEST: usize = 8;
+        let displaced = |value: &Span| matches!(self.f.word(value.start), "offs" | "reltool");
+        let ends = |i: usize| {
+            let decl = self.f.resolve(self.f.word(i), None, module).and_then(|d| self.f.p.decls.get(d));
+            let further = decl.and_then(|decl| Some((decl.value.clone().filter(displaced)?, decl.module)));
+            further.is_none_or(|(value, module)| self.is_displacement(&value, module, depth + 1))
+        };
+        depth < DEEPEST && displaced(value) && value.clone().all(ends)
     }
 
     /// Position of the point on the way of an arc, m, and its orientation where it is known.

@@ -9,6 +9,7 @@ mod motion;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, SharedSite};
+use super::callers;
 use super::facts::{self, Facts};
 use super::in_force::{self, InForce};
 use super::led::Led;
@@ -28,7 +29,7 @@ use crate::script::fold;
 use crate::script::without_joint::WithoutJoint;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
 use cycle::Cycle;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -66,10 +67,13 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         notes: BTreeMap::new(),
         synchronised: false,
         moved: false,
+        called_here: HashSet::new(),
+        entering: false,
         named_calls: NamedCalls::default(),
         entry_routine: entry,
         cycle: Cycle::default(),
     };
+    b.called_here = callers::all_known(&b.f, &|item| own(item));
     let in_force = InForce::of(text, p, &|name| b.f.may_move(name));
     let displaces = p.words.different().any(in_force::displaces);
     let mut passed = p.passed.iter().peekable();
@@ -144,6 +148,10 @@ pub struct Builder<'a> {
     synchronised: bool,
     /// The routine or the handler moved above.
     moved: bool,
+    /// Procedures of which all calls stand in the program.
+    called_here: HashSet<usize>,
+    /// Nothing has moved since the routine at hand began.
+    pub entering: bool,
     named_calls: NamedCalls,
     /// The routine with which the program starts.
     entry_routine: Option<usize>,
@@ -153,6 +161,13 @@ pub struct Builder<'a> {
 impl Builder<'_> {
     pub fn at(&self, token: usize) -> At {
         self.project.at(self.f.p.tokens.get(token).map_or(0, |t| t.start()))
+    }
+
+    /// From where external axes come that the robot file does not have is not known at the start of a routine.
+    pub fn enter_with_axes(&mut self, used: bool) {
+        if std::mem::take(&mut self.entering) && used {
+            self.steps.all_calls_are_here(false);
+        }
     }
 
     fn push(&mut self, token: usize, kind: StepKind) -> usize {
@@ -203,6 +218,10 @@ impl Builder<'_> {
                 self.steps.start();
                 let name = self.f.p.routines.get(item.routine).map(|r| r.name.clone()).unwrap_or_default();
                 self.steps.routine(item.routine, name);
+                if self.called_here.contains(&item.routine) {
+                    self.steps.all_calls_are_here(true);
+                }
+                self.entering = true;
                 self.synchronised = false;
                 self.moved = false;
                 let k = self.push(token, StepKind::Break(Break::Start));
@@ -314,6 +333,7 @@ impl Builder<'_> {
                 self.external = None;
                 self.steps.calls(self.at(token), name.to_string());
             } else {
+                self.steps.called_otherwise(name.to_string());
                 self.push(token, StepKind::Break(Break::Call));
             }
         } else if words::is_wait(name) {
@@ -364,21 +384,38 @@ impl Builder<'_> {
     ///
     /// `number = plain | name | expression of these`
     pub fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
+        self.number_in(span, (Some(item.routine), item.module), 0)
+    }
+
+    /// The same as a routine (`None`: a module alone) sees it; what a name is declared with may be such an expression.
+    fn number_in(&mut self, span: &Span, place: (Option<usize>, usize), depth: usize) -> Option<f64> {
         if let Some((v, ..)) = plain(self.f.text, self.f.p, span) {
             return Some(v);
         }
-        if span.len() == 1 {
-            return self.node(span, item)?.number();
+        if depth > DEEPEST {
+            return None;
         }
         let parts = fold::parts(self.f.text, self.f.p.tokens.get(span.clone())?)?;
         // names first: what they are is looked up once
         let mut names = HashMap::new();
         for i in span.clone().filter(|&i| self.f.p.tokens[i].kind == Kind::Word) {
-            if let Some(v) = self.node(&(i..i + 1), item).and_then(|n| n.number()) {
+            if let Some(v) = self.named_number(i, place, depth) {
                 names.insert(self.shown(i), v);
             }
         }
         fold::fold(&parts, &Names(names))
+    }
+
+    /// The number that a name is declared with, where that is certain.
+    fn named_number(&mut self, token: usize, place: (Option<usize>, usize), depth: usize) -> Option<f64> {
+        let d = self.f.resolve(self.f.word(token), place.0, place.1)?;
+        self.f.certain(d).ok()?;
+        let decl = &self.f.p.decls[d];
+        if !matches!(decl.ty.as_str(), "num" | "dnum") {
+            return self.declared(d)?.number();
+        }
+        let (value, place) = (decl.value.clone()?, (decl.routine, decl.module));
+        self.number_in(&value, place, depth + 1)
     }
 
     /// A name that the file does not declare.
@@ -399,6 +436,9 @@ impl Builder<'_> {
         String::from_utf8_lossy(self.f.text.slice(t.start()..t.end())).into_owned()
     }
 }
+
+/// Declarations by other declarations that are followed.
+const DEEPEST: usize = 8;
 
 /// Names with their values.
 struct Names(HashMap<String, f64>);

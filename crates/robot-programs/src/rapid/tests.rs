@@ -1,9 +1,11 @@
 //! Every trap of RAPID programs that we know of.
 
+mod absolute;
 mod added;
 mod clones;
 mod fewer;
 mod flow;
+mod folds;
 mod in_force;
 mod led;
 mod poses;

@@ -9,6 +9,7 @@ use super::read::Span;
 use super::reason::Reason;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
+use crate::script::fold::{self, Part};
 use crate::script::number::last_digit;
 use crate::script::{self, PoseForm, Text, Value, number};
 use std::ops::Range;
@@ -119,11 +120,48 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
     }
     let last = tokens.get(k.checked_sub(1)?).filter(|_| k > at)?;
     let bytes = tokens[at].start()..last.end();
-    let node = match number::read(text.slice(bytes.clone())) {
+    let number = number::read(text.slice(bytes.clone())).or_else(|| folded(text, tokens.get(at..k)?));
+    let node = match number {
         Some((v, style)) => Node::Number(v, style, bytes),
         None => Node::Other(bytes),
     };
     Some((node, k))
+}
+
+/// An expression of plain numbers, which another number can replace: as fine as its finest number.
+///
+/// `expression = number {("+" | "-" | "*" | "/") number}`
+fn folded(text: &Text, tokens: &[Token]) -> Option<(f64, number::Style)> {
+    let parts = fold::parts(text, tokens).filter(|parts| parts.len() > 1)?;
+    if parts.iter().any(|part| matches!(part, Part::Name(_))) {
+        return None;
+    }
+    // what is replaced stands on one line, so that no comment is removed with it
+    let whole = tokens.first()?.start()..tokens.last()?.end();
+    if text.slice(whole).contains(&b'\n') {
+        return None;
+    }
+    let scales = parts.iter().any(|part| matches!(part, Part::Mark(b'*' | b'/')));
+    let finest =
+        tokens.iter().filter_map(|t| number::read(text.slice(t.start()..t.end()))).map(|n| n.1.decimals).max()?;
+    let decimals = if scales { finest.max(FOLDED_DECIMALS) } else { finest };
+    Some((fold::fold(&parts, &NoNames)?, number::Style { decimals, point: decimals > 0, ..number::Style::default() }))
+}
+
+/// Decimals of a number that replaces a product.
+const FOLDED_DECIMALS: u8 = 3;
+
+/// No names.
+struct NoNames;
+
+impl fold::Known for NoNames {
+    fn name(&self, _name: &str) -> Option<f64> {
+        None
+    }
+
+    fn call(&self, _name: &str, _value: f64) -> Option<f64> {
+        None
+    }
 }
 
 /// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, those of the arm by their numbers, the external axes as axes 7 and

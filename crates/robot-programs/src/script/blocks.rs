@@ -179,6 +179,16 @@ impl<S> Steps<S> {
         self.routines.start(id, name, at);
     }
 
+    /// All calls of the routine that starts stand in the text (`true`), or from where the robot comes to its first target is not known.
+    pub fn all_calls_are_here(&mut self, known: bool) {
+        self.routines.all_calls_are_here(known);
+    }
+
+    /// Something may call a routine from a place that is not known.
+    pub fn called_otherwise(&mut self, name: String) {
+        self.routines.called_otherwise(name);
+    }
+
     /// The routine is left here, back to what called it.
     pub fn returns(&mut self) {
         let at = self.next();
@@ -348,7 +358,7 @@ impl<S> Steps<S> {
     /// Gives the steps that stay to the script; the places of its moves, by step.
     pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
         self.joins.extend(std::mem::take(&mut self.labels).joins());
-        let starts = self.starts();
+        let (starts, entered) = (self.starts(), self.routines.entered());
         self.joins.extend(std::mem::take(&mut self.routines).joins(self.steps.len()));
         // inner blocks close before outer ones
         self.gone.sort_unstable();
@@ -372,6 +382,7 @@ impl<S> Steps<S> {
             script.ways = script.joins.iter().cloned().chain(renumbered(&starts)).collect();
             script.ways.sort_by_key(|j| j.at);
         }
+        script.joins.extend(renumbered(&entered));
         if !gone.is_empty() {
             let mut k = 0..;
             self.steps.retain(|_| k.next().is_some_and(|k| stays(&k)));

@@ -1,7 +1,7 @@
 //! Programs that a program calls: whether they move the robot, as far as the files beside it tell, or the user.
 //!
-//! A program moves nothing where nothing in it does and all that it calls is there and moves nothing either; one that calls itself never
-//! is such a one. What is loaded on the controller under a name is taken to be the file beside it, and a note says so. Of a name that no
+//! A program moves nothing where nothing in it does and all that it calls is there and moves nothing either; programs that call each other in a
+//! circle move what one of them moves. What is loaded on the controller under a name is taken to be the file beside it, and a note says so. Of a name that no
 //! file has the user may say that it moves nothing ([`NoMotion`]); a file goes before that.
 
 use super::{At, Note, Script};
@@ -58,22 +58,24 @@ impl Called {
             by_name.entry(&does.name).and_modify(|d| *d = None).or_insert((!does.moves).then_some(does));
             needs.add(&does.name, does.moves, does.calls.iter().chain(&does.macros).cloned());
         }
-        let mut waits: BTreeMap<String, bool> = BTreeMap::new();
+        let mut still: BTreeMap<&str, &Does> = by_name.iter().filter_map(|(name, d)| Some((*name, (*d)?))).collect();
         loop {
-            let settled = |c: &String| waits.contains_key(c) || needs.is_declared(c);
-            let next = by_name.values().flatten().find_map(|d| {
-                let all = || d.calls.iter().all(settled) && d.macros.iter().all(|m| needs.is_declared(m));
-                let fresh = !waits.contains_key(&d.name) && all();
-                // one that the user declares may wait
-                let waiting = || d.calls.iter().any(|c| waits.get(c).copied().unwrap_or(true)) || !d.macros.is_empty();
-                fresh.then(|| (d.name.clone(), d.waits || waiting()))
-            });
-            let Some((name, waiting)) = next else {
-                let (counts, reads) = (holding(all, |d| d.counts), holding(all, |d| d.reads));
-                return Self { waits, counts, reads, needs };
-            };
-            waits.insert(name, waiting);
+            // what is left of those that move nothing themselves calls nothing else in the end
+            let settled = |c: &String| still.contains_key(c.as_str()) || needs.is_declared(c);
+            let rests = |d: &Does| d.calls.iter().all(settled) && d.macros.iter().all(|m| needs.is_declared(m));
+            let next: BTreeMap<&str, &Does> = still.iter().filter(|(_, d)| rests(d)).map(|(n, d)| (*n, *d)).collect();
+            if next.len() == still.len() {
+                break;
+            }
+            still = next;
         }
+        // one that the user declares may wait
+        let waits = held(&still.values().copied().collect::<Vec<_>>(), |d| {
+            d.waits || !d.macros.is_empty() || d.calls.iter().any(|c| !still.contains_key(c.as_str()))
+        });
+        let waits = still.keys().map(|name| ((*name).to_string(), waits.contains(*name))).collect();
+        let (counts, reads) = (holding(all, |d| d.counts), holding(all, |d| d.reads));
+        Self { waits, counts, reads, needs }
     }
 
     /// Whether the program of this name moves nothing, and then whether it waits.
@@ -257,10 +259,14 @@ impl NamedCalls {
 
 /// Programs that hold something, or call one that does.
 fn holding(all: &[impl Deref<Target = Does>], it: impl Fn(&Does) -> bool) -> BTreeSet<String> {
+    held(&all.iter().map(|d| &**d).collect::<Vec<_>>(), it)
+}
+
+fn held(all: &[&Does], it: impl Fn(&Does) -> bool) -> BTreeSet<String> {
     let mut found: BTreeSet<String> = all.iter().filter(|d| it(d)).map(|d| d.name.clone()).collect();
     loop {
-        let calls = |d: &&Does| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
-        let Some(next) = all.iter().map(|d| &**d).find(calls).map(|d| d.name.clone()) else { return found };
+        let calls = |d: &&&Does| !found.contains(&d.name) && d.calls.iter().any(|c| found.contains(c));
+        let Some(next) = all.iter().find(calls).map(|d| d.name.clone()) else { return found };
         found.insert(next);
     }
 }
@@ -283,4 +289,35 @@ pub fn note(met: &BTreeMap<String, u64>, what: &str, [by_one, by_all]: [&str; 2]
         all => format!("the {what}s {} that it calls move nothing, by {by_all}", all.join(", ")),
     };
     Some(Note { place: At { file: 0, line }, text })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What `P` tells of programs, each with its name, what it does (`m`oves, `w`aits) and what it calls.
+    fn called(all: &[(&str, &str, &[&str])]) -> Called {
+        let does = |(name, does, calls): &(&str, &str, &[&str])| Does {
+            name: (*name).into(),
+            file: (*name).into(),
+            moves: does.contains('m'),
+            waits: does.contains('w'),
+            calls: calls.iter().map(|c| (*c).to_string()).collect(),
+            ..Does::default()
+        };
+        Called::of(&all.iter().map(does).map(Box::new).collect::<Vec<_>>(), &["P".into()], &NoMotion::default())
+    }
+
+    #[test]
+    fn programs_that_call_each_other_in_a_circle_move_what_one_of_them_moves() {
+        let still = called(&[("A", "", &["B"]), ("B", "", &["C", "A"]), ("C", "", &[]), ("D", "", &["D"])]);
+        assert_eq!(["A", "B", "C", "D"].map(|n| still.waits(n)), [Some(false); 4]);
+        let waiting = called(&[("A", "", &["B"]), ("B", "w", &["A"]), ("C", "", &[])]);
+        assert_eq!(["A", "B", "C"].map(|n| waiting.waits(n)), [Some(true), Some(true), Some(false)]);
+        // one of them moves, calls what is not there, or the program itself
+        for (does, call) in [("m", "C"), ("", "ABSENT"), ("", "P")] {
+            let moving = called(&[("A", "", &["B"]), ("B", does, &["A", call]), ("C", "", &[]), ("E", "", &["A"])]);
+            assert_eq!(["A", "B", "C", "E"].map(|n| moving.waits(n)), [None, None, Some(false), None]);
+        }
+    }
 }

@@ -19,6 +19,10 @@ pub(super) struct Routines {
     calls: Vec<(usize, String)>,
     /// The routine that is read.
     current: Option<usize>,
+    /// Those of which all calls stand in the file.
+    known: BTreeSet<usize>,
+    /// Names that something else than a known call may call.
+    otherwise: BTreeSet<String>,
     /// Nothing leads to the place that is read.
     dead: bool,
     /// Something may lead from inside of a routine to elsewhere, or back into the middle of one.
@@ -54,6 +58,33 @@ impl Routines {
     /// The break at a step is the call of a routine, and of nothing else that moves.
     pub(super) fn called(&mut self, at: usize, name: String) {
         self.calls.push((at, name));
+    }
+
+    /// All calls of the routine that is read stand in the file (`true`), or where the robot comes from to it is not known.
+    pub(super) fn all_calls_are_here(&mut self, known: bool) {
+        if let Some(id) = self.current {
+            if known {
+                self.known.insert(id)
+            } else {
+                self.known.remove(&id)
+            };
+        }
+    }
+
+    /// Something may call a routine from a place that is not known.
+    pub(super) fn called_otherwise(&mut self, name: String) {
+        self.otherwise.insert(name);
+    }
+
+    /// From which calls the robot comes to the start of each routine of which all of them stand in the file.
+    pub(super) fn entered(&self) -> Vec<Join> {
+        let of = |(name, ids): (&String, &BTreeSet<usize>)| {
+            let one = ids.first().filter(|id| ids.len() == 1 && self.known.contains(id) && !self.unknown)?;
+            let from: Vec<usize> = self.calls.iter().filter(|c| c.1 == *name).map(|c| c.0).collect();
+            let open = from.is_empty() || self.otherwise.contains(name);
+            Some(Join { at: *self.begins.get(one).filter(|_| !open)?, from })
+        };
+        self.names.iter().filter_map(of).collect()
     }
 
     /// From which calls control comes to the start of each routine. `others`: calls of something else; none: of that it is not known.
@@ -106,6 +137,31 @@ mod tests {
         routines.start(3, "TWICE".into(), 14);
         routines.start(4, "TWICE".into(), 16);
         assert_eq!(routines.joins(18), [Join { at: 1, from: vec![10, 12] }]);
+    }
+
+    #[test]
+    fn a_routine_is_entered_from_its_calls_where_all_of_them_are_known() {
+        let of = |known: &[usize], otherwise: &str, unknown: bool| {
+            let mut routines = Routines::default();
+            routines.start(0, "MAIN".into(), 0);
+            for (at, name) in [(1, "A"), (3, "B"), (5, "A"), (6, "TWICE")] {
+                routines.called(at, name.into());
+            }
+            for (id, name, at) in [(1, "A", 8), (2, "B", 12), (3, "TWICE", 14), (4, "TWICE", 16), (5, "NEVER", 18)] {
+                routines.start(id, name.into(), at);
+                routines.all_calls_are_here(known.contains(&id));
+            }
+            routines.called_otherwise(otherwise.into());
+            if unknown {
+                routines.are_unknown();
+            }
+            routines.entered()
+        };
+        let [a, b] = [Join { at: 8, from: vec![1, 5] }, Join { at: 12, from: vec![3] }];
+        assert_eq!(of(&[1, 2, 3, 4, 5], "", false), [a.clone(), b.clone()]);
+        assert_eq!(of(&[1, 2], "B", false), [a]);
+        assert_eq!(of(&[2], "", false), [b]);
+        assert!(of(&[1, 2], "", true).is_empty());
     }
 
     #[test]

@@ -210,6 +210,9 @@ pub struct How {
     pub turns_known: bool,
     /// Its goal counts from where the motion before ends: an offset there would be carried along.
     pub relative: bool,
+    /// Its goal cannot be determined, but is a whole pose, or joint values of all axes, wherever the robot stands: nothing of where the motion
+    /// before ends goes into it.
+    pub absolute: bool,
     /// Its goal is one of at least three joint targets through which the TCP goes on arcs: the targets, in the order in which they are
     /// passed. To the first the path is straight; between two others it is the arc through three of them that follow each other and hold
     /// both, which of these, if there are two, the language leaves open.
@@ -269,6 +272,7 @@ impl Default for How {
             tool: None,
             turns_known: false,
             relative: false,
+            absolute: false,
             circle: None,
             unplaced: AxisSet::default(),
             displaced: AxisSet::default(),

@@ -317,8 +317,9 @@ impl Cutter<'_> {
                 return self.goes_elsewhere(at, m.moves_alone.unwrap_or_default());
             }
             Goal::Opaque(_) => {
-                // a relative motion would carry the offset of the goal before it along
-                if let Some(last) = self.run.vertices.last_mut() {
+                // a relative motion would carry the offset of the goal before it along, and on an arc its start counts
+                let counts = !m.absolute || m.path == PathKind::Curve;
+                if let Some(last) = self.run.vertices.last_mut().filter(|_| counts) {
                     if last.editable {
                         self.out.left.entry(last.step).or_insert(Cause::BeforeUnknown);
                     }

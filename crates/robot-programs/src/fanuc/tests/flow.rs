@@ -140,7 +140,6 @@ fn a_call_of_a_program_that_may_move_or_is_not_certain_ends_the_known_direction(
         "HOME",
         "RUN OTHER",
         "CALL OTHER",
-        "CALL SUB",
         "IF R[1]=1,CALL OTHER",
         "IF R[1]=1,HOME",
         "UFRAME[1]=PR[1]",
@@ -153,6 +152,8 @@ fn a_call_of_a_program_that_may_move_or_is_not_certain_ends_the_known_direction(
     ] {
         assert_eq!(between(lines, &[("SUB", body)]).0.first().map(String::as_str), Some("Call"), "{body}");
     }
+    // a program that calls itself moves nothing by that
+    assert!(between(lines, &[("SUB", "CALL SUB")]).0.is_empty());
     // two files of one name, a file of another program, none, one that cannot be read
     assert_eq!(between(lines, &[("SUB", "DO[1]=ON"), ("sub", "DO[2]=ON")]).0, ["Call"]);
     assert_eq!(between(lines, &[("SUB2", "DO[1]=ON")]).0, ["Call"]);

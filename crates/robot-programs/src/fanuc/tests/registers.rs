@@ -198,3 +198,28 @@ fn an_offset_by_a_register_of_the_listing_displaces_the_position() {
         assert!(shift.is_none() && frames.contains("with OFFSET"), "{option} {more}: {frames}");
     }
 }
+
+#[test]
+fn a_register_that_is_not_known_is_a_whole_place_and_an_increment_is_none() {
+    let absolute = |lines: &str| script(lines, &[], &[]).moves().nth(1).is_some_and(|(_, m)| m.absolute);
+    const TO: &str = "J P[1] 50% FINE\n";
+    for line in [
+        "L PR[9] 100mm/sec FINE",
+        "J PR[R[1]] 50% CNT100",
+        "L P[R[2]] 100mm/sec FINE",
+        "L PR[9] 100mm/sec FINE Offset,PR[8]",
+        "J P[2] 50% FINE Offset,PR[8]",
+    ] {
+        assert!(absolute(&format!("{TO}{line}")), "{line}");
+    }
+    for line in [
+        "L PR[9] 100mm/sec FINE INC",
+        "L P[2] 100mm/sec FINE INC",
+        "C P[2]\n    PR[9] 100mm/sec FINE",
+        "L PR[9] 100mm/sec FINE Skip,LBL[1]",
+        "L PR[9] 100mm/sec FINE COORD",
+        "L P[9] 100mm/sec FINE",
+    ] {
+        assert!(!absolute(&format!("{TO}{line}")), "{line}");
+    }
+}

@@ -227,7 +227,10 @@ impl Reader<'_> {
                 self.breaks(k, Break::Call);
                 self.steps.calls(At::of_line(k), moving.swap_remove(0));
             }
-            _ => self.stop(k, Break::Call),
+            _ => {
+                moving.into_iter().for_each(|name| self.steps.called_otherwise(name));
+                self.stop(k, Break::Call);
+            }
         }
     }
 }

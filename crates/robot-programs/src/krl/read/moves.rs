@@ -42,6 +42,7 @@ impl Reader<'_> {
         };
         let tail = &line[end.unwrap_or(at).min(line.len())..];
         let turning = self.going.of_motion(self.set.turning_now(), self.text, tail);
+        let absolute = self.is_absolute(&goal, line, at, word);
         let goal = self.as_the_robot_goes(k, goal, word, tail, turning);
         let via = self.via_of_splittable(line, at, word, &goal);
         // what `WITH` sets holds for one motion, and a copy of a plain motion would go without it
@@ -64,7 +65,9 @@ impl Reader<'_> {
         let fixed = relative.then(|| Reason::Relative.into());
         let wrist = turning == Turning::Wrist && word.path != PathKind::Joint;
         let other_way = wrist.then_some(OtherWay::Wrist);
-        let how = How { path, fixed, closed, speed, blend_m, relative: word.relative, other_way, ..How::default() };
+        let absolute = absolute && !self.is_led(k, word, tail, turning);
+        let relative = word.relative;
+        let how = How { path, fixed, closed, speed, blend_m, relative, absolute, other_way, ..How::default() };
         self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
         Ok(())
     }
@@ -80,6 +83,12 @@ impl Reader<'_> {
             }
             (goal, None) => goal,
         }
+    }
+
+    /// Whether something leads the robot elsewhere than to the goal of a motion.
+    fn is_led(&self, k: usize, word: Word, tail: &[Token], turning: Turning) -> bool {
+        let turned = turning == Turning::Otherwise || self.going.holds_part(self.text, tail);
+        self.led.by(k).is_some() || word.path != PathKind::Joint && turned
     }
 
     /// Why no point may come before a motion; `has_via`: the point on the way of an arc is known; `copied`: its statement can be.

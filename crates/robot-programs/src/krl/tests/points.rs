@@ -142,3 +142,22 @@ fn a_home_position_that_is_not_certain_says_nothing() {
     let own = "PTP {A1 20.0,A2 -80.0,A3 80.0,A4 0,A5 30,A6 0}\n";
     assert!(frames_in_a_project(own, &[("$config.dat", HOME)]).is_none());
 }
+
+#[test]
+fn a_data_list_ends_at_its_first_enddat_and_copies_of_points_stand_before_it() {
+    let point = "DECL E6AXIS XP={A1 10.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n";
+    let form = form("P", "");
+    let src = format!("DEF a()\n{form}{form}END\n");
+    let list = format!("DEFDAT a\n{point}DECL FDAT FP={{TOOL_NO 1,BASE_NO 1}}\nENDDAT\n");
+    let behind = format!("\n;a remark\n{point}ENDDAT\n");
+    let d = doc(&[src.as_bytes(), format!("{list}{behind}").as_bytes()]);
+    assert_eq!(goals(d.as_ref()), "jj");
+    let said = |d: &dyn Document| {
+        d.script().notes.iter().filter(|n| n.text.contains("ENDDAT")).map(|n| n.place).collect::<Vec<_>>()
+    };
+    assert_eq!(said(d.as_ref()), [crate::script::At { file: 1, line: 7 }]);
+    let m = moves(d.as_ref());
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.01), (m[1].0, 0.02)], &[])).as_ref(), 1);
+    assert!(after.ends_with(&format!("ENDDAT\n{behind}")) && after.contains("XP_2="), "{after}");
+    assert!(said(doc(&[src.as_bytes(), format!("{list}\n;a remark\n").as_bytes()]).as_ref()).is_empty());
+}

@@ -72,12 +72,14 @@ impl Builder<'_> {
         let (speed, blend_m) = self.pace(item, &args, &at, &mut site, &mut closed);
         let mut external_axes = Arc::default();
         let goal = self.goal(item, &motion, &args, &at, (&mut site, &mut external_axes))?;
+        let led = self.going.led.is_some() || self.led_by_switch(&args).is_some();
+        let absolute = !led && self.is_absolute(&motion, &goal, &args[at.goal].span, item);
         let other_way = self.leave_way(&motion, &goal, &site, external_axes, &mut closed);
         let goal = self.on_arc(goal, item, &motion, &args, at.goal, &mut closed);
         let switched_on =
             switch(&args, "on").map(|_| true).or(switch(&args, "off").filter(|s| !s.conditional).map(|_| false));
         site.args = args.into_iter().map(Written::from).collect();
-        let how = How { path: motion.path, closed, speed, blend_m, other_way, ..How::default() };
+        let how = How { path: motion.path, closed, speed, blend_m, absolute, other_way, ..How::default() };
         let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, SharedSite::of(site));
         self.after_motion(token, &motion, switched_on);
@@ -167,8 +169,12 @@ impl Builder<'_> {
             Leads::Search => Goal::opaque(Reason::Search),
             Leads::External => Goal::opaque(Reason::ExternalAlone),
         };
-        let led = ["corr", "track", "weave"].into_iter().find(|name| switch(args, name).is_some());
-        Ok(self.led_away(goal, led))
+        Ok(self.led_away(goal, self.led_by_switch(args)))
+    }
+
+    /// The switch of a motion that leads it off its path.
+    fn led_by_switch(&self, args: &[Arg]) -> Option<&'static str> {
+        ["corr", "track", "weave"].into_iter().find(|name| switch(args, name).is_some())
     }
 
     /// Why no point may be added on the way to this goal, and why it is another one than its path says.

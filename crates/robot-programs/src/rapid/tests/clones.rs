@@ -158,7 +158,7 @@ fn a_target_of_another_module_a_computed_target_and_a_function_are_opaque() {
     let cases = [
         ("MoveAbsJ jHome,v100,fine,tool0;", "declared in another module"),
         ("MoveAbsJ [[a,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", "no plain number"),
-        ("MoveAbsJ [[1+1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", "no plain number"),
+        ("MoveAbsJ [[1+a,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", "no plain number"),
         ("MoveAbsJ CalcJointT(p1,tool0),v100,fine,tool0;", "computes"),
         ("MoveL Offs(p1,0,0,n+1),v100,fine,tool0;", "computes"),
         ("MoveL RelTool(p1,0,0,10\\Rz:=n),v100,fine,tool0;", "computes"),
