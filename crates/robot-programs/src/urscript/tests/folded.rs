@@ -229,3 +229,17 @@ fn long_and_deep_values_are_read() {
     let open = format!("def m():\n movel({}1{})\nend\n", "p[".repeat(5000), "]".repeat(5000));
     assert_eq!(moves(&open).len(), 1);
 }
+
+/// The digits that are asked for are coarser than what the wish differs by.
+#[test]
+fn a_number_that_is_hardly_moved_stays_the_very_number() {
+    let source = format!("def m():\n  q = {Q}\n  q[1] = d2r(-41.9)\n  movej(q)\nend\n");
+    let mut edits = shifted(&source, &[(0, 1e-3)]);
+    edits.digit = vec![1e-5; 6];
+    edits.steps.retain(|_, edit| {
+        edit.goal.iter_mut().for_each(|q| q[1] += 2.9e-7);
+        true
+    });
+    let out = rewritten(&source, &edits);
+    assert!(out.contains("movej([0.101000, -0.731292956586, 1.2, "), "{out}");
+}
