@@ -117,6 +117,10 @@ fn a_name_that_is_assigned_again_counts_with_what_it_holds_there() {
         0,
         &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     );
+    // global, where the program starts
+    let begun = "global q = p[1,0,0,0,0,0]\ndef m():\n movel(q)\n global q = p[2,0,0,0,0,0]\n movel(q)\nend\nm()\n";
+    is(begun, 0, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    is(begun, 1, &[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     // global, set by a function that is called
     is(
         "global q = p[1,0,0,0,0,0]\ndef set():\n global q = p[2,0,0,0,0,0]\nend\ndef m():\n set()\n movel(q)\nend\nm()\n",
