@@ -86,35 +86,7 @@ pub struct Built {
 pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, super::lex::Words)>> {
     let goals: Vec<Option<usize>> = p.items.iter().map(|item| goal_name(&p, item)).collect();
     p.settle(&goals);
-    let needs = p.needs(&robot.no_motion);
-    let moving = p.moving(&needs);
-    let entry = entry_def(&p, &moving);
-    let mut b = Builder {
-        text: &text,
-        p: &p,
-        robot,
-        tcps: Vec::new(),
-        in_force: None,
-        read: BTreeSet::new(),
-        place: 0,
-        steps: Steps::of_text(&text),
-        targets: Targets::of_text(&text),
-        literals: Vec::with_capacity(text.likely_steps()),
-        without_joint: WithoutJoint::of(robot),
-        notes: Vec::new(),
-        values: Values::of(&text, &p, entry),
-        known: HashMap::new(),
-        led: None,
-        entry_def: entry,
-        moving,
-        needs,
-        named_calls: NamedCalls::default(),
-        def: None,
-        calls: Vec::new(),
-        starts: Vec::new(),
-        last_start: None,
-        inner: None,
-    };
+    let mut b = Builder::new(&text, &p, robot);
     b.in_force = b.find_in_force();
     let mut passed = p.passed.iter().peekable();
     for (place, item) in p.items.iter().enumerate() {
@@ -133,10 +105,10 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let Builder { steps, targets, literals, notes, named_calls, without_joint, calls, starts, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, without_joint, calls, starts, entry_def, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
-    starts::join(&p, entry, &starts, &calls, &mut out.script);
+    starts::join(&p, entry_def, &starts, &calls, &mut out.script);
     if let Some(without) = without_joint {
         without.close(&mut out.script.steps);
     }
@@ -212,7 +184,39 @@ fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
     p.defs.iter().enumerate().find(|d| may(*d)).map(|d| d.0)
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(text: &'a Text, p: &'a Parsed, robot: &'a Axes) -> Self {
+        let needs = p.needs(&robot.no_motion);
+        let moving = p.moving(&needs);
+        let entry = entry_def(p, &moving);
+        Self {
+            text,
+            p,
+            robot,
+            tcps: Vec::new(),
+            in_force: None,
+            read: BTreeSet::new(),
+            place: 0,
+            steps: Steps::of_text(text),
+            targets: Targets::of_text(text),
+            literals: Vec::with_capacity(text.likely_steps()),
+            without_joint: WithoutJoint::of(robot),
+            notes: Vec::new(),
+            values: Values::of(text, p, entry),
+            known: HashMap::new(),
+            led: None,
+            entry_def: entry,
+            moving,
+            needs,
+            named_calls: NamedCalls::default(),
+            def: None,
+            calls: Vec::new(),
+            starts: Vec::new(),
+            last_start: None,
+            inner: None,
+        }
+    }
+
     pub fn line(&self, token: usize) -> u64 {
         self.text.line_of(self.p.tokens.get(token).map_or(self.text.bytes.len(), |t| t.start()))
     }
@@ -283,6 +287,13 @@ impl Builder<'_> {
         } else {
             self.calls(item);
         }
+        self.kind(item, name);
+        Ok(())
+    }
+
+    /// What the kind of an item that is no motion does to the flow; `name`: its first word.
+    fn kind(&mut self, item: &Item, name: &str) {
+        let token = item.span.start;
         match item.kind {
             ItemKind::Start => {
                 self.steps.start();
@@ -314,7 +325,6 @@ impl Builder<'_> {
             }
             ItemKind::Other => {}
         }
-        Ok(())
     }
 
     /// A break where the item calls what may move.
