@@ -249,7 +249,7 @@ mod tests {
         let bent = straight.bent(smooth);
         for w in [0.03_f64, 0.46, 1.5, 1.545] {
             let off = bent.nearest(&(Vector3::new(w.sin(), 1.0 - w.cos(), 0.0) * 0.5), 0.5 * w, 2e-3).off_m;
-            assert!(off < 1e-6, "{w}: {off}");
+            assert!(off < 2e-6, "{w}: {off}");
         }
         let beside = bent.nearest(&(last + Vector3::z() * 0.011), 0.5 * 1.56 + 0.011, 2e-3).off_m;
         assert!(beside < 1e-9, "{beside}");

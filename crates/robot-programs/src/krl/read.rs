@@ -18,7 +18,7 @@ mod scan;
 mod triggers;
 mod versions;
 
-use super::calls::arc;
+use super::calls::{arc, calls};
 use super::carried::carried;
 use super::data::Data;
 use super::form;
@@ -353,7 +353,10 @@ impl<'a> Reader<'a> {
             }
             "HALT" => self.push(k, StepKind::Dwell(None)),
             // an action at a place of the next motion; what it calls runs beside the program and may not move the robot
-            "TRIGGER" => self.trigger = true,
+            "TRIGGER" => {
+                self.trigger = true;
+                calls(self.text, line).into_iter().for_each(|name| self.steps.called_otherwise(name));
+            }
             "STOP" if second == "WHEN" => {
                 self.trigger = true;
                 self.stop(k, Break::Interrupt);

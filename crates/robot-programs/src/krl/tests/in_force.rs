@@ -176,6 +176,7 @@ fn a_local_routine_is_entered_from_its_calls() {
         ("", "DEF part( )", "DEF part( )\nEND\n"),
         ("", "DEF part( )", "DEF b()\nRESUME\nEND\n"),
         ("n=f(part( ))\n", "DEF part( )", ""),
+        ("TRIGGER WHEN DISTANCE=0 DELAY=0 DO part( ) PRIO=-1\n", "DEF part( )", ""),
     ] {
         assert_eq!(joins(before, head, after), Vec::<Vec<usize>>::new(), "{before}{head}{after}");
     }
