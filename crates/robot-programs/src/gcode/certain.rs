@@ -172,6 +172,11 @@ impl Reader<'_> {
             self.plane = None;
         }
         self.feed = None;
+        // on the other ways to this place another mode may be on
+        let modes: &[u32] = if self.robot.control.exact_stop { &[611, 620, 640] } else { &[610, 611, 620, 640] };
+        let other =
+            usize::from(self.robot.control.exact_stop) + modes.iter().filter(|c| self.survey.codes.contains(c)).count();
+        self.exact &= other <= 1 && !self.survey.hidden;
         self.join_lathe();
         self.lost_frame |= self.survey.frames();
         if self.survey.leaves_compensation {
@@ -251,6 +256,7 @@ impl Reader<'_> {
         self.inch = None;
         self.plane = None;
         self.feed = None;
+        self.exact = false;
         self.join_lathe();
         self.lost_frame = true;
         self.frame_to_name = true;

@@ -49,6 +49,7 @@ mod survey;
 #[cfg(test)]
 mod tests;
 mod variables;
+mod waits;
 mod words;
 mod write;
 
