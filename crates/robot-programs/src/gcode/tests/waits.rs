@@ -5,7 +5,7 @@ use super::*;
 /// By move: it stops by the mode of the feed, and by a wait behind it.
 fn stops(text: &str, words: &[&str]) -> Vec<(bool, bool)> {
     let mut axes = robot();
-    axes.control = crate::gcode::Control::of_words(words.iter().copied()).unwrap();
+    axes.control = crate::gcode::Control::of_words(words.iter().copied()).unwrap().or(axes.control);
     let script = script_of(&Gcode, text, &axes);
     moves(&script).iter().map(|(_, m)| (m.blend_m == Some(0.0), !m.waits.is_empty())).collect()
 }
