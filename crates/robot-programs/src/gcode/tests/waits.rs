@@ -47,8 +47,8 @@ fn exact_stops_may_be_what_a_control_starts_with() {
     // not where another program may have ended them, and not where one of both modes may be on
     let away = format!("{HEAD}M98 P9100\nG21 G90 G17 G40 G54 G0 X5 Y5 Z5\n");
     assert!(!stops(&away, &["G61"])[1].0);
-    let either = format!("{HEAD}N5 G1 X5 F100\nG64\nX1\nIF [#1 EQ 2] GOTO 5\nX2\n");
+    let either = format!("{HEAD}N5 G1 X5 F100\nG64\nX1\nIF [#1 EQ 2] GOTO 5\nG1 X2\n");
     assert_eq!(stops(&either, &["G61"]).iter().map(|s| s.0).collect::<Vec<_>>(), [true, false, false, false]);
-    let only = format!("{HEAD}N5 G1 X5 F100\nX1\nIF [#1 EQ 2] GOTO 5\nX2\n");
+    let only = format!("{HEAD}N5 G1 X5 F100\nX1\nIF [#1 EQ 2] GOTO 5\nG1 X2\n");
     assert_eq!(stops(&only, &["G61"]).iter().filter(|s| !s.0).count(), 0);
 }
