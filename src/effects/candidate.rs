@@ -40,6 +40,9 @@ pub struct Candidate {
     build: Build,
 }
 
+/// Form of a friction that fades over travel, not over time.
+pub const OVER_TRAVEL: &str = "travel";
+
 impl Candidate {
     /// Whether it is this effect on this target, with whatever values.
     pub fn names(&self, found: &EffectInstance, robot: &Robot) -> bool {

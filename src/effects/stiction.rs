@@ -117,7 +117,7 @@ fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
             }
         }
         for travel in survey.travels(axis, NEXT_TRAVEL) {
-            list.push(tried(axis, Decay::Travel(travel), "travel"));
+            list.push(tried(axis, Decay::Travel(travel), candidate::OVER_TRAVEL));
         }
     }
 }

@@ -19,7 +19,7 @@
 
 use super::failure::Failure;
 use super::frame::Frame;
-use super::placement::{NO_GAP, Placement};
+use super::placement::{COMMON, NO_GAP, Placement, Row};
 use super::play::Play;
 use super::search::Seen;
 use super::step::{self, Reading, Step};
@@ -52,8 +52,6 @@ const STEP_S: f64 = 1e-8;
 const RIDGE: f64 = 1e-12;
 /// Readings that are decomposed together.
 const BLOCK: usize = 256;
-/// Offset, drift, rotation, translation, reflector.
-pub(super) const COMMON: usize = 11;
 
 /// An estimate and half its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,12 +94,6 @@ impl Fit {
         self.offset_s.half_95 += (other.controller_s(at) - self.controller_s(at)).abs();
         self.drift.half_95 += (other.drift.value - self.drift.value).abs();
     }
-}
-
-/// One linearised row: residual, and derivatives of the prediction.
-pub(super) struct Row {
-    pub residual: Vector3<f64>,
-    pub columns: Vec<Vector3<f64>>,
 }
 
 /// What a fit estimates: the clock first, then the frame and the joints, and what it predicts of a reading.

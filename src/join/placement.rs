@@ -1,6 +1,5 @@
 //! Clock, frame of the tracker and reflector: what a fit estimates whatever its joints do.
 
-use super::fit::{COMMON, Row};
 use super::frame::Frame;
 use crate::robot::Robot;
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -11,6 +10,14 @@ const ZERO: f64 = 0.01;
 const GAP: f64 = 0.002;
 /// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
 pub(super) const NO_GAP: f64 = 1e-6;
+/// Offset, drift, rotation, translation, reflector.
+pub(super) const COMMON: usize = 11;
+
+/// One linearised row: residual, and derivatives of the prediction.
+pub(super) struct Row {
+    pub residual: Vector3<f64>,
+    pub columns: Vec<Vector3<f64>>,
+}
 
 /// Where two clocks, the tracker and its reflector are.
 pub(super) struct Placement {

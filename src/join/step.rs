@@ -9,7 +9,7 @@
 //!
 //! How it fails: of a clock that wanders, or steps several times, the best single step is found.
 
-use super::fit::{COMMON, Row};
+use super::placement::{COMMON, Row};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Parts of the recording at whose ends a step is tried.

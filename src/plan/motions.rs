@@ -121,24 +121,19 @@ pub fn sweep(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
 
 /// Sweeps of one axis both ways at two speeds, by turns.
 pub fn two_speeds(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
-    let [lo, hi] = stretch(envelope, axis, 0.25, 0.6 * envelope.duration_s);
-    Path::new(envelope).repeat(|p| {
-        for pace in [1.0, 0.25] {
-            p.axis_to(axis, hi, pace);
-            p.axis_to(axis, lo, pace);
-            p.axis_to(axis, envelope.pose[axis], pace);
-        }
-    })
+    both_ways(envelope, axis, stretch(envelope, axis, 0.25, 0.6 * envelope.duration_s), &[1.0, 0.25])
 }
 
 /// Reversals of one axis over a short way at four speeds.
 pub fn speed_ladder(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
-    let [lo, hi] = stretch(envelope, axis, 0.125, 0.2 * envelope.duration_s);
+    both_ways(envelope, axis, stretch(envelope, axis, 0.125, 0.2 * envelope.duration_s), &[1.0, 0.5, 0.25, 0.125])
+}
+
+/// One axis up, down and back to the pose at each pace in turn, again and again.
+fn both_ways(envelope: &Envelope, axis: usize, [lo, hi]: [f64; 2], paces: &[f64]) -> Option<Vec<Vec<f64>>> {
     Path::new(envelope).repeat(|p| {
-        for pace in [1.0, 0.5, 0.25, 0.125] {
-            p.axis_to(axis, hi, pace);
-            p.axis_to(axis, lo, pace);
-            p.axis_to(axis, envelope.pose[axis], pace);
+        for &pace in paces {
+            [hi, lo, envelope.pose[axis]].into_iter().for_each(|to| p.axis_to(axis, to, pace));
         }
     })
 }

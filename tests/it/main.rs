@@ -112,6 +112,7 @@ mod trajectory_ramps;
 mod trajectory_some_joints;
 mod turning_part;
 mod unknown_places;
+mod urscript_blends;
 mod val_bidirectional;
 mod val_job;
 mod vendor_approach;

@@ -25,9 +25,9 @@ fn directions_go_on_through_a_register_of_a_listing_unless_a_program_of_the_fold
     let desk = desk("fanuc-m10ia.yaml", "J1");
     desk.write("cell/P.LS", &program("  R[1]=1"));
     desk.write("POSREG.VA", LISTING);
-    // without the listing the motion before the register stays, and so does the one after it
+    // without the listing the motion after the register stays; a register is a whole place, so that the one before it does not
     desk.run(&format!("{REWRITE} --output left.ls")).success();
-    assert_eq!(j1(&desk, "left.ls"), [0.01, 10.0, 8.0]);
+    assert_eq!(j1(&desk, "left.ls"), [0.01, 10.01, 8.0]);
     let known = desk.run(&format!("{REWRITE} --output known.ls --frames POSREG.VA")).success();
     known.stderr(
         contains("the values of PR[1] are those of the listing: they must hold these values whenever the program runs")
@@ -41,7 +41,7 @@ fn directions_go_on_through_a_register_of_a_listing_unless_a_program_of_the_fold
     desk.write("cell/OTHER.LS", "/PROG  OTHER\n/ATTR\n/MN\n   1:  PR[1]=LPOS    ;\n/POS\n/END\n");
     let set = desk.run(&format!("{REWRITE} --output set.ls --frames POSREG.VA")).success();
     set.stderr(contains("OTHER.LS may set PR[1]").and(contains("must hold these values").not()));
-    assert_eq!(j1(&desk, "set.ls"), [0.01, 10.0, 8.0]);
+    assert_eq!(j1(&desk, "set.ls"), [0.01, 10.01, 8.0]);
     // the value is one of the listing at its place
     desk.write("bad.VA", &LISTING.replace("5.000 deg", "5.0x0 deg"));
     desk.run(&format!("{REWRITE} --dry-run --frames bad.VA")).code(2).stderr(contains("bad.VA:3:"));

@@ -16,7 +16,7 @@ use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::verdict;
 use crate::effects::{AfterReversal, Track, catalogue};
 use crate::numerics::parallel::ParMap;
-use crate::numerics::robust::quantile_of_sorted;
+use crate::numerics::robust::{quantile_of_sorted, range};
 use nalgebra::Vector3;
 
 /// Everything that is drawn.
@@ -184,9 +184,8 @@ fn joint_trace(outcome: &Outcome, axis: usize, own: &[&Vec<f64>]) -> Option<Join
     let mut samples: [Vec<[f64; 3]>; 2] = [Vec::new(), Vec::new()];
     for (l, log) in p.logs.iter().enumerate() {
         let command = log.trajectory.command(axis);
-        if log.trajectory.is_stationary(axis)
-            || log.log.travel(axis) <= 1e-3 * p.robot.axis(axis).kind.si_per_user_unit()
-        {
+        let least = 1e-3 * p.robot.axis(axis).kind.si_per_user_unit();
+        if log.trajectory.is_stationary(axis) || log.log.travel(axis) <= least {
             continue;
         }
         let track = Track::new(log.trajectory.t_s(), command, 1e-9);
@@ -230,8 +229,7 @@ fn joint_trace(outcome: &Outcome, axis: usize, own: &[&Vec<f64>]) -> Option<Join
     if up.is_empty() && down.is_empty() {
         return None;
     }
-    let all = || samples.iter().flatten().map(|s| s[0]);
-    let (lo, hi) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    let [lo, hi] = range(samples.iter().flatten().map(|s| s[0]));
     let ways = [medians(up, lo, hi), medians(down, lo, hi)];
     Some(JointTrace { axis, measured, own: !own.is_empty(), ways })
 }

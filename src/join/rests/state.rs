@@ -1,9 +1,9 @@
 //! What the fit estimates, the prediction of one reading with its derivatives, and the priors.
 
 use super::play::{Play, Stand};
-use crate::join::fit::{COMMON, Estimated, Row};
+use crate::join::fit::Estimated;
 use crate::join::frame::Frame;
-use crate::join::placement::{NO_GAP, Placement, of_gaps};
+use crate::join::placement::{COMMON, NO_GAP, Placement, Row, of_gaps};
 use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::Vector3;

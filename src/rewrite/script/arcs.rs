@@ -144,7 +144,7 @@ pub fn settle(
             for v in [goals[k - 1], goals[k]] {
                 let had = edits.steps.get(v.step).is_some_and(|e| e.goal.is_some());
                 // a joint move needs joints: those of its pose
-                let plain = |e: &mut Edit| e.goal = e.as_joint_moves.then(|| v.q.clone());
+                let plain = |e: &mut Edit| e.goal = e.as_joint_moves.then(|| v.q.to_vec());
                 edits.steps.change(v.step, plain);
                 joints.steps.change(v.step, plain);
                 if had {

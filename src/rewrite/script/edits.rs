@@ -74,7 +74,7 @@ pub fn collect(
             edits.steps.insert(vertex.step, edit);
         }
     }
-    blends(script, robot, run, edits);
+    added -= blends(script, robot, run, edits, &mut unplaced).min(added);
     (unplaced, added)
 }
 
@@ -326,8 +326,25 @@ fn same(a: &[f64], b: Option<&[f64]>, digit: &[f64]) -> bool {
     b.is_some_and(|b| a.iter().zip(b).zip(digit).all(|((x, y), d)| (x - y).abs() < 0.5 * d.min(1.0)))
 }
 
-/// Corners that may be cut no wider than to the middle of the way to a new point.
-fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
+/// Takes away the new points of a step that stand too near to a corner; how many.
+fn clear_corner(edits: &mut Edits, step: usize, far: impl Fn(&NewPoint) -> bool) -> u64 {
+    let (mut lost, mut idle) = (0, false);
+    edits.steps.change(step, |edit| {
+        let all = edit.before.len();
+        edit.before.retain(&far);
+        lost = (all - edit.before.len()) as u64;
+        idle = edit.goal.is_none() && edit.before.is_empty() && edit.vias.is_empty() && edit.blend_at_most_m.is_none();
+    });
+    if idle {
+        edits.steps.remove(step);
+    }
+    lost
+}
+
+/// Corners that may be cut no wider than to the middle of the way to a new point; where that would delay what the robot does as it enters one,
+/// the point goes. How many went.
+fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits, unplaced: &mut Unplaced) -> u64 {
+    let mut taken = 0;
     let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
     for pair in goals.windows(2) {
         let [own, next] = pair else { continue };
@@ -340,8 +357,20 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
             continue; // no new point is near
         }
         let here = robot.tcp_m(&own.q);
-        let at_most = near.into_iter().flatten().map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
         let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
+        if let Some(why) = m.acts_in_corner.as_ref().filter(|_| own.editable) {
+            let far = |p: &NewPoint| m.blend_m.is_some_and(|b| 0.5 * (robot.tcp_m(&p.q) - here).norm() >= b);
+            for step in [own.step, next.step] {
+                let lost = clear_corner(edits, step, far);
+                unplaced.lose(script, step, lost);
+                taken += lost;
+                if lost > 0 {
+                    unplaced.because(why, &[script.steps[step].at.line]);
+                }
+            }
+            continue;
+        }
+        let at_most = near.into_iter().flatten().map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
         if at_most.is_finite() && m.blend_m != Some(0.0) && m.blend_m.is_none_or(|b| b > at_most) && own.editable {
             // on another pass of a loop it may be narrower
             let narrower = |edit: &mut Edit| {
@@ -350,4 +379,5 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
             edits.steps.change_or_insert(own.step, narrower);
         }
     }
+    taken
 }

@@ -120,7 +120,6 @@ fn words_from_files_stay_words() {
         EVIL,
         vec![CompensatorRow { joint: e(), kind: e(), friction_shape: e(), ..CompensatorRow::default() }],
     );
-    page.section(EVIL, EVIL, vec![LeftOut { what: e(), why: e() }]);
     page.section(
         EVIL,
         EVIL,

@@ -1,6 +1,7 @@
 //! Aggregates, the values in braces: `{E6AXIS: A1 -50.70,A2 -90.0}` read into its components, and those as axes, as a Cartesian
 //! target, as a frame.
 
+use super::folded::folded;
 use super::lex::{Kind, Token};
 use super::reason::Reason;
 use crate::axes::JointKind;
@@ -15,7 +16,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Bytes, value and style of a plain number.
-type Plain = (Span, f64, number::Style);
+pub(super) type Plain = (Span, f64, number::Style);
 
 /// `A1 -50.70`.
 #[derive(Debug, Clone, Copy)]
@@ -362,9 +363,9 @@ fn bits(text: &[u8]) -> Option<f64> {
     u16::from_str_radix(inner[1..].trim(), radix).ok().map(f64::from)
 }
 
-/// A number with its sign beside it; `None`: anything else.
+/// A number with its sign beside it, or an expression of numbers; `None`: anything else.
 ///
-/// `literal = ["+" | "-"] number`
+/// `literal = ["+" | "-"] number | expression`
 fn literal(text: &Text, tokens: &[Token]) -> Result<Option<Plain>> {
     let span = match tokens {
         [n] if n.kind == Kind::Number => n.span(),
@@ -376,7 +377,7 @@ fn literal(text: &Text, tokens: &[Token]) -> Result<Option<Plain>> {
             let found = String::from_utf8_lossy(text.slice(n.start..end)).into_owned();
             return Err(text.bad(n.start, format!("`{found}`"), "a number"));
         }
-        _ => return Ok(None),
+        _ => return Ok(folded(text, tokens)),
     };
     Ok(number::read(text.slice(span.clone())).map(|(v, s)| (span.into(), v, s)))
 }

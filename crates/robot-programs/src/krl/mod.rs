@@ -48,6 +48,7 @@ mod carried;
 mod clone;
 mod data;
 mod elsewhere;
+mod folded;
 mod form;
 mod frame;
 mod going;

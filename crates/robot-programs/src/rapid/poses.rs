@@ -12,6 +12,7 @@ use crate::axes::JointKind;
 use crate::script::pose::{Configuration, Frame, OfAxis};
 use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What follows the name of a work object that a mechanical unit carries.
@@ -152,20 +153,30 @@ impl Builder<'_> {
             let here = self.f.resolve(word, Some(item.routine), item.module);
             word.is_empty() || here == self.f.resolve(word, decl.routine, decl.module)
         };
-        (value.clone().all(same) && self.is_displacement(&value, decl.module, 0)).then_some(value)
+        (value.clone().all(same) && self.is_displacement(&value, decl.module, &mut BTreeMap::from([(d, false)])))
+            .then_some(value)
     }
 
-    /// Whether a value is a displacement of points that are declared without one in the end: not of each other.
-    fn is_displacement(&self, value: &Span, module: usize, depth: usize) -> bool {
+    /// Whether a value is a displacement of points that are declared without one in the end: not of each other. `seen`: points on the way there,
+    /// and whether they have been followed to the end.
+    fn is_displacement(&self, value: &Span, module: usize, seen: &mut BTreeMap<usize, bool>) -> bool {
         /// Points that are declared by other points.
-        const DEEPEST: usize = 8;
+        const MOST: usize = 16;
         let displaced = |value: &Span| matches!(self.f.word(value.start), "offs" | "reltool");
-        let ends = |i: usize| {
-            let decl = self.f.resolve(self.f.word(i), None, module).and_then(|d| self.f.p.decls.get(d));
-            let further = decl.and_then(|decl| Some((decl.value.clone().filter(displaced)?, decl.module)));
-            further.is_none_or(|(value, module)| self.is_displacement(&value, module, depth + 1))
+        let mut ends = |i: usize| {
+            let d = self.f.resolve(self.f.word(i), None, module);
+            let decl = d.and_then(|d| self.f.p.decls.get(d));
+            let further = decl.and_then(|decl| Some((d?, decl.value.clone().filter(displaced)?, decl.module)));
+            let Some((d, value, module)) = further else { return true };
+            if let Some(ended) = seen.get(&d) {
+                return *ended;
+            }
+            seen.insert(d, false);
+            let ended = seen.len() <= MOST && self.is_displacement(&value, module, seen);
+            seen.insert(d, ended);
+            ended
         };
-        depth < DEEPEST && displaced(value) && value.clone().all(ends)
+        displaced(value) && value.clone().all(&mut ends)
     }
 
     /// Position of the point on the way of an arc, m, and its orientation where it is known.

@@ -1,11 +1,14 @@
 //! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
 //!
 //! Read this file first: from statements to steps. Then [`motion`]: a motion instruction; [`alike`]: motions that differ in their joint
-//! values alone, read once; [`cycle`]: where `main` ends.
+//! values alone, read once; [`cycle`]: where `main` ends; [`entered`]: from where control comes to a procedure; [`numbers`]: the values of
+//! expressions.
 
 mod alike;
 mod cycle;
+mod entered;
 mod motion;
+mod numbers;
 
 use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::built::{Built, Literal, SharedSite};
@@ -25,7 +28,6 @@ use crate::error::Result;
 use crate::script::alike::Passed;
 use crate::script::blocks::{Steps, is_entered};
 use crate::script::called::{NamedCalls, strikes};
-use crate::script::fold;
 use crate::script::without_joint::WithoutJoint;
 use crate::script::{At, Break, Note, Reason, StepKind, Targets, Text, number};
 use cycle::Cycle;
@@ -64,10 +66,12 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         led_before: Vec::new(),
         known: HashMap::new(),
         nodes: HashMap::new(),
+        numbers: HashMap::new(),
         notes: BTreeMap::new(),
         synchronised: false,
         moved: false,
         called_here: HashSet::new(),
+        calls_of: (usize::MAX, Vec::new()),
         entering: false,
         named_calls: NamedCalls::default(),
         entry_routine: entry,
@@ -144,12 +148,16 @@ pub struct Builder<'a> {
     pub known: HashMap<(usize, Vec<usize>), usize>,
     /// Values of declarations.
     nodes: HashMap<usize, Option<Node>>,
+    /// Values of numbers that are declared, where they are certain.
+    numbers: HashMap<usize, Option<f64>>,
     notes: BTreeMap<(u64, String), Note>,
     synchronised: bool,
     /// The routine or the handler moved above.
     moved: bool,
     /// Procedures of which all calls stand in the program.
     called_here: HashSet<usize>,
+    /// A routine, and the procedures that it calls: its handler may run the call again that failed, from where that has led (RETRY).
+    calls_of: (usize, Vec<String>),
     /// Nothing has moved since the routine at hand began.
     pub entering: bool,
     named_calls: NamedCalls,
@@ -161,13 +169,6 @@ pub struct Builder<'a> {
 impl Builder<'_> {
     pub fn at(&self, token: usize) -> At {
         self.project.at(self.f.p.tokens.get(token).map_or(0, |t| t.start()))
-    }
-
-    /// From where external axes come that the robot file does not have is not known at the start of a routine.
-    pub fn enter_with_axes(&mut self, used: bool) {
-        if std::mem::take(&mut self.entering) && used {
-            self.steps.all_calls_are_here(false);
-        }
     }
 
     fn push(&mut self, token: usize, kind: StepKind) -> usize {
@@ -254,7 +255,7 @@ impl Builder<'_> {
             ItemKind::Late => {
                 self.push(token, StepKind::Break(Break::Call));
             }
-            ItemKind::Leave => self.leave(token),
+            ItemKind::Leave => self.leave(token, item.routine),
             ItemKind::Assign => {}
             ItemKind::Call { alone } => match motion {
                 Some((motion, args)) => {
@@ -293,7 +294,7 @@ impl Builder<'_> {
     }
 
     /// `leave = "GOTO" name | "RETURN" ... | "EXIT" | "RAISE" ... | "RETRY" | "TRYNEXT"`
-    fn leave(&mut self, token: usize) {
+    fn leave(&mut self, token: usize, routine: usize) {
         let word = self.f.word(token);
         if matches!(word, "retry" | "trynext") && self.moved {
             let note = strikes(self.at(token), &format!("the error handler before {}", word.to_uppercase()));
@@ -301,6 +302,7 @@ impl Builder<'_> {
         }
         match word {
             "return" => self.steps.returns(),
+            "retry" => self.calls_again(routine),
             // goes on after what failed, which may be a call
             "trynext" => self.steps.calls_are_unknown(),
             _ => {}
@@ -331,6 +333,7 @@ impl Builder<'_> {
             let alone = facts::called(self.f.p, item).filter(|name| self.f.may_move(name)).count() == 1;
             if alone && first == name {
                 self.external = None;
+                self.calls_here(item.routine, name);
                 self.steps.calls(self.at(token), name.to_string());
             } else {
                 self.steps.called_otherwise(name.to_string());
@@ -380,44 +383,6 @@ impl Builder<'_> {
         self.nodes.entry(d).or_insert_with(parse).clone()
     }
 
-    /// A number: written there, declared and certain, or an expression of such.
-    ///
-    /// `number = plain | name | expression of these`
-    pub fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
-        self.number_in(span, (Some(item.routine), item.module), 0)
-    }
-
-    /// The same as a routine (`None`: a module alone) sees it; what a name is declared with may be such an expression.
-    fn number_in(&mut self, span: &Span, place: (Option<usize>, usize), depth: usize) -> Option<f64> {
-        if let Some((v, ..)) = plain(self.f.text, self.f.p, span) {
-            return Some(v);
-        }
-        if depth > DEEPEST {
-            return None;
-        }
-        let parts = fold::parts(self.f.text, self.f.p.tokens.get(span.clone())?)?;
-        // names first: what they are is looked up once
-        let mut names = HashMap::new();
-        for i in span.clone().filter(|&i| self.f.p.tokens[i].kind == Kind::Word) {
-            if let Some(v) = self.named_number(i, place, depth) {
-                names.insert(self.shown(i), v);
-            }
-        }
-        fold::fold(&parts, &Names(names))
-    }
-
-    /// The number that a name is declared with, where that is certain.
-    fn named_number(&mut self, token: usize, place: (Option<usize>, usize), depth: usize) -> Option<f64> {
-        let d = self.f.resolve(self.f.word(token), place.0, place.1)?;
-        self.f.certain(d).ok()?;
-        let decl = &self.f.p.decls[d];
-        if !matches!(decl.ty.as_str(), "num" | "dnum") {
-            return self.declared(d)?.number();
-        }
-        let (value, place) = (decl.value.clone()?, (decl.routine, decl.module));
-        self.number_in(&value, place, depth + 1)
-    }
-
     /// A name that the file does not declare.
     pub fn predefined(&self, span: &Span, item: &Item) -> Option<&str> {
         let name = self.f.word(span.start);
@@ -434,22 +399,6 @@ impl Builder<'_> {
     pub fn shown(&self, token: usize) -> String {
         let t = self.f.p.tokens[token];
         String::from_utf8_lossy(self.f.text.slice(t.start()..t.end())).into_owned()
-    }
-}
-
-/// Declarations by other declarations that are followed.
-const DEEPEST: usize = 8;
-
-/// Names with their values.
-struct Names(HashMap<String, f64>);
-
-impl fold::Known for Names {
-    fn name(&self, name: &str) -> Option<f64> {
-        self.0.get(name).copied()
-    }
-
-    fn call(&self, _name: &str, _value: f64) -> Option<f64> {
-        None
     }
 }
 

@@ -141,6 +141,16 @@ impl<S> Steps<S> {
         }
     }
 
+    /// What is done after the last move is done as the robot enters its corner, if it may have one.
+    pub fn act_in_corner(&mut self, why: &Reason) {
+        let of_routine = self.steps.iter_mut().rev().take_while(|s| !matches!(s.kind, StepKind::Break(Break::Start)));
+        let last =
+            of_routine.into_iter().find_map(|s| if let StepKind::Move(m) = &mut s.kind { Some(m) } else { None });
+        if let Some(m) = last.filter(|m| m.blend_m != Some(0.0) && m.acts_in_corner.is_none()) {
+            m.acts_in_corner = Some(Box::new(why.clone()));
+        }
+    }
+
     /// The last step.
     pub fn last_mut(&mut self) -> Option<&mut Step> {
         self.steps.last_mut()

@@ -231,6 +231,9 @@ pub struct How {
     pub waits: AxisSet,
     /// What the motion starts before it ends. Boxed, as few have one.
     pub end_trigger: Option<Box<EndTrigger>>,
+    /// What comes after it is done as the robot enters its corner, for this reason: were the corner made smaller for a new point, it would
+    /// come late. Boxed, as few have one.
+    pub acts_in_corner: Option<Box<Reason>>,
 }
 
 impl How {
@@ -283,6 +286,7 @@ impl Default for How {
             other_way: None,
             waits: AxisSet::default(),
             end_trigger: None,
+            acts_in_corner: None,
         }
     }
 }

@@ -89,9 +89,13 @@ impl Order {
         }
         let before = || vec![Atoms::from([BEFORE])];
         let unknown: State = vec![assigned.iter().map(|k| FIRST + *k as u32).chain([BEFORE]).collect()];
+        let outside = p.items.iter().filter(|item| item.def.is_none());
+        let called: BTreeSet<&str> = outside.flat_map(|item| p.called(item)).collect();
         let start = |(k, routine): (usize, &Routine)| match () {
             () if threads.contains(&routine.name) => Some(unknown.clone()),
-            () if own.is_some() || k == 0 || entry == Some(k - 1) => Some(before()),
+            () if own.is_some() || k == 0 => Some(before()),
+            // one that is called from outside has what holds there
+            () if entry == Some(k - 1) && !called.contains(routine.name.as_str()) => Some(before()),
             () => None,
         };
         let starts: Vec<Option<State>> = routines.iter().enumerate().map(start).collect();

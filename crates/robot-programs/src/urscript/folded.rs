@@ -60,6 +60,8 @@ impl Builder<'_> {
 
     fn push_folded(&mut self, span: &Span, numbers: Vec<f64>, places: Vec<usize>, pose: Option<PoseForm>) -> usize {
         let bytes = self.bytes(span);
+        // what is written of a number that stays is the very number that was read
+        let numbers: Vec<f64> = numbers.into_iter().map(|v| exact(v).parse().unwrap_or(v)).collect();
         let style = Style { decimals: DECIMALS, point: true, ..Style::default() };
         let value = |k: &usize| {
             let si = numbers.get(*k).copied()?;

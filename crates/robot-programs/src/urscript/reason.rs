@@ -50,6 +50,10 @@ pub enum Reason {
     /// `d2r()` of a linear axis, by its name.
     #[error("axis {0} is not in degrees")]
     NotInDegrees(Box<str>),
+    /// A new point so near that the blend would have to be smaller. Universal Robots, user manual, chapter "Move", "Blend parameters": what
+    /// stands after a waypoint with a blend is evaluated as the TCP crosses the blend radius.
+    #[error("what follows it is done as the robot enters its blend r=, which a new point would make smaller")]
+    ActsInBlend,
     /// The call of a function that leads the robot.
     #[error("{0}() leads the robot away from the target")]
     Led(&'static str),

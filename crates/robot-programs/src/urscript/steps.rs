@@ -266,6 +266,9 @@ impl Builder<'_> {
         if let Some((motion, args, span)) = call(self.p, item) {
             return self.motion(item, &motion, &args, span);
         }
+        if self.p.called(item).any(words::acts) {
+            self.steps.act_in_corner(&Reason::ActsInBlend.into());
+        }
         let runs = item.kind != ItemKind::Start
             && self.p.words.within(item.span.clone()).any(|w| matches!(w, "run" | "kill" | "join"));
         if runs {

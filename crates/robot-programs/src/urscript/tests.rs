@@ -5,6 +5,7 @@ mod fewer;
 mod flow;
 mod folded;
 mod in_force;
+mod run;
 
 use super::*;
 use crate::script::harness::{self, Outcome, opaque, round_trip};

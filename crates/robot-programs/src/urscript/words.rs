@@ -70,6 +70,18 @@ const QUIET_STARTS: &str = "\
     set_tool_voltage set_tool_analog set_tool_output set_tool_communication set_payload set_target_payload set_gravity set_flag \
     set_input_actions set_runstate set_safety set_target rtde_ modbus_ rpc_ str_ str_at popup zero_ftsensor";
 
+/// First letters of functions that switch an output, read what is outside of the program, or wait for it.
+const ACTS_STARTS: &str = "\
+    set_ write_ read_ get_ socket_ rpc_ modbus_ rtde_ is_steady is_within request_ popup zero_ configurable_digital_out tool_contact force";
+
+/// Functions that begin like these and compute.
+const COMPUTES: &str = "get_inverse_kin get_forward_kin get_list_length get_steptime get";
+
+/// Whether it matters when a function is called: an output, a reading, a message.
+pub fn acts(name: &str) -> bool {
+    ACTS_STARTS.split_ascii_whitespace().any(|start| name.starts_with(start)) && !listed(COMPUTES, name)
+}
+
 /// Whether a name stands in a list of names with blanks between them.
 fn listed(list: &str, name: &str) -> bool {
     list.split_ascii_whitespace().any(|n| n == name)

@@ -7,6 +7,7 @@ use crate::diagnose::candidates::{spectrum, steps};
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::{dot, orthonormal, project_off};
 use crate::diagnose::search::fit::Fit;
+use crate::effects::candidate::OVER_TRAVEL;
 use crate::effects::curve::Pchip;
 use crate::effects::{
     Backlash, BacklashPosition, DhParameter, EffectInstance, Family, GapCurve, GravityCompliance, JointZeroOffset,
@@ -143,7 +144,7 @@ const LEAST_SPAN: f64 = 5.0;
 pub fn friction(problem: &Problem) -> Vec<Candidate> {
     let wanted = |c: &Candidate| {
         let family = c.trial.first().and_then(|t| t.0.first()).map(|p| p.effect.info().family);
-        matches!(family, Some(Family::Friction | Family::Drift)) && c.form != "travel"
+        matches!(family, Some(Family::Friction | Family::Drift)) && c.form != OVER_TRAVEL
     };
     let of_clock = |c: &Candidate| c.effect == time_offset::INFO.name;
     let clock = candidates::further(problem).into_iter().filter(of_clock);

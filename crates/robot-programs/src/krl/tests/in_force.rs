@@ -160,3 +160,23 @@ fn a_computed_base_is_another_one_after_a_routine_that_assigns_what_it_is_comput
     let part = said(&format!("$TOOL=$NULLFRAME\nIF $IN[1] THEN\n$BASE={B}\nENDIF\n$BASE.X=5\n{AT}"));
     assert_eq!(part, ["a base or tool of which it is not certain what was assigned last; null"]);
 }
+
+#[test]
+fn a_local_routine_is_entered_from_its_calls() {
+    let joins = |before: &str, head: &str, after: &str| {
+        let src = format!("DEF a()\n{before}PTP {{A1 1.0}}\npart( )\nEND\n{head}\nPTP {{A1 5.0}}\nEND\n{after}");
+        let d = doc(&[src.as_bytes()]);
+        let starts = |k: &usize| matches!(d.script().steps[*k].kind, StepKind::Break(Break::Start));
+        d.script().joins.iter().filter(|j| starts(&j.at)).map(|j| j.from.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(joins("", "DEF part( )", ""), [vec![2]]);
+    for (before, head, after) in [
+        ("", "GLOBAL DEF part( )", ""),
+        ("INTERRUPT DECL 3 WHEN $IN[1] DO part( )\n", "DEF part( )", ""),
+        ("", "DEF part( )", "DEF part( )\nEND\n"),
+        ("", "DEF part( )", "DEF b()\nRESUME\nEND\n"),
+        ("n=f(part( ))\n", "DEF part( )", ""),
+    ] {
+        assert_eq!(joins(before, head, after), Vec::<Vec<usize>>::new(), "{before}{head}{after}");
+    }
+}

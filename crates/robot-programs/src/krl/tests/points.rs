@@ -161,3 +161,22 @@ fn a_data_list_ends_at_its_first_enddat_and_copies_of_points_stand_before_it() {
     assert!(after.ends_with(&format!("ENDDAT\n{behind}")) && after.contains("XP_2="), "{after}");
     assert!(said(doc(&[src.as_bytes(), format!("{list}\n;a remark\n").as_bytes()]).as_ref()).is_empty());
 }
+
+#[test]
+fn a_number_takes_the_place_of_an_expression_of_numbers() {
+    let src = "DEF a()\nPTP {A1 10+1.5,A2 -90.0,A3 2*(40+5),A4 0.0,A5 -(20-5),A6 0.0}\nLIN XP\nEND\n";
+    let list = "DEFDAT a\nDECL E6POS XP={X 800+94.851,Y 0.0,Z 1000-50*2,A 0.0,B 90.0,C 0.0}\nENDDAT\n";
+    let d = doc(&[src.as_bytes(), list.as_bytes()]);
+    let m = moves(d.as_ref());
+    let of_arm = deg(d.as_ref(), &m[0].1).into_iter().flatten().map(|v| (v * 1e9).round() / 1e9).collect::<Vec<_>>();
+    assert_eq!(of_arm, [11.5, -90.0, 90.0, 0.0, -15.0, 0.0]);
+    let Goal::Pose(pose) = &m[1].1.goal else { panic!("{:?}", m[1].1.goal) };
+    assert!((pose.position_m.x - 0.894_851).abs() < 1e-12 && (pose.position_m.z - 0.9).abs() < 1e-12);
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.002)], &[])).as_ref(), 0);
+    assert!(after.contains("PTP {A1 11.502"), "{after}");
+    // a quotient may be one of whole numbers, and a name may have any value
+    for value in ["7/2", "n+1", "f(1)", "10-", "2 3"] {
+        let src = format!("DEF a()\nPTP {{A1 {value},A2 -90.0,A3 90.0,A4 0.0,A5 5.0,A6 0.0}}\nEND\n");
+        assert_eq!(goals(doc(&[src.as_bytes()]).as_ref()), "o", "{value}");
+    }
+}

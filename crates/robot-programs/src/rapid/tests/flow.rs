@@ -322,3 +322,38 @@ fn main_runs_again_from_its_start_where_its_end_is_reached() {
         assert_eq!(runs_again_after(&source), expected, "{what}");
     }
 }
+
+#[test]
+fn a_procedure_is_entered_from_its_calls_unless_a_handler_may_run_one_again() {
+    // breaks: 0 main, 2 the call, 3 or 4 the procedure
+    let joins = |handler: &str, head: &str, tail: &str| {
+        let part = format!("{handler}ENDPROC\n{head}\nMoveAbsJ j1,v10,fine,tool0;\n{tail}");
+        let source = program(J, &format!("MoveAbsJ j1,v100,fine,tool0;\npart;\n{part}"));
+        let d = document(&source);
+        let starts = |k: &usize| matches!(d.script().steps[*k].kind, StepKind::Break(Break::Start));
+        d.script().joins.iter().filter(|j| starts(&j.at)).map(|j| j.from.clone()).collect::<Vec<_>>()
+    };
+    const PART: &str = "PROC part()";
+    assert_eq!(joins("", PART, ""), [vec![2]]);
+    assert_eq!(joins("ERROR\nRAISE;\n", "LOCAL PROC part()", ""), [vec![2]]);
+    for (handler, head, tail) in [
+        ("ERROR\nRETRY;\n", PART, ""),
+        ("ERROR\nTRYNEXT;\n", PART, ""),
+        ("%\"pa\"+\"rt\"%;\n", PART, ""),
+        ("MoveLSync p1,v1,z1,tool0,\"Part\";\n", PART, ""),
+        ("CONNECT i1 WITH t;\n", PART, ""),
+        ("", PART, "ENDPROC\nPROC part()\n"),
+        (
+            "part f(1);\n",
+            PART,
+            "ENDPROC\nFUNC num f(num n)\nMoveAbsJ j1,v10,fine,tool0;\nRETURN 1;\nENDFUNC\nPROC last()\n",
+        ),
+    ] {
+        assert_eq!(joins(handler, head, tail), Vec::<Vec<usize>>::new(), "{handler}");
+    }
+    // external axes that the robot does not have; another module may call it
+    let axes = "MoveAbsJ [[1,2,3,4,5,6],[100,9E9,9E9,9E9,9E9,9E9]],v10,fine,tool0;\n";
+    assert!(joins("", &format!("PROC part()\n{axes}"), "").is_empty());
+    let source = program(J, "part;\nENDPROC\nPROC part()\nMoveAbsJ j1,v10,fine,tool0;\n").replace("main", "other");
+    assert!(document(&source).script().joins.iter().all(|j| j.at == 1));
+}

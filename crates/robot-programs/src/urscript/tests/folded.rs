@@ -117,6 +117,10 @@ fn a_name_that_is_assigned_again_counts_with_what_it_holds_there() {
         0,
         &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     );
+    // global, where the program starts
+    let begun = "global q = p[1,0,0,0,0,0]\ndef m():\n movel(q)\n global q = p[2,0,0,0,0,0]\n movel(q)\nend\nm()\n";
+    is(begun, 0, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    is(begun, 1, &[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     // global, set by a function that is called
     is(
         "global q = p[1,0,0,0,0,0]\ndef set():\n global q = p[2,0,0,0,0,0]\nend\ndef m():\n set()\n movel(q)\nend\nm()\n",
@@ -228,4 +232,18 @@ fn long_and_deep_values_are_read() {
     assert_eq!(moves(&row).len(), 1);
     let open = format!("def m():\n movel({}1{})\nend\n", "p[".repeat(5000), "]".repeat(5000));
     assert_eq!(moves(&open).len(), 1);
+}
+
+/// The digits that are asked for are coarser than what the wish differs by.
+#[test]
+fn a_number_that_is_hardly_moved_stays_the_very_number() {
+    let source = format!("def m():\n  q = {Q}\n  q[1] = d2r(-41.9)\n  movej(q)\nend\n");
+    let mut edits = shifted(&source, &[(0, 1e-3)]);
+    edits.digit = vec![1e-5; 6];
+    edits.steps.retain(|_, edit| {
+        edit.goal.iter_mut().for_each(|q| q[1] += 2.9e-7);
+        true
+    });
+    let out = rewritten(&source, &edits);
+    assert!(out.contains("movej([0.101000, -0.731292956586, 1.2, "), "{out}");
 }

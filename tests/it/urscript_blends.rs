@@ -1,0 +1,43 @@
+//! URScript: what follows a move with a blend is done as the robot enters it, and where it did in the rewritten program.
+
+use crate::support::bundled;
+use crate::vendor_rewrite::Desk;
+
+fn program(between: &str) -> String {
+    format!(
+        "def prog():\n  movej([0.1, -1.57, 1.8, -1.8, -1.57, 0.3])\n  movej([0.3, -1.4, 1.7, -1.7, -1.5, 0.4], r=0.05)\n{between}  \
+         movej([0.2, -1.5, 1.75, -1.75, -1.4, 0.2], r=0.05)\n  x = 1\n  movej([0.1, -1.57, 1.8, -1.8, -1.57, 0.3])\nend\n"
+    )
+}
+
+#[test]
+fn a_blend_after_which_something_is_done_keeps_its_radius() {
+    let desk = Desk::new(0.0);
+    desk.write("robot.yaml", &std::fs::read_to_string(bundled("configs/universal-robots-ur10e.yaml")).unwrap());
+    let joints = ["base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"];
+    let effects: String =
+        joints.iter().map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_deg: 0.02}}\n")).collect();
+    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effects}"));
+    for (between, keeps) in [
+        ("", false),
+        ("  y = 1\n  textmsg(\"on\")\n", false),
+        ("  q = get_inverse_kin(p[0, 0.3, 0.4, 0, 3, 0])\n", false),
+        ("  set_digital_out(0, True)\n", true),
+        ("  if get_digital_in(1):\n    textmsg(\"on\")\n  end\n", true),
+        ("  y = 1\n  socket_send_string(\"on\")\n", true),
+    ] {
+        let text = program(between);
+        desk.write("p.script", &text);
+        let out = desk.run("rewrite --model model.yaml p.script --output o.script --force --replace").success();
+        let said = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
+        let written = String::from_utf8(desk.read("o.script")).unwrap();
+        let radius =
+            |line: &str| line.split("r=").nth(1).and_then(|r| r.trim_end_matches([')', '\r']).parse::<f64>().ok());
+        let of_second =
+            written.lines().filter(|l| l.contains("movej([0.3") || l.contains("movej([0.2999")).find_map(radius);
+        assert_eq!(of_second == Some(0.05), keeps, "{between}: {written}");
+        assert_eq!(said.contains("as the robot enters its blend"), keeps, "{between}: {said}");
+        // the other blend is narrowed for the point after it in any case
+        assert!(written.contains("movej([") && written != text, "{between}");
+    }
+}
