@@ -51,6 +51,7 @@ mod gaps_file;
 mod gcode_circles;
 mod gcode_frames;
 mod gcode_lathes;
+mod gcode_waits;
 mod gears;
 mod global_options;
 mod golden;

@@ -16,6 +16,8 @@ pub struct Control {
     /// Absolute words of rotary axes lead to the angle as it is counted: `A10` after `A350` turns back by 340 deg. Else a control may take
     /// the shorter way (rollover).
     pub no_rollover: bool,
+    /// Moves end exactly at their goals (G61), until the program says otherwise.
+    pub exact_stop: bool,
 }
 
 /// The word for [`Control::whole_units`].
@@ -26,8 +28,10 @@ pub const DIAMETER: &str = "diameter";
 pub const RADIUS: &str = "radius";
 /// The word for [`Control::no_rollover`].
 pub const NO_ROLLOVER: &str = "no-rollover";
+/// The word for [`Control::exact_stop`].
+pub const EXACT_STOP: &str = "G61";
 /// The words that there are, for messages.
-pub const WORDS: &str = "G90 or G91, G20 or G21, whole-units, diameter or radius, and no-rollover";
+pub const WORDS: &str = "G90 or G91, G20 or G21, whole-units, diameter or radius, no-rollover, and G61";
 
 /// A word that is none of [`WORDS`], or that contradicts one before it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -61,6 +65,10 @@ impl Control {
                     control.no_rollover = true;
                     continue;
                 }
+                "g61" => {
+                    control.exact_stop = true;
+                    continue;
+                }
                 DIAMETER => (&mut control.diameter, true),
                 RADIUS => (&mut control.diameter, false),
                 "g90" => (&mut control.absolute, true),
@@ -86,6 +94,7 @@ impl Control {
             whole_units: self.whole_units || other.whole_units,
             diameter: self.diameter.or(other.diameter),
             no_rollover: self.no_rollover || other.no_rollover,
+            exact_stop: self.exact_stop || other.exact_stop,
         }
     }
 
@@ -96,7 +105,8 @@ impl Control {
         let whole = self.whole_units.then_some(WHOLE_UNITS);
         let diameter = self.diameter.map(|diameter| if diameter { DIAMETER } else { RADIUS });
         let rollover = self.no_rollover.then_some(NO_ROLLOVER);
-        inch.into_iter().chain(absolute).chain(whole).chain(diameter).chain(rollover).collect()
+        let exact = self.exact_stop.then_some(EXACT_STOP);
+        inch.into_iter().chain(absolute).chain(whole).chain(diameter).chain(rollover).chain(exact).collect()
     }
 
     /// Codes of these words, times ten.

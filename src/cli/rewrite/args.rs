@@ -51,8 +51,9 @@ pub struct Args {
     pub format: Option<String>,
 
     /// How the control reads G-code until the program says otherwise: G90 or G91, G20 or G21, whole-units (a number without a
-    /// decimal point is in millimetres or inches, not in increments), diameter or radius (what X of a lathe is), and no-rollover
-    /// (rotary axes do not take the shorter way); for example G21,G90 [default: `control` in the robot file]
+    /// decimal point is in millimetres or inches, not in increments), diameter or radius (what X of a lathe is), no-rollover
+    /// (rotary axes do not take the shorter way), and G61 (moves end exactly at their positions); for example G21,G90 [default:
+    /// `control` in the robot file]
     #[arg(long, value_name = "WORD,...")]
     pub assume: Option<String>,
 

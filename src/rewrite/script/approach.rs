@@ -68,7 +68,7 @@ impl Sides {
 
     /// Whether the move leads to a target that has a side: it stops exactly, and a point may stand before it.
     pub fn count(&self, m: &Move) -> bool {
-        self.any() && m.blend_m == Some(0.0) && m.path != PathKind::Curve
+        self.any() && (m.blend_m == Some(0.0) || !m.waits.is_empty()) && m.path != PathKind::Curve
     }
 
     /// Whether the target of a step is reached as the program says, although it has a side.
@@ -126,6 +126,16 @@ impl Sides {
         moves.then_some(point)
     }
 
+    /// The point before the target `q` of a move ([`Self::point`]). Where it is known that the robot stops as the program waits there, axes that
+    /// the move does not move stay where they are: they may stand in the work, and what stopped them before is not known.
+    pub fn point_of(&self, m: &Move, robot: &Robot, run: &Run, directions: &Directions, q: &[f64]) -> Option<Vec<f64>> {
+        let mut point = self.point(robot, run, directions, q)?;
+        for (axis, v) in point.iter_mut().enumerate().filter(|(axis, _)| !moves(m, *axis)) {
+            *v = q.get(axis).copied().unwrap_or(*v);
+        }
+        (point != q).then_some(point)
+    }
+
     /// The point before a target `q` to which the robot may come from anywhere; `None`: some joint has no side, or there is no room for the
     /// point within the limits.
     ///
@@ -174,6 +184,16 @@ impl Sides {
     pub fn vertex(&self, goal: &Vertex, t_s: f64, q: Vec<f64>) -> Vertex {
         Vertex { role: Role::Approach, q: q.into(), share: SHARE, t_s, ..goal.clone() }
     }
+}
+
+/// A point before the goal of a move may move the axis.
+fn moves(m: &Move, axis: usize) -> bool {
+    m.blend_m == Some(0.0) || m.waits.has(axis)
+}
+
+/// Whether a first point may move all axes before the goal of a move.
+pub(super) fn moves_all(m: &Move, axes: usize) -> bool {
+    (0..axes).all(|axis| moves(m, axis))
 }
 
 /// Each axis is within its limits, as far as its numbers are those of the machine.

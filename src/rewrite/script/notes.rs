@@ -98,7 +98,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
             )
         }
     };
-    let stops = script.moves().any(|(_, m)| m.blend_m == Some(0.0));
+    let stops = script.moves().any(|(_, m)| m.blend_m == Some(0.0) || !m.waits.is_empty());
     let none = if stops { "" } else { ": the program contains no move that certainly stops at its goal" };
     let reached = counted(added, "target");
     let text = format!("one-sided approach: {reached} reached from the requested side over an added point{rest}{none}");

@@ -68,6 +68,22 @@ impl Reader<'_> {
         self.step(k, StepKind::Move(goes), None);
     }
 
+    /// A straight move by words of which some are absolute and others relative: it stays, and where its axes come to is not known; the others
+    /// stand where they stood. `false`: other axes may move too.
+    ///
+    /// Beckhoff takes each word by the G90 or G91 before it (TF5200, programming manual, combined programming: "N20 G91 X20 G90 Y20 (relative for X
+    /// axis, absolute for Y axis)"), others take the last one for the whole block or refuse the block. After it the last one is in force.
+    ///
+    /// `block = "G91" axis_word {axis_word} "G90" axis_word {axis_word}`
+    pub(super) fn leaves_either_way(&mut self, k: usize, block: &Block) -> bool {
+        let straight = matches!(self.motion, Some(0 | 10)) && !block.words.iter().any(|w| b"IJKR".contains(&w.letter));
+        let axes = self.axes_named(block).filter(|axes| straight && !axes.is_empty());
+        if axes.is_some() {
+            self.goes_elsewhere(k, axes, Elsewhere::BothDistances);
+        }
+        axes.is_some()
+    }
+
     /// An axis word moves its own axis and no other.
     fn words_are_plain(&self) -> bool {
         self.strange.is_none() && self.modal_macro.is_none() && self.compensation.is_none()
@@ -156,6 +172,11 @@ impl Reader<'_> {
             self.plane = None;
         }
         self.feed = None;
+        // on the other ways to this place another mode may be on
+        let modes: &[u32] = if self.robot.control.exact_stop { &[611, 620, 640] } else { &[610, 611, 620, 640] };
+        let other =
+            usize::from(self.robot.control.exact_stop) + modes.iter().filter(|c| self.survey.codes.contains(c)).count();
+        self.exact &= other <= 1 && !self.survey.hidden;
         self.join_lathe();
         self.lost_frame |= self.survey.frames();
         if self.survey.leaves_compensation {
@@ -235,6 +256,7 @@ impl Reader<'_> {
         self.inch = None;
         self.plane = None;
         self.feed = None;
+        self.exact = false;
         self.join_lathe();
         self.lost_frame = true;
         self.frame_to_name = true;

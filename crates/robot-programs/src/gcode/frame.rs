@@ -5,7 +5,7 @@ use super::lex::{self, Block, Word};
 use super::read::Reader;
 use super::reason::After;
 use super::survey::Survey;
-use crate::script::{Break, StepKind};
+use crate::script::{AxisSet, Break, StepKind};
 
 /// Whether a block chooses a tool or an offset, which moves the frame: a T word where no M6 changes tools (a turret), D and H without
 /// the G word that takes them.
@@ -27,6 +27,20 @@ pub(super) fn changes_tool(block: &Block, survey: &Survey) -> bool {
 }
 
 impl Reader<'_> {
+    /// The axes that a G53 moves, where they are the named ones alone: a tool length may be given up for it.
+    pub(super) fn axes_of_machine(&self, block: &Block) -> Option<AxisSet> {
+        let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
+        self.with_length(self.axes_named(block).filter(|_| straight)?)
+    }
+
+    /// These axes, and that of a tool length that is on.
+    pub(super) fn with_length(&self, axes: AxisSet) -> Option<AxisSet> {
+        match self.length.as_str() {
+            "G49" => Some(axes),
+            _ => Some(axes.axes().chain(self.length_axis()?.axes()).collect()),
+        }
+    }
+
     pub(super) fn local_frame(&mut self, k: usize, block: &Block) {
         match self.axis_values(block) {
             Ok(values) => {

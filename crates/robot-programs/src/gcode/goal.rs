@@ -132,7 +132,9 @@ impl Reader<'_> {
         if unclear.is_none() && self.leaves_across(k, &block) {
             return Ok(());
         }
-        if unclear == Some(Reason::NoPoint) && self.leaves_uncertain(k, &block) {
+        if unclear == Some(Reason::NoPoint) && self.leaves_uncertain(k, &block)
+            || unclear == Some(Reason::BothDistances) && self.leaves_either_way(k, &block)
+        {
             return Ok(());
         }
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {

@@ -14,7 +14,7 @@
 //! and Fanuc dialects where they differ. Assumes that the work frame in which the first motion stands is the frame of the
 //! axes (its offset is not in the program), G17 until a plane is named, and G91.1.
 //!
-//! Blocks that differ in their numbers alone are read once ([`alike`], [`passed`]); [`codes`] has the G words by what they do, [`flow`] the
+//! Blocks that differ in their numbers alone are read once ([`alike`], [`passed`]); [`codes`] has the G words by what they do, [`makers`] those of single makers, [`flow`] the
 //! words that steer the order of blocks, [`across`] what an X word of a lathe counts and [`signs`] what shows that there is one.
 //!
 //! Variables and expressions that have one value whatever runs are folded ([`variables`]); [`assignments`] looks at what a line assigns
@@ -36,6 +36,7 @@ mod labels;
 mod lathe;
 mod leg;
 mod lex;
+mod makers;
 mod passed;
 mod pieces;
 mod places;
@@ -48,6 +49,7 @@ mod survey;
 #[cfg(test)]
 mod tests;
 mod variables;
+mod waits;
 mod words;
 mod write;
 

@@ -11,6 +11,7 @@ use super::reason::{After, Doubt};
 use super::statements::{Program, Statement, Statements};
 use super::survey::Survey;
 use super::variables::Variables;
+use super::waits::Waits;
 use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::lex::not_too_long;
@@ -45,7 +46,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     }
     reader.lose(After::End);
     let marker = reader.survey.marker();
-    let Reader { mut script, statements, .. } = reader;
+    let Reader { mut script, statements, waits, .. } = reader;
     let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     script.texts = texts;
     // without a move nothing depends on them
@@ -53,7 +54,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         script.missing = missing;
         script.only_whole_numbers = only_whole;
     }
-    Ok(Program { script, statements, letters, si, marker })
+    Ok(Program { script, statements, letters, si, marker, waits })
 }
 
 /// The letter of each axis; 0 where its name is no word of G-code.
@@ -114,6 +115,8 @@ pub(super) struct Reader<'a> {
     pub(super) feed_mode: u32,
     pub(super) feed: Option<f64>,
     pub(super) exact: bool,
+    /// The words of dwells behind moves, by the step of the move.
+    pub(super) waits: Waits,
     /// Cutter compensation that is, or may be, on.
     pub(super) compensation: Option<Doubt>,
     /// A code after which words mean something else.
@@ -184,7 +187,8 @@ impl<'a> Reader<'a> {
             across: None,
             feed_mode: 94,
             feed: None,
-            exact: false,
+            exact: robot.control.exact_stop,
+            waits: Waits::default(),
             compensation: None,
             strange: None,
             modal_macro: None,
@@ -348,6 +352,7 @@ impl Reader<'_> {
     ///
     /// `dwell = "G4" (("X" | "U" | "F" | "S" | "P") number)`
     pub(super) fn dwell(&mut self, k: usize, block: &Block) {
+        self.waits_at_goal(block);
         let literal = |letters: &[u8]| block.words.iter().find(|w| letters.contains(&w.letter)).and_then(|w| w.value);
         let has = |letter: u8| block.words.iter().any(|w| w.letter == letter);
         let printer = self.survey.printer;

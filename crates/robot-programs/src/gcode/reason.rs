@@ -61,6 +61,9 @@ pub enum Reason {
     /// A relative word of an axis that is lost.
     #[error("a relative word, and the position before it is not known")]
     RelativeToUnknown,
+    /// `G91 X10 G90 Y5`.
+    #[error("G90 and G91 in one block: which of its words are relative depends on the control")]
+    BothDistances,
     /// `/G1 X10`.
     #[error("a block that an operator may switch off")]
     Optional,
@@ -156,6 +159,9 @@ pub enum Elsewhere {
     /// `X10` where others are `X10.`.
     #[error("a number without a point where others end in one: it may count increments")]
     NoPoint,
+    /// `G91 X10 G90 Y5`.
+    #[error("G90 and G91 in one block: which of its words are relative depends on the control")]
+    BothDistances,
     /// X of a lathe.
     #[error("X of a lathe may be a diameter or a radius: state it, `--assume diameter` or `control: [diameter]`")]
     Across,

@@ -5,6 +5,7 @@ use super::codes::{AXES, CANNED, PROBES, code, is_followed};
 use super::flow::{assignments_of, flow_hides, is_flow};
 use super::labels::{is_conditional_call, local_labels};
 use super::lex::{self, Block, has_axes, names};
+use super::makers::{Makers, is_corner_mode, is_high_speed, is_numbered_frame, work_frame};
 use super::passed::Passed;
 use super::signs::Signs;
 use crate::error::Result;
@@ -45,6 +46,8 @@ pub(super) struct Survey {
     pub(super) unfollowed: Option<u32>,
     /// Modal macros (G66) that are called.
     pub(super) macros: usize,
+    /// The text is one of a mill of Haas: it has words that their controls alone have.
+    pub(super) haas: bool,
     /// M21 or M22 stands in a text that may be no lathe's: older controls mirror X or Y from there on.
     pub(super) mirrors: bool,
     /// Tools are changed by M6: T alone chooses the next one.
@@ -163,6 +166,7 @@ struct Look {
     extrudes: bool,
     counts: bool,
     signs: Signs,
+    makers: Makers,
     /// The program has begun without a name, and ended (M2, M30).
     begun: bool,
     ended: bool,
@@ -250,6 +254,7 @@ impl Look {
     }
 
     fn m_word(&mut self, block: &Block, m: f64) {
+        self.makers.m_word(m);
         self.survey.jumps |= m == 99.0 && names(block, b"P");
         self.survey.changes_tools |= m == 6.0;
         self.survey.mirrors |= m == 21.0 || m == 22.0;
@@ -264,8 +269,9 @@ impl Look {
         self.survey.macros += usize::from(matches!(c, 660 | 661));
         let across = Across::of_g_word(block, c);
         self.survey.across.extend(across);
-        let followed = is_followed(c) || across.is_some() || acts_once(block, c);
-        if !followed || c == 50 && !has_axes(block) || c == 100 && !moves_offsets(block) {
+        let of_maker = self.makers.g_word(block, c) || is_numbered_frame(block, c) || is_corner_mode(block, c);
+        let followed = is_followed(c) || across.is_some() || acts_once(block, c) || of_maker;
+        if !followed || c == 50 && !has_axes(block) && !is_high_speed(block, c) || c == 100 && !moves_offsets(block) {
             self.unfollowed.insert(c);
         }
         // by what they do
@@ -294,6 +300,7 @@ impl Look {
         // controls whose words say what X counts have no turning cycles G90 and G94
         survey.lathe = self.signs.cycles() && !survey.printer && !survey.across.iter().any(|a| *a != Across::Radius);
         survey.diameters = self.signs.diameters(&survey.codes, survey.changes_tools) && !survey.printer;
+        self.makers.settle(&mut survey, &mut self.unfollowed);
         // a lathe's tailstock; not read by printers
         survey.mirrors &= !survey.lathe && !survey.printer;
         if survey.mirrors {
@@ -370,30 +377,4 @@ pub(super) fn acts_once(block: &Block, c: u32) -> bool {
 /// Whether axes are named without a place: `G162 X Y`.
 pub(super) fn homes(block: &Block) -> bool {
     has_axes(block) && block.words.iter().all(|w| !AXES.contains(&w.letter) || w.value.is_none())
-}
-
-/// The work frame that a G54 to G59.3 on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`. A P that is no
-/// number chooses a frame that is no other line's.
-///
-/// `frame = "G54" ["P" number] | "G54.1" "P" number | "G" number`
-pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
-    const NUMBERED: u32 = 100_000;
-    const COMPUTED: u32 = 1 << 31;
-    const MOST: f64 = 1e6;
-    // words of settings that take no P; any other may have it: a dwell, a call, a cycle, a tolerance
-    const WITHOUT: [u32; 24] = [
-        0, 10, 170, 180, 190, 200, 210, 400, 430, 490, 500, 540, 550, 560, 570, 580, 590, 690, 700, 710, 800, 900, 910,
-        940,
-    ];
-    let another = || {
-        let takes = |w: &lex::Word| w.value.is_none_or(|v| !WITHOUT.contains(&code(v.0)));
-        block.words.iter().any(|w| w.letter == b'M' || w.letter == b'G' && takes(w))
-    };
-    match block.words.iter().find(|w| w.letter == b'P') {
-        Some(p) if c == 541 || c == 540 && !another() => match p.value {
-            Some((v, _)) if (0.0..MOST).contains(&v) => NUMBERED + v as u32,
-            _ => COMPUTED + k as u32,
-        },
-        _ => c,
-    }
 }

@@ -11,6 +11,7 @@ mod random;
 mod relative;
 mod rotary;
 mod small_arcs;
+mod waits;
 mod words_of_makers;
 
 use super::Gcode;

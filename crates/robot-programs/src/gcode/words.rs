@@ -2,16 +2,17 @@
 
 use super::across::Across;
 use super::calls::Callee;
-use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code, is_work_frame};
+use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code};
 use super::frame::changes_tool;
 use super::labels::is_conditional_call;
 use super::lex::{self, Block, Word, has_axes};
+use super::makers::{is_corner_mode, is_high_speed, work_frame};
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
 use super::signs::unit_of_siemens;
-use super::survey::{acts_once, homes, is_numbered_call, moves_offsets, work_frame};
+use super::survey::{acts_once, homes, is_numbered_call, moves_offsets};
 use crate::error::Result;
-use crate::script::{AxisSet, Break, StepKind};
+use crate::script::{Break, StepKind};
 
 /// M words that save modes and bring them back.
 const SAVES: std::ops::RangeInclusive<u32> = 70..=73;
@@ -116,6 +117,12 @@ impl Reader<'_> {
         if own.dwells {
             unclear.get_or_insert(Reason::DwellBesidePositions);
         }
+        // which of its words count from where the axes stand depends on the control
+        let both = [900, 910].iter().all(|c| codes.contains(&Some(*c)));
+        let last = self.absolute.take_if(|_| both);
+        if both {
+            unclear.get_or_insert(Reason::BothDistances);
+        }
         let changes_tool = changes_tool(&block, &self.survey);
         if changes_tool {
             unclear.get_or_insert(Reason::ToolOrOffset);
@@ -142,25 +149,12 @@ impl Reader<'_> {
         } else if !own.taken && (block.words.iter().any(moves) || arc) {
             self.movement(k, block, &codes, unclear, own.exact)?;
         }
+        self.absolute = last.or(self.absolute);
         if changes_tool {
             self.end(k, Break::Frame, After::Tool);
         }
         self.finish(k, ending);
         Ok(())
-    }
-
-    /// The axes that a G53 moves, where they are the named ones alone: a tool length may be given up for it.
-    fn axes_of_machine(&self, block: &Block) -> Option<AxisSet> {
-        let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
-        self.with_length(self.axes_named(block).filter(|_| straight)?)
-    }
-
-    /// These axes, and that of a tool length that is on.
-    fn with_length(&self, axes: AxisSet) -> Option<AxisSet> {
-        match self.length.as_str() {
-            "G49" => Some(axes),
-            _ => Some(axes.axes().chain(self.length_axis()?.axes()).collect()),
-        }
     }
 
     /// The M words of a block: what starts before its move is done here, what follows the move is returned.
@@ -254,8 +248,8 @@ impl Reader<'_> {
             800 if codes.iter().flatten().any(|c| [0, 10, 20, 30].contains(c)) => {}
             800 => self.motion = None,
             530 => own.machine_frame = true,
-            610 | 611 | 640 => {
-                self.exact = c != 640;
+            c if is_corner_mode(block, c) => {
+                self.exact = matches!(c, 610 | 611);
                 own.exact = self.exact;
             }
             90 => own.exact = true,
@@ -263,6 +257,7 @@ impl Reader<'_> {
             500 => {}
             // look-ahead of Fanuc
             51 if !has_axes(block) => {}
+            c if is_high_speed(block, c) => {}
             c if SPLINES.contains(&c) && (c != 50 || has_axes(block)) => self.motion = Some(c),
             c if HARMLESS.contains(&c) => {}
             c => {
@@ -308,7 +303,7 @@ impl Reader<'_> {
             400 => self.compensation = None,
             410 | 420 | 411 | 421 => self.compensation = Some(Doubt::Compensation(c)),
             430 | 431 | 440 | 490 => self.tool_length(k, block, c),
-            c if is_work_frame(c) => self.select(k, work_frame(block, c, k)),
+            c if self.survey.names_frame(block, c) => self.select(k, work_frame(block, c, k)),
             _ => return false,
         }
         true

@@ -226,6 +226,9 @@ pub struct How {
     pub moves_alone: Option<AxisSet>,
     /// Why the way to the goal may be another one than that of its path; its goal is known all the same.
     pub other_way: Option<OtherWay>,
+    /// The axes that it moves to a goal at which the program waits for some time: the robot stops there exactly, and at a new point before it
+    /// if the program waits there as well. [`Self::blend_m`] says nothing of it. Empty: the program does not wait.
+    pub waits: AxisSet,
     /// What the motion starts before it ends. Boxed, as few have one.
     pub end_trigger: Option<Box<EndTrigger>>,
     /// What comes after it is done as the robot enters its corner, for this reason: were the corner made smaller for a new point, it would
@@ -281,6 +284,7 @@ impl Default for How {
             displaced: AxisSet::default(),
             moves_alone: None,
             other_way: None,
+            waits: AxisSet::default(),
             end_trigger: None,
             acts_in_corner: None,
         }

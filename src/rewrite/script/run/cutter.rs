@@ -273,6 +273,7 @@ impl Cutter<'_> {
             && editable
             && (!self.run.entry || approach.is_apart(step))
             && approach.count(m)
+            && approach::moves_all(m, q.len())
             && !approach.goes_without(step);
         let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
         let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());

@@ -87,7 +87,7 @@ impl Cutter<'_> {
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
             && !self.choice.approach.goes_without(step)
-            && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
+            && let Some(point) = self.choice.approach.point_of(m, robot, &self.run, &self.directions, &goal.q)
         {
             self.keep_first_directions(&goal);
             let last = self.run.vertices.last().map_or(t0, |v| v.t_s);

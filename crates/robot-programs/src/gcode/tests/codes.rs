@@ -364,3 +364,25 @@ fn a_feed_or_a_spindle_word_beside_a_dwell_is_the_time_of_the_dwell() {
     let script = script_of(&Gcode, printer, &robot());
     assert!(script.steps.iter().any(|s| matches!(s.kind, StepKind::Dwell(Some(s)) if s == 2.0)));
 }
+
+#[test]
+fn high_speed_modes_without_axes_change_nothing() {
+    let text = format!("{HEAD}G05 P10000\nG1 X10 F300\nN5 G5 P0\nX5\n");
+    assert_eq!(goals(&text).iter().flatten().count(), 3, "{:?}", opaque(&text));
+    // a cycle that runs, a spline, and words that are not known
+    for other in ["G05 P10001", "G05 P2", "G05", "G05 P10000 R3", "G05 P0 L2", "G5 P10000 X5"] {
+        let text = format!("{HEAD}{other}\nG5 X1\nG1 X10 F300\n");
+        assert!(!opaque(&text).is_empty(), "{other}");
+    }
+    assert_eq!(opaque(&format!("{HEAD}G05 P10001\nG1 X10 F300\n")), ["G5 is on"]);
+}
+
+#[test]
+fn an_override_at_corners_ends_exact_stops_and_changes_nothing_else() {
+    let text = format!("{HEAD}G61\nG1 X10 F300\nG62\nX5\nG64\nX1\n");
+    let script = script_of(&Gcode, &text, &robot());
+    let stops: Vec<_> = moves(&script).iter().map(|m| m.1.blend_m).collect();
+    assert_eq!(stops, [None, Some(0.0), None, None]);
+    // with axes it is a mirror on some controls
+    assert_eq!(opaque(&format!("{HEAD}G62 X1\nG1 X10 F300\n")), ["G62 is on", "G62 is on"]);
+}

@@ -123,3 +123,50 @@ fn cutter_compensation_is_off_at_every_label_where_it_is_on_between_them_alone()
         assert!(opaque(&text(inside)).len() > 4, "{inside}: {:?}", opaque(&text(inside)));
     }
 }
+
+/// Whether each move counts from another origin than the first; `None`: it stays.
+fn displaced(text: &str) -> Vec<Option<bool>> {
+    let script = script_of(&Gcode, text, &robot());
+    let one = |(_, m): &(usize, crate::script::Move)| match m.goal {
+        Goal::Joints(_) => Some(!m.displaced.is_empty()),
+        _ => None,
+    };
+    moves(&script).iter().map(one).collect()
+}
+
+#[test]
+fn further_work_frames_of_haas_are_work_frames() {
+    const HAAS: &str = "G21 G90 G17\nG154 P1\nG0 X0 Y0 Z0\n";
+    // the same frame by its other name, another one, and back
+    let text = format!("{HAAS}G110\nG1 X10 F300\nG154 P2\nX5\nG0 G113 X1\nG154 P1\nX2\n");
+    let (there, away) = (Some(false), Some(true));
+    assert_eq!(displaced(&text), [there, there, away, away, there], "{:?}", opaque(&text));
+    // a change loses the place
+    let first = |script: &Script, k: usize| moves(script)[k].0;
+    let script = script_of(&Gcode, &text, &robot());
+    let steps = &script.steps[first(&script, 1)..first(&script, 2)];
+    assert!(steps.iter().any(|s| matches!(s.kind, StepKind::Break(Break::Frame))));
+    // a computed one is no other line's
+    assert_eq!(displaced(&format!("{HAAS}G154 P1 G4 P2\nX5\n")).len(), 2);
+    for other in ["G154", "G154 P100", "G154 P1.5", "G154 P#1", "G112", "G116 T5", "G110 X5 Y5", "G129 P1"] {
+        let text = format!("{HAAS}{other}\nG1 X10 F300\n");
+        assert_eq!(displaced(&text).last(), Some(&None), "{other}");
+    }
+    // without a word of Haas it may be anything
+    assert_eq!(displaced(&format!("{HEAD}G110\nG1 X10 F300\n")), [there, None]);
+    assert_eq!(displaced(&format!("{HEAD}G113\nG1 X10 F300\n")), [there, there]);
+    // a label is reached in any of them
+    let jumps = format!("{HAAS}G187 P3\nG110\nX3\nN5 G90 G21\nG1 X10 F300\nIF [#1 EQ 2] GOTO 5\n");
+    assert_eq!(displaced(&jumps).last(), Some(&away));
+}
+
+#[test]
+fn work_frames_of_siemens_are_work_frames_in_their_programs() {
+    let text = format!("{HEAD}T=\"MILL10\"\nM6\nG500\nG0 X10 Y10 Z10\nG505\nX5 Y5 Z5\nG500\nX1\n");
+    let found = displaced(&text);
+    assert_eq!(found, [Some(false), Some(true), Some(true), Some(true)], "{:?}", opaque(&text));
+    // a macro of another control
+    for other in ["G500", "G505"] {
+        assert_eq!(displaced(&format!("{HEAD}{other}\nG1 X10 F300\n")), [Some(false), None], "{other}");
+    }
+}

@@ -114,3 +114,27 @@ fn a_move_from_which_relative_words_count_later_on_is_fixed() {
     let fixed: Vec<bool> = moves(&script).iter().map(|m| m.1.fixed.is_some()).collect();
     assert!(fixed[1] && fixed[2], "{fixed:?}");
 }
+
+#[test]
+fn a_block_with_absolute_and_relative_words_stays_and_loses_its_axes() {
+    const WHY: &str = "G90 and G91 in one block: which of its words are relative depends on the control";
+    for block in ["G91 Z-2 G90 X20", "G90 Z30 G91 X3", "G90 G91 G1 X5 Z1"] {
+        let text = format!("{HEAD}G1 X10 Y5 Z50 F300\n{block}\nG90 Y8\nX5\nZ1\n");
+        assert_eq!(opaque(&text), [WHY], "{block}");
+        let script = script_of(&Gcode, &text, &robot());
+        let list = moves(&script);
+        // its relative words count from there, in all axes
+        assert!(list[1].1.fixed.is_some() && list[3].1.fixed.is_none(), "{block}");
+        let lost: Vec<usize> = list[2].1.moves_alone.expect("a straight move moves its own axes").axes().collect();
+        assert_eq!(lost, [0, 2], "{block}");
+        // Y is known, X and Z are not before they are named
+        assert_eq!(goals(&text)[3].as_ref().map(|g| g[1]), Some(8.0), "{block}");
+    }
+    // a relative word after it counts from a place that is not known
+    let text = format!("{HEAD}G1 X10 Z50 F300\nG90 X20 G91 Z-2\nZ-1\nX1\n");
+    const LOST: &str = "a relative word, and the position before it is not known";
+    assert_eq!(opaque(&text), [WHY, LOST, LOST]);
+    // an arc may end anywhere
+    let text = format!("{HEAD}G1 X10 Y0 F300\nG91 G2 X10 G90 Y0 I5 J0\nG1 X5\n");
+    assert_eq!(opaque(&text), [WHY]);
+}
