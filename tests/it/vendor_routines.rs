@@ -154,7 +154,6 @@ fn the_move_before_a_target_that_counts_from_nowhere_is_edited() {
         "MoveL Offs(CRobT(),0,0,h),v100,fine,tool0;",
         "p1:=CRobT();\nMoveL Offs(p1,0,0,h),v100,fine,tool0;",
         "MoveC p2,Offs(p1,0,0,h),v100,fine,tool0;",
-        "MoveL above(p1),v100,fine,tool0;",
     ] {
         assert_eq!(last(goal), 0, "{goal}");
     }

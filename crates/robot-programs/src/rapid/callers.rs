@@ -27,7 +27,7 @@ pub fn all_known(f: &Facts, own: &dyn Fn(&Item) -> bool) -> HashSet<usize> {
     let mut names: BTreeMap<&str, usize> = BTreeMap::new();
     p.routines.iter().for_each(|r| *names.entry(&r.name).or_default() += 1);
     let here = |r: &super::read::Routine| {
-        let everywhere = r.local || f.has_main && !f.is_named_outside(&r.name);
+        let everywhere = r.local || f.has_main && !f.is_called_outside(&r.name);
         r.procedure && everywhere && names.get(r.name.as_str()) == Some(&1) && !elsewhere.contains(&r.name)
     };
     (0..p.routines.len()).filter(|k| here(&p.routines[*k])).collect()

@@ -302,9 +302,14 @@ impl<'a> Facts<'a> {
         Err(Reason::Global(shown()))
     }
 
-    /// Whether a file that is left out of the program names something of it.
-    pub fn is_named_outside(&self, name: &str) -> bool {
-        self.left_out.names(name).is_some() || self.left_out.by_name().is_some()
+    /// Whether a file that is left out of the program sets data by names that are computed.
+    pub fn is_set_by_name_outside(&self) -> bool {
+        self.left_out.by_name().is_some()
+    }
+
+    /// Whether a file that is left out of the program may call a routine of it.
+    pub fn is_called_outside(&self, routine: &str) -> bool {
+        self.left_out.calls(routine)
     }
 
     /// Whether other modules can use a declaration that is not in the program's own text.

@@ -34,8 +34,11 @@ impl Facts<'_> {
     fn is_seen_whole(&self, r: usize) -> bool {
         let Some(routine) = self.p.routines.get(r).filter(|routine| routine.procedure) else { return false };
         let alone = self.p.routines.iter().filter(|other| other.name == routine.name).count() == 1;
-        let everywhere = routine.local || self.has_main && !self.is_named_outside(&routine.name);
-        alone && everywhere && !self.p.items.iter().any(|item| item.kind == ItemKind::Late)
+        let everywhere = routine.local || self.has_main && !self.is_called_outside(&routine.name);
+        alone
+            && everywhere
+            && !self.is_set_by_name_outside()
+            && !self.p.items.iter().any(|item| item.kind == ItemKind::Late)
     }
 
     /// Place of a parameter among those of its procedure, and their number; `None`: one is optional.

@@ -136,6 +136,12 @@ impl LeftOut {
         self.read().find(|(_, said)| !name.is_ascii() || said.words.contains(name)).map(|(file, _)| file.name.as_str())
     }
 
+    /// Whether a file may call a routine of the program: one that has a routine of that name calls its own, and cannot be loaded beside it.
+    pub fn calls(&self, routine: &str) -> bool {
+        let own = |said: &FileFacts| said.sets.is_some() && said.routines.contains(routine);
+        self.read().any(|(_, said)| !routine.is_ascii() || said.words.contains(routine) && !own(&said))
+    }
+
     /// Names of the routines that these files may hold.
     pub fn routines(&self) -> HashSet<String> {
         self.read().flat_map(|(_, said)| said.routines.iter().cloned().collect::<Vec<_>>()).collect()

@@ -14,10 +14,17 @@ const DECIMALS: u8 = 6;
 /// Decimals of a number that stays, m or rad: what reading it again may differ by is far below them.
 const EXACT: usize = 12;
 
+/// No robot goes there, m or rad, and its decimals would not be read again as they stand.
+const LARGEST: f64 = 1e6;
+
 impl Builder<'_> {
     /// The value of an expression of the item at hand, if it can be put in its place: no comment may go with it.
     fn folded(&self, span: &Span) -> Option<Constant> {
         let value = self.values.value(span, self.place)?;
+        let numbers = if let Constant::Pose(pose) = &value { Some(pose.to_vec()) } else { value.clone().list() };
+        if numbers.is_some_and(|all| all.iter().any(|v| v.abs() > LARGEST)) {
+            return None;
+        }
         (!self.text.slice(self.bytes(span)).contains(&b'\n')).then_some(value)
     }
 
