@@ -120,7 +120,6 @@ fn words_from_files_stay_words() {
         EVIL,
         vec![CompensatorRow { joint: e(), kind: e(), friction_shape: e(), ..CompensatorRow::default() }],
     );
-    page.section(EVIL, EVIL, vec![LeftOut { what: e(), why: e() }]);
     page.section(
         EVIL,
         EVIL,
@@ -136,7 +135,7 @@ fn words_from_files_stay_words() {
         assert_eq!(named(all, "style").len(), 1);
         assert!(all.iter().all(|n| n.attributes().all(|a| !a.name().starts_with("on"))));
         assert!(
-            named(all, "h2").iter().filter(|h| text_of(h) == EVIL).count() >= 15,
+            named(all, "h2").iter().filter(|h| text_of(h) == EVIL).count() >= 14,
             "and the reader sees them as they are"
         );
     });
