@@ -372,6 +372,12 @@ fn impact_um(robot: &Robot, pose: &[f64; 6], joint: &str, half_gap_mdeg: f64) ->
 
 /// Sections of words.
 fn words(page: &mut Page) {
+    let left_out = [
+        ["A4 at 130 deg, cycle 3", "the reflector was lost for 0.7 s of a rest of 1 s"],
+        ["stiction of A2", "no spike above the noise after its reversals (p = 0.62)"],
+    ];
+    let rows = left_out.iter().map(|row| row.map(String::from).to_vec());
+    page.section("Left out", "", TableView::words(&["What", "Why"], rows));
     page.section(
         "",
         "",
