@@ -147,6 +147,6 @@ fn the_verdict_knows_from_which_side_a_joint_comes() {
     let rows: String = (0..6).map(|j| format!("{}.0000,400.0000,-10.0000\n", 500 + 10 * j)).collect();
     std::fs::write(bench.0.join("p.csv"), format!("x_mm,y_mm,z_mm\n{rows}")).unwrap();
     let out = bench.rewrite("p.csv --output o.csv --initial-direction X=-").ends_with(0);
-    assert!(out.text().contains("unchanged: path error"), "{}", out.text());
+    assert!(out.stderr.contains("unchanged: path error"), "{}", out.stderr);
     assert!(std::fs::read_to_string(bench.0.join("o.csv")).unwrap().contains("499.9500"));
 }
