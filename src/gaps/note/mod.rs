@@ -2,7 +2,7 @@
 //! words are for readers, with values in the units of documents (`unit`).
 //!
 //! Files beside, by identification: [`machine`] (all logs), [`static_test`], [`path`], [`deadzone`], [`screw`], [`scalar`] (ballbar, dial
-//! gauge), [`line`] (positions of a line); [`commands`]: what is wrong with the commands of a log.
+//! gauge), [`mod@line`] (positions of a line); [`commands`]: what is wrong with the commands of a log.
 
 pub mod commands;
 pub mod deadzone;
