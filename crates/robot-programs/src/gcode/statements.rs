@@ -4,10 +4,10 @@
 use super::arc::{Arc, Centre};
 use super::codes::code;
 use super::lex::{self, Word};
-use super::waits::Waits;
 use crate::axes::JointKind;
 use crate::script::blocks::BySteps;
 use crate::script::{Script, Text};
+use std::collections::BTreeMap;
 use std::sync::Arc as Shared;
 
 /// A program that has been read.
@@ -20,9 +20,12 @@ pub(super) struct Program {
     pub(super) si: Vec<f64>,
     /// Numbers with and without a point stand in it: the line that says how the latter are to be read.
     pub(super) marker: Option<usize>,
-    /// The words of dwells behind moves, by the step of the move.
     pub(super) waits: Waits,
 }
+
+/// The words of dwells, as they stand in the text, by the step of the move before them.
+#[derive(Debug, Default)]
+pub(super) struct Waits(pub(super) BTreeMap<usize, String>);
 
 /// Most decimals that a changed number gets, by unit: controls keep 10 nm or less, and 1e-5 deg.
 const MOST_MM: u8 = 5;
