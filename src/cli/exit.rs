@@ -1,7 +1,7 @@
 //! How a command ends: its exit code, and what is printed of an error.
 
 use crate::assess::bidirectional::Refusal as NoGap;
-use crate::error::{BadInput, Error, Place};
+use crate::error::{BadInput, Error, Place, counted};
 use crate::rewrite::Refusal;
 
 /// How a command that did what it was asked for ends.
@@ -28,11 +28,11 @@ impl Finished {
 #[error("{0}")]
 pub struct No(pub String);
 
-/// What stands beside results could not be written, and the results are in place.
+/// The results of a folder are in place, but their summary or page could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("{why}; the results of {programs} programs are in place, and the next run goes on from there")]
+#[error("{why}; the results of {} are in place, and the next run goes on from there", counted(*programs, "program"))]
 pub struct InPlace {
-    /// What the command that writes it says.
+    /// The error of what could not be written.
     pub why: String,
     /// Programs whose results are in place.
     pub programs: usize,
@@ -72,7 +72,7 @@ pub fn code_of(error: &Error) -> u8 {
     }
 }
 
-/// Of outputs that belong together and are in place in part.
+/// Outputs that belong together are in place in part.
 const UNFINISHED: u8 = 4;
 /// Of a mistake of the program itself: `EX_SOFTWARE` of sysexits.h.
 pub(super) const INTERNAL: u8 = 70;

@@ -9,8 +9,8 @@ const LARGEST: u64 = 64 << 20;
 /// Collections within collections beyond which a document is refused: a parser may take a time that grows with their square.
 const DEEPEST: usize = 64;
 
-/// The line on which brackets, dashes of lists within lists, or steps of indentation go too deep. Brackets in words may count as well: no document of ours has
-/// so many that are never closed.
+/// The line on which brackets, dashes of lists within lists, or steps of indentation go too deep. Brackets in words may count as well: no
+/// document of ours has so many that are never closed.
 fn too_deep(text: &str) -> Option<u64> {
     let mut depth = 0usize;
     let mut indents: Vec<usize> = Vec::new();

@@ -71,7 +71,7 @@ pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> 
 }
 
 /// The programs that a list names, a path below `root` on each line; blank lines and lines that begin with `#` are left out.
-/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`. Its bytes stand as `ls` prints them, or escaped as in a key.
+/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`. A line holds the bytes of the path, as `ls` prints them to a file, or the path escaped as in a key.
 ///
 /// # Errors
 /// Bad input where a path leads out of the folder, or stands twice.
@@ -204,9 +204,8 @@ fn inside(path: &Path) -> Option<PathBuf> {
 
 /// The path of a key, if it stays below its folder, without doubled separators and `.` between them.
 pub fn below(key: &str) -> Option<PathBuf> {
-    path_of(key)
-        .filter(|path| path.components().all(|c| matches!(c, Component::Normal(_))))
-        .and_then(|path| inside(&path))
+    let path = path_of(key)?;
+    path.components().all(|c| matches!(c, Component::Normal(_))).then(|| inside(&path))?
 }
 
 fn outside(name: &str, line: u64, key: &str) -> Error {

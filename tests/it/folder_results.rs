@@ -260,3 +260,17 @@ fn the_folder_of_the_results_may_be_made_for_the_summary() {
     desk.run("schema --output-dir schemas/all").success();
     assert!(desk.join("schemas/all/robot.schema.json").exists());
 }
+
+/// The results are whole, so that this is no bad input: the counts are printed, and a run that follows goes on.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_summary_that_cannot_be_written_leaves_the_results_and_says_so() {
+    let desk = desk();
+    let out = desk.run("rewrite --model model.yaml cell --output-dir done --summary /dev/full").ends_with(4);
+    assert!(out.stderr.contains("3 programs: 2 written, 1 unchanged, 0 refused, 0 failed"), "{}", out.stderr);
+    assert!(out.stderr.contains("the results of 2 programs are in place"), "{}", out.stderr);
+    assert!(desk.join("done/turns.csv").exists() && desk.join("done/turns.csv.lostmotion.json").exists());
+    desk.run(RUN).success();
+    // nothing was to be written: the same error is one of its own
+    desk.run("rewrite --model model.yaml cell --dry-run --summary /dev/full").ends_with(2);
+}

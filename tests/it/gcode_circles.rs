@@ -80,3 +80,22 @@ fn an_arc_that_turns_shortly_before_its_end_and_takes_no_point_ends_with_the_off
         assert!(error < 0.3 * before, "{options}: {error} after {before} mm\n{out}");
     }
 }
+
+#[test]
+fn an_arc_on_which_an_axis_goes_back_by_less_than_its_gap_ends_where_it_shall() {
+    // X goes from 10 to 7.056 and back by 0.05 to 0.15; its gap is 0.2
+    for to in [[7.106, 5.469], [7.146, 5.715], [7.176, 5.864], [7.206, 5.994]] {
+        let program = format!(
+            "G21 G90 G17 G94 G40\nG0 X0. Y0. Z0.\nG1 X10. Y0. F300.\nG2 X{} Y{} R5.2925\nG1 X20. Y20.\nM30\n",
+            to[0], to[1]
+        );
+        let work = folder(&program);
+        work.run("rewrite --model model.yaml p.nc --output out.nc --max-added 0").success();
+        let out = std::fs::read_to_string(work.join("out.nc")).unwrap();
+        let line = |start: &str| out.lines().find(|l| l.starts_with(start)).unwrap();
+        let (start, end) = (line("G1 X1"), line("G2 "));
+        let (from, at) = ([word(start, 'X'), word(start, 'Y')], [word(end, 'X'), word(end, 'Y')]);
+        let error = (stands([0.0].into_iter().chain(arc(from, at, word(end, 'R')))) - to[0]).abs();
+        assert!(error < 0.12 * HALF_GAP_MM, "{to:?}: {error} mm\n{out}");
+    }
+}

@@ -314,6 +314,30 @@ fn a_hash_that_was_taken_out_of_a_manifest_and_a_wrong_size_are_no_longer_passed
     assert!(std::fs::read_to_string(desk.path("s.jsonl")).unwrap().contains("\"failed\""));
 }
 
+/// A list has paths as `ls` prints them: also with bytes that are no text, and with backslashes.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_list_holds_paths_by_their_bytes_or_escaped() {
+    use std::os::unix::ffi::OsStrExt;
+    let desk = Desk::three();
+    let program = std::fs::read(desk.path("cell/line1/p0001.csv")).unwrap();
+    let names: [&[u8]; 2] = [b"L\xe4ngs.csv", b"back\\slash.csv"];
+    for name in names {
+        std::fs::write(desk.path("cell").join(std::ffi::OsStr::from_bytes(name)), &program).unwrap();
+    }
+    let keys = |list: &[u8]| -> Vec<serde_json::Value> {
+        std::fs::write(desk.path("list.txt"), list).unwrap();
+        desk.run("manifest list.txt --root cell --output m.jsonl").success();
+        let text = std::fs::read_to_string(desk.path("m.jsonl")).unwrap();
+        let lines = text.lines().map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap());
+        lines.filter(|l| l["key"].is_string()).map(|l| [l["key"].clone(), l["state"].clone()].into()).collect()
+    };
+    let raw = keys(&names.join(&b"\r\n"[..]));
+    let ready = |key: &str| serde_json::json!([key, "ready"]);
+    assert_eq!(raw, [ready("L\\xE4ngs.csv"), ready("back\\\\slash.csv")]);
+    assert_eq!(keys(b"L\\xE4ngs.csv\nback\\\\slash.csv\n"), raw);
+}
+
 #[test]
 fn a_manifest_that_leads_out_of_its_folder_is_refused() {
     let desk = Desk::three();

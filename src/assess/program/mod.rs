@@ -49,7 +49,6 @@ use crate::model::Model;
 use crate::numerics::parallel::ParMap;
 use crate::program::{Moves, Program};
 use crate::robot::Robot;
-
 use std::collections::VecDeque;
 
 /// Seconds after a reversal within which its largest error is looked for, and before it (a step may come early).

@@ -23,7 +23,7 @@ pub struct Reference {
     points: Vec<Vector3<f64>>,
     t_s: Vec<f64>,
     along: Vec<f64>,
-    /// Whether it goes on smoothly at each point; empty: straight from point to point.
+    /// Whether it is smooth at each point; empty: straight from point to point.
     smooth: Vec<bool>,
     /// Longest step between two points, m.
     step_m: f64,
@@ -39,8 +39,8 @@ pub fn lengths(points: impl IntoIterator<Item = Vector3<f64>>) -> Vec<f64> {
     points.into_iter().map(of).collect()
 }
 
-/// The points of a path that are kept, by its length up to each; `None`: all, but where that many lie within the slack that each point of a run would
-/// be compared with very many. Then those a few micrometres apart, and both ends.
+/// The points of a path that are kept, by its length up to each; `None`: all. Where so many lie within the slack that each point of a run
+/// would be compared with very many, points a few micrometres apart are kept, and both ends.
 fn thinned(along: &[f64]) -> Option<Vec<usize>> {
     let mut ahead = 0;
     let within = |(i, a): (usize, &f64)| {
@@ -89,14 +89,14 @@ impl Reference {
         Self { points, t_s, along, smooth: Vec::new(), step_m }
     }
 
-    /// The same path bent between its points where it goes on `smooth`ly at one of them or both: the arcs of a fast arm leave the chords of rows
-    /// some millimetres apart by micrometres.
+    /// The same path, bent between two points of which one or both are `smooth`: the TCP of a fast arm leaves the chord between rows that are
+    /// millimetres apart by micrometres.
     pub fn bent(self, smooth: Vec<bool>) -> Self {
         if smooth.len() == self.points.len() { Self { smooth, ..self } } else { self }
     }
 
-    /// Second derivative by time on the way after a point, times the square of its duration: from the chord's share `s` the path is
-    /// `s (s - 1) / 2` of it away.
+    /// Second derivative by time between point `i` and the next, times the square of the time between them, m. At the share `s` of the
+    /// chord, the path is off it by `s (s - 1) / 2` times that.
     fn bend(&self, i: usize) -> Vector3<f64> {
         let second = |k: usize| {
             let smooth = self.smooth.get(k) == Some(&true) && k > 0 && k + 1 < self.points.len();

@@ -23,9 +23,10 @@ const DRIFTS_M: f64 = 5.0;
 const LEAST_ROWS: f64 = 20.0;
 /// Longest path between two rows where the program is fastest, m.
 const LONGEST_STEP_M: f64 = 0.5e-3;
-/// Rate of a log, and that which a program of many rows may have, Hz, with the rows that a long program has for it at most: rows of some
-/// millimetres bend the path by micrometres less than the arm does, while memory and time grow with them.
+/// Rate of a log, and the largest rate for which a program may have more rows than the most of [`ROWS`], Hz.
 const FASTEST_HZ: f64 = 250.0;
+/// Rows that a program has for this rate at most: memory and time grow with them, and between rows that are millimetres apart the
+/// reference is bent ([`Reference::bent`]).
 const LONG_ROWS: f64 = 500_000.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
@@ -49,7 +50,7 @@ pub struct Measured {
     pub along_m: Vec<f64>,
     /// Those of its points that are rows, evenly in time.
     pub rows: Vec<usize>,
-    /// Whether the path goes on smoothly at each of its points: no point of the program. Empty: its points stand so near that it is not asked.
+    /// Whether the path is smooth at each of its points, which a point of the program is not. Empty: the points are so close that chords do.
     pub smooth: Vec<bool>,
     /// How far the TCP is from where the nominal robot has it, at the requested points, m.
     pub deviations_m: Vec<Vector3<f64>>,
@@ -61,7 +62,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// The path as what runs are compared with; reversals and deviations stay.
+    /// Takes the path out, as the reference for other runs; reversals and deviations stay.
     pub fn become_reference(&mut self) -> Reference {
         (self.along_m, self.rows) = Default::default();
         let (points, t_s) = (std::mem::take(&mut self.path_m), std::mem::take(&mut self.path_s));
@@ -141,9 +142,14 @@ fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
     }
 }
 
-/// Least and most rows of a run, and the most for its rate.
+/// How many rows a run has.
 #[derive(Debug, Clone, Copy)]
-pub struct Rows([f64; 3]);
+pub struct Rows {
+    least: f64,
+    most: f64,
+    /// The most where [`FASTEST_HZ`] asks for more than `most`.
+    long: f64,
+}
 
 impl Rows {
     /// Of a whole program.
@@ -153,8 +159,8 @@ impl Rows {
 
     /// Of a stretch that is this share of a program.
     pub fn share(share: f64) -> Self {
-        let [least, most] = ROWS;
-        Self([least, most, LONG_ROWS].map(|rows| (rows * share).max(LEAST_ROWS)))
+        let [least, most, long] = [ROWS[0], ROWS[1], LONG_ROWS].map(|rows| (rows * share).max(LEAST_ROWS));
+        Self { least, most, long }
     }
 }
 
@@ -164,7 +170,7 @@ pub struct Sampling {
     pub rate_hz: f64,
     /// The path has the program's points beside its rows: a corner between two rows would be cut.
     pub corners: bool,
-    /// About so many rows and points.
+    /// Rows and points of a run, about.
     pub rows: f64,
 }
 
@@ -180,7 +186,7 @@ impl Sampling {
 const FINE: Sampling = Sampling { rate_hz: FASTEST_HZ, corners: false, rows: 0.0 };
 
 /// How the runs of a program, and of what it became, are sampled.
-pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, most, long]): Rows) -> Sampling {
+pub fn sampling(model: &Model, source: &Source, options: &Options, of_run: Rows) -> Sampling {
     let Source::Program(program) = source else { return FINE };
     let t = times(model, program, options);
     let duration = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
@@ -196,12 +202,12 @@ pub fn sampling(model: &Model, source: &Source, options: &Options, Rows([least, 
         .collect();
     let along = lengths(path);
     let length = along.last().copied().unwrap_or(0.0);
-    let rows = (length / STEP_M).clamp(least, most);
+    let rows = (length / STEP_M).clamp(of_run.least, of_run.most);
     // where a program is fast its rows stand further apart, but not so far that an arc between them is lost
     let speed = |k: usize| (along[k] - along[k - 1]) / (t[k] - t[k - 1]).max(f64::MIN_POSITIVE);
     let moving = (1..along.len()).filter(|&k| along[k] - along[k - 1] > REST).map(speed);
     let fast = moving.fold(0.0, f64::max) / LONGEST_STEP_M;
-    let most_hz = FASTEST_HZ.min(long / duration).max(most / duration);
+    let most_hz = FASTEST_HZ.min(of_run.long / duration).max(of_run.most / duration);
     let rate_hz = (rows / duration).max(fast).min(most_hz);
     // rows of two runs stand at other places near a corner: where points are further apart than rows, they belong to the path
     let (points, rows) = (program.len() as f64, rate_hz * duration);
@@ -243,7 +249,7 @@ pub fn simulated(
     let deviations_m = nominal.zip(&asked).map(|(nominal, &row)| tcp_m[row] - nominal).collect();
     let path: Vec<usize> = if sampling.corners { (0..trajectory.rows()).collect() } else { rows.clone() };
     let t_s = trajectory.t_s();
-    let times = rows.first().zip(rows.last()).map(|(&first, &last)| t_s[last] - t_s[first]);
+    let duration_s = rows.first().zip(rows.last()).map(|(&first, &last)| t_s[last] - t_s[first]);
     Ok(Measured {
         path_m: path.iter().map(|&row| tcp_m[row]).collect(),
         path_s: path.iter().map(|&row| t_s[row]).collect(),
@@ -254,7 +260,7 @@ pub fn simulated(
         smooth: if sampling.corners { smooth } else { Vec::new() },
         points,
         stops,
-        cycle_s: times.unwrap_or(0.0),
+        cycle_s: duration_s.unwrap_or(0.0),
     })
 }
 
@@ -359,4 +365,33 @@ fn stops(q: &[Vec<f64>]) -> usize {
     let n = q.first().map_or(0, Vec::len);
     let rests = |i: usize| q.iter().all(|c| (c[i] - c[i - 1]).abs() <= REST);
     (1..n).filter(|&i| rests(i) && !(i > 1 && rests(i - 1))).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Robot;
+
+    /// An arm of one joint that turns a TCP on 1 m to and fro by 100 deg, at 1 m/s.
+    fn sampled(moves: usize) -> Sampling {
+        let text = "schema: lostmotion/robot/1\nname: arm\nconvention: dh-standard\njoints:\n  - {name: A, kind: revolute, theta_deg: 0, \
+             d_mm: 0, a_mm: 1000, alpha_deg: 0, direction: 1}\n";
+        let robot = Robot::parse("arm.yaml", text).unwrap();
+        let rows: String = (0..=moves).map(|k| format!("{}\n", 100 * (k % 2))).collect();
+        let input = crate::io::input::from_bytes("p.csv".into(), format!("A_deg\n{rows}").into_bytes()).unwrap();
+        let program = Program::parse(input, &robot).unwrap();
+        let model = Model::ideal(robot);
+        let options = Options { speed_m_s: 1.0, at_speed: true };
+        sampling(&model, &Source::Program(&program), &options, Rows::whole())
+    }
+
+    #[test]
+    fn a_program_of_any_length_has_a_bounded_number_of_rows() {
+        // 1.5 m in 1.5 s each: as many rows as a run may have, then 250 a second, then fewer
+        let [short, medium, long] = [50, 600, 20_000].map(sampled);
+        assert!((short.rows - ROWS[1] - 51.0).abs() < 2.0, "{short:?}");
+        assert!((medium.rate_hz - 250.0).abs() < 1e-9 && medium.corners, "{medium:?}");
+        assert!(long.rate_hz < 20.0 && (long.rows - LONG_ROWS - 20_001.0).abs() < 2.0, "{long:?}");
+        assert!(long.memory() < 220 << 20, "{}", long.memory());
+    }
 }

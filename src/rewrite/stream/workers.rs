@@ -68,7 +68,7 @@ enum Found {
     Failed(Error),
 }
 
-/// What came out of the shared.
+/// What is left when all workers are done.
 pub struct Finished<E, S> {
     pub sha256_in: Option<String>,
     pub middle: Middle<E>,
