@@ -18,6 +18,33 @@ fn a_blend_after_which_something_is_done_keeps_its_radius() {
     let effects: String =
         joints.iter().map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_deg: 0.02}}\n")).collect();
     desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effects}"));
+    let radii = |text: &str| -> Vec<f64> {
+        desk.write("p.script", text);
+        desk.run("rewrite --model model.yaml p.script --output o.script --force --replace").success();
+        let written = String::from_utf8(desk.read("o.script")).unwrap();
+        let radius = |l: &str| l.split("r=").nth(1).and_then(|r| r.trim_end_matches([')', '\r']).parse().ok());
+        // those of new points are smaller
+        written.lines().filter_map(radius).filter(|r: &f64| *r > 0.002 || *r == 0.05).collect()
+    };
+    // by a function, on both ways of a branch, and from the end of a loop to its begin
+    let [a, b, c] = [
+        "[0.3, -1.4, 1.7, -1.7, -1.5, 0.4]",
+        "[0.2, -1.5, 1.75, -1.75, -1.4, 0.2]",
+        "[0.1, -1.57, 1.8, -1.8, -1.57, 0.3]",
+    ];
+    let grip = "def grip():\n  set_digital_out(0, True)\nend\n";
+    let by_call =
+        format!("{grip}def prog():\n  movej({c})\n  movej({a}, r=0.05)\n  grip()\n  movej({b})\n  movej({c})\nend\n");
+    let branch = format!(
+        "def prog():\n  movej({c})\n  if x:\n    movej({a}, r=0.05)\n  else:\n    movej({a}, r=0.05)\n  end\n  set_digital_out(0, True)\n  \
+         movej({b})\n  movej({c})\nend\n"
+    );
+    let repeated = format!(
+        "def prog():\n  movej({c})\n  while True:\n    set_digital_out(0, True)\n    movej({b})\n    movej({a}, r=0.05)\n  end\nend\n"
+    );
+    for (text, blends) in [(by_call, 1), (branch, 2), (repeated, 1)] {
+        assert_eq!(radii(&text), vec![0.05; blends], "{text}");
+    }
     for (between, keeps) in [
         ("", false),
         ("  y = 1\n  textmsg(\"on\")\n", false),
@@ -37,7 +64,8 @@ fn a_blend_after_which_something_is_done_keeps_its_radius() {
             written.lines().filter(|l| l.contains("movej([0.3") || l.contains("movej([0.2999")).find_map(radius);
         assert_eq!(of_second == Some(0.05), keeps, "{between}: {written}");
         assert_eq!(said.contains("as the robot enters its blend"), keeps, "{between}: {said}");
-        // the other blend is narrowed for the point after it in any case
-        assert!(written.contains("movej([") && written != text, "{between}");
+        // after the other one nothing is done
+        let of_third = written.lines().filter(|l| l.contains("movej([0.2") && !l.contains("0.2999")).find_map(radius);
+        assert!(of_third.is_some_and(|r| r < 0.05), "{between}: {written}");
     }
 }

@@ -225,7 +225,7 @@ fn edits(script: &Script, axes: usize) -> Edits {
         let Goal::Joints(t) = m.goal else { return None };
         let q: Vec<f64> =
             script.targets.get(t)?.values.si_or_nan().map(|v| if v.is_nan() { 0.0 } else { v + 1e-3 }).collect();
-        let new = NewPoint { q: q.clone(), share: 0.5, t_s: None, clearance_m: 0.1, of_way: false };
+        let new = NewPoint { q: q.clone(), share: 0.5, t_s: None, clearance_m: 0.1, of_way: false, waits: false };
         let before = if m.closed.is_none() && k % 3 == 0 { vec![new] } else { Vec::new() };
         Some((k, Edit { goal: Some(q).filter(|_| m.fixed.is_none()), before, ..Edit::default() }))
     };

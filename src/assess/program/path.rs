@@ -25,6 +25,8 @@ pub struct Reference {
     along: Vec<f64>,
     /// Whether it is smooth at each point; empty: straight from point to point.
     smooth: Vec<bool>,
+    /// How far it is from its chords at most, m.
+    off_chords_m: f64,
     /// Longest step between two points, m.
     step_m: f64,
 }
@@ -86,13 +88,19 @@ impl Reference {
             [t_s, along] = [t_s, along].map(|of| kept.iter().map(|&i| of[i]).collect());
         }
         let step_m = points.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
-        Self { points, t_s, along, smooth: Vec::new(), step_m }
+        Self { points, t_s, along, smooth: Vec::new(), off_chords_m: 0.0, step_m }
     }
 
     /// The same path, bent between two points of which one or both are `smooth`: the TCP of a fast arm leaves the chord between rows that are
     /// millimetres apart by micrometres.
     pub fn bent(self, smooth: Vec<bool>) -> Self {
-        if smooth.len() == self.points.len() { Self { smooth, ..self } } else { self }
+        if smooth.len() != self.points.len() {
+            return self;
+        }
+        let mut bent = Self { smooth, ..self };
+        let off = (1..bent.points.len()).map(|i| bent.bend(i - 1).norm() / 8.0);
+        bent.off_chords_m = off.fold(0.0, f64::max);
+        bent
     }
 
     /// Second derivative by time between point `i` and the next, times the square of the time between them, m. At the share `s` of the
@@ -173,12 +181,14 @@ impl Reference {
             Nearest { off_m: f64::INFINITY, t_s: self.t_s[from], at: self.points[from], ..Nearest::default() };
         start.along_m = self.along[from];
         let mut best = (start, 0.0);
-        let near = bound_m.min((self.at(along.clamp(self.along[from], self.along[to])) - point).norm());
+        // places are known on chords; the path is near them
+        let near =
+            bound_m.min((self.at(along.clamp(self.along[from], self.along[to])) - point).norm()) + self.off_chords_m;
         let mut i = from;
         while i < to {
             let (a, b) = (self.points[i], self.points[i + 1]);
             // along the path a distance changes by no more than the length: what is too far stays so for a while. Both ends go on straight
-            let spare = (point - a).norm() - near.min(best.0.off_m) - SAME_M;
+            let spare = (point - a).norm() - near.min(best.0.off_m) - self.off_chords_m - SAME_M;
             let passed = self.along[i + 1] - self.along[i];
             if spare > passed && i > 0 && i + 1 < last {
                 let far = |a: &f64| *a < self.along[i] + spare;

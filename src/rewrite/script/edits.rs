@@ -298,13 +298,12 @@ fn new_point(
     }
     let here = robot.tcp_m(&q);
     let distance = |other: &[f64]| (robot.tcp_m(other) - here).norm();
-    let waits = |m: &Move| !m.waits.is_empty() && m.blend_m != Some(0.0);
-    let exact = o.fraction.is_none()
-        && own.role == Role::Approach
-        && matches!(document.script().steps.get(step).map(|s| &s.kind), Some(StepKind::Move(m)) if waits(m));
     // the side of the approach is lost where its corner is cut
-    let clearance_m = if exact { 0.0 } else { 0.5 * last.map_or(f64::INFINITY, distance).min(distance(next)) };
-    NewPoint { q, share, t_s: o.t_s, clearance_m, of_way: o.fraction.is_none() && own.role == Role::Way }
+    let waits = o.fraction.is_none()
+        && own.role == Role::Approach
+        && matches!(document.script().steps.get(step).map(|s| &s.kind), Some(StepKind::Move(m)) if !m.waits.is_empty() && m.blend_m != Some(0.0));
+    let clearance_m = if waits { 0.0 } else { 0.5 * last.map_or(f64::INFINITY, distance).min(distance(next)) };
+    NewPoint { q, share, t_s: o.t_s, clearance_m, of_way: o.fraction.is_none() && own.role == Role::Way, waits }
 }
 
 /// The finest digits of a step's target.

@@ -119,7 +119,7 @@ pub fn read_again(
             piece(m, edit.and_then(|e| e.piece(n))).map_err(|what| fault_after(k, &what.to_string()))?;
             stops += u64::from(m.blend_m == Some(0.0) && !document.passes_points());
             k += 1;
-            if matches!(&step.kind, Kind::Move(own) if own.waits) && point.clearance_m == 0.0 {
+            if point.waits {
                 let waits = matches!(after.steps.get(k).map(|s| &s.kind), Some(StepKind::Dwell(_)));
                 if !waits {
                     return Err(fault_after(k, "the program does not wait at a new point"));

@@ -101,6 +101,7 @@ pub fn random(document: &dyn Document, robot: &Robot, seed: u64) -> Edits {
             t_s: None,
             clearance_m: 10f64.powf(rng.random_range(-4.0..-1.0)),
             of_way,
+            waits: false,
         };
         if m.closed.is_none() && rng.random_bool(chance * 0.5) {
             if m.way.is_empty() {
@@ -147,18 +148,19 @@ pub fn check(s: &Sample, document: &dyn Document, edits: &Edits) -> Result<Outco
         .format
         .parse(texts.clone(), s.robot.axes())
         .map_err(|e| format!("its output is refused: {e}\n{}", shown(0)))?;
-    compare(script, again.script(), edits).map_err(|e| format!("{e}\n{}", shown(0)))?;
+    compare(s.format.name(), script, again.script(), edits).map_err(|e| format!("{e}\n{}", shown(0)))?;
     Ok(Outcome::Edited)
 }
 
-fn compare(before: &Script, after: &Script, edits: &Edits) -> Result<(), String> {
+fn compare(format: &str, before: &Script, after: &Script, edits: &Edits) -> Result<(), String> {
     let mut steps = after.steps.iter();
-    // where each axis was sent last: a word that leads there may be left out
+    // where each axis was sent last: in G-code a word that leads there may be left out
     let mut standing: Vec<Option<Value>> = Vec::new();
     for (k, step) in before.steps.iter().enumerate() {
         let line = step.at.line;
         let mut next = || steps.next().ok_or_else(|| format!("line {line}: the step is gone"));
         let StepKind::Move(m) = &step.kind else {
+            standing.clear();
             let found = next()?;
             if format!("{:?}", found.kind) != format!("{:?}", step.kind) {
                 return Err(format!("line {line}: {:?} became {:?}", step.kind, found.kind));
@@ -172,10 +174,16 @@ fn compare(before: &Script, after: &Script, edits: &Edits) -> Result<(), String>
             };
             joints((before, m), (after, found), Some(&p.q), edits, &mut standing)
                 .map_err(|e| format!("line {line}, new point: {e}"))?;
+            if format != "gcode" {
+                standing.clear();
+            }
         }
         let StepKind::Move(found) = &next()?.kind else { return Err(format!("line {line}: the move is gone")) };
         let asked = edit.and_then(|e| e.goal);
         joints((before, m), (after, found), asked, edits, &mut standing).map_err(|e| format!("line {line}: {e}"))?;
+        if format != "gcode" || m.goal.target().is_none() {
+            standing.clear();
+        }
     }
     match steps.next() {
         None => Ok(()),

@@ -46,7 +46,7 @@ fn edits(doc: &dyn Document, goals: &[(usize, f64)], before: &[usize]) -> Edits 
     }
     for k in before {
         let q = [0.25, -9.5, 30.0, 0.0, -60.0, 179.999].map(f64::to_radians).to_vec();
-        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
         edits.steps.change_or_insert(*k, |e| e.before.push(point));
     }
     edits

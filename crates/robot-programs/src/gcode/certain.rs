@@ -172,11 +172,9 @@ impl Reader<'_> {
             self.plane = None;
         }
         self.feed = None;
-        // on the other ways to this place another mode may be on
-        let modes: &[u32] = if self.robot.control.exact_stop { &[611, 620, 640] } else { &[610, 611, 620, 640] };
-        let other =
-            usize::from(self.robot.control.exact_stop) + modes.iter().filter(|c| self.survey.codes.contains(c)).count();
-        self.exact &= other <= 1 && !self.survey.hidden;
+        // on the other ways to this place another mode may be on; the control's own is on where the text has no other
+        let other = [611, 620, 640].iter().any(|c| self.survey.codes.contains(c)) || self.survey.hidden;
+        self.exact &= self.robot.control.exact_stop && !other;
         self.join_lathe();
         self.lost_frame |= self.survey.frames();
         if self.survey.leaves_compensation {

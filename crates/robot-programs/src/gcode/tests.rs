@@ -25,7 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::fixtures::gantry as robot;
 
 fn point(mm: [f64; 3], share: f64, of_way: bool) -> NewPoint {
-    NewPoint { q: mm.map(|v| v * 1e-3).to_vec(), share, t_s: None, clearance_m: 0.001, of_way }
+    NewPoint { q: mm.map(|v| v * 1e-3).to_vec(), share, t_s: None, clearance_m: 0.001, of_way, waits: false }
 }
 
 /// Move, goal and new points in mm.

@@ -43,9 +43,9 @@ impl Reader<'_> {
 }
 
 impl Writer<'_> {
-    /// Waits at a new point before the goal of a step if its corner may not be cut, and the program waits at the goal.
-    pub(super) fn wait(&mut self, step: usize, s: &Statement, clearance_m: f64) {
-        let Some(words) = self.program.waits.0.get(&step).filter(|_| clearance_m == 0.0) else { return };
+    /// Waits at a new point before the goal of a step, as the program does at the goal.
+    pub(super) fn wait(&mut self, step: usize, s: &Statement) {
+        let Some(words) = self.program.waits.0.get(&step) else { return };
         let Some(text) = self.program.script.texts.first() else { return };
         let line = text.line_span(s.line);
         let mut bytes = words.as_bytes().to_vec();

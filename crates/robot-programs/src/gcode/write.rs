@@ -305,7 +305,9 @@ impl Writer<'_> {
             let want = self.wanted(step, s, &point.q)?;
             let leg = self.leg(s, &want, false);
             self.insert(s, &leg, s.motion, None);
-            self.wait(step, s, point.clearance_m);
+            if point.waits {
+                self.wait(step, s);
+            }
             self.now = leg.to;
         }
         let leg = self.leg(s, goal, true);

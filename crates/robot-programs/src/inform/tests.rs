@@ -42,8 +42,14 @@ fn edit(robot: &Axes, steps: &[Wish]) -> Edits {
     let si = |p: &[f64; 6]| p.iter().zip(robot.axis_joints()).map(|(v, j)| v / j.pulses.unwrap()).collect::<Vec<f64>>();
     let mut edits = Edits { digit: vec![1e-7; 6], ..Edits::default() };
     for (k, goal, before) in steps {
-        let before =
-            before.iter().map(|p| NewPoint { q: si(p), share: 0.5, t_s: None, clearance_m: 0.001, of_way: false });
+        let before = before.iter().map(|p| NewPoint {
+            q: si(p),
+            share: 0.5,
+            t_s: None,
+            clearance_m: 0.001,
+            of_way: false,
+            waits: false,
+        });
         let edit = Edit { before: before.collect(), goal: goal.as_ref().map(si), ..Edit::default() };
         edits.steps.insert(*k, edit);
     }

@@ -85,7 +85,7 @@ fn edits(doc: &dyn Document, goals: &[(usize, f64)], before: &[usize]) -> Edits 
     }
     for k in before {
         let q = [0.25, -89.5, 90.0, 0.0, 1.0, 179.9999].map(f64::to_radians).to_vec();
-        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
         edits.steps.change_or_insert(*k, |e| e.before.push(point));
     }
     edits
@@ -361,7 +361,7 @@ fn an_arc_is_split_into_arcs() {
         d.script().targets.get(goal.target.unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     let point = |x_mm: f64, share| {
         let q = std::iter::once(x_mm * 1e-3).chain(own[1..].iter().copied()).collect();
-        NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false }
+        NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false, waits: false }
     };
     let vias = vec![vec![0.4, 0.001, 0.7], vec![0.411, 0.002, 0.7], vec![0.4500004, 0.005, 0.7]];
     let edit = Edit { before: vec![point(410.0, 0.5), point(411.5, 0.52)], vias, ..Edit::default() };

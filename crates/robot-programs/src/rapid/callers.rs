@@ -7,7 +7,7 @@ use super::facts::{Facts, called};
 use super::lex::Kind;
 use super::read::{Item, ItemKind};
 use crate::script::lex::text_of;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 
 /// Numbers of these procedures; `own`: items of the program's own text, whose calls are followed.
 pub fn all_known(f: &Facts, own: &dyn Fn(&Item) -> bool) -> HashSet<usize> {
@@ -24,11 +24,6 @@ pub fn all_known(f: &Facts, own: &dyn Fn(&Item) -> bool) -> HashSet<usize> {
     elsewhere.insert("main".into());
     let others = p.items.iter().filter(|item| !own(item));
     elsewhere.extend(others.flat_map(|item| called(p, item)).map(str::to_string));
-    let mut names: BTreeMap<&str, usize> = BTreeMap::new();
-    p.routines.iter().for_each(|r| *names.entry(&r.name).or_default() += 1);
-    let here = |r: &super::read::Routine| {
-        let everywhere = r.local || f.has_main && !f.is_called_outside(&r.name);
-        r.procedure && everywhere && names.get(r.name.as_str()) == Some(&1) && !elsewhere.contains(&r.name)
-    };
+    let here = |r: &super::read::Routine| !elsewhere.contains(&r.name) && f.is_called_here_alone(r);
     (0..p.routines.len()).filter(|k| here(&p.routines[*k])).collect()
 }

@@ -7,7 +7,7 @@
 use super::arguments::{arguments, motion_of, positional};
 use super::lex::Kind;
 use super::project::LeftOut;
-use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
+use super::read::{Decl, Item, ItemKind, Parsed, Routine, Span, Storage};
 use super::reason::Reason;
 use super::words::{self, Leads};
 use crate::no_motion::NoMotion;
@@ -302,14 +302,15 @@ impl<'a> Facts<'a> {
         Err(Reason::Global(shown()))
     }
 
+    /// Whether calls of a procedure by its name stand in this text alone. A file that is left out of the program may call one that is not LOCAL.
+    pub fn is_called_here_alone(&self, r: &Routine) -> bool {
+        let alone = self.p.routines.iter().filter(|other| other.name == r.name).count() == 1;
+        r.procedure && alone && (r.local || self.has_main && !self.left_out.calls(&r.name))
+    }
+
     /// Whether a file that is left out of the program sets data by names that are computed.
     pub fn is_set_by_name_outside(&self) -> bool {
         self.left_out.by_name().is_some()
-    }
-
-    /// Whether a file that is left out of the program may call a routine of it.
-    pub fn is_called_outside(&self, routine: &str) -> bool {
-        self.left_out.calls(routine)
     }
 
     /// Whether other modules can use a declaration that is not in the program's own text.

@@ -32,12 +32,10 @@ impl Facts<'_> {
 
     /// Whether all calls of a procedure stand in the text.
     fn is_seen_whole(&self, r: usize) -> bool {
-        let Some(routine) = self.p.routines.get(r).filter(|routine| routine.procedure) else { return false };
-        let alone = self.p.routines.iter().filter(|other| other.name == routine.name).count() == 1;
-        let everywhere = routine.local || self.has_main && !self.is_called_outside(&routine.name);
-        alone
-            && everywhere
-            && !self.is_set_by_name_outside()
+        let Some(routine) = self.p.routines.get(r).filter(|routine| self.is_called_here_alone(routine)) else {
+            return false;
+        };
+        (routine.local || !self.is_set_by_name_outside())
             && !self.p.items.iter().any(|item| item.kind == ItemKind::Late)
     }
 

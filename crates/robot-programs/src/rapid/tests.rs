@@ -75,7 +75,7 @@ fn inserted(source: &str, n: usize, deg: f64, share: f64, clearance_m: f64) -> E
         _ => vec![0.0; 6],
     };
     q[0] = f64::to_radians(deg);
-    let point = NewPoint { q, share, t_s: None, clearance_m, of_way: false };
+    let point = NewPoint { q, share, t_s: None, clearance_m, of_way: false, waits: false };
     let mut edits = Edits { digit: vec![1e-4_f64.to_radians(); 6], ..Edits::default() };
     edits.steps.insert(step, Edit { before: vec![point], ..Edit::default() });
     edits

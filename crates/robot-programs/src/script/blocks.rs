@@ -134,19 +134,18 @@ impl<S> Steps<S> {
 
     /// The last move keeps its goal, if nothing else keeps it already.
     pub fn fix_last_move(&mut self, why: Reason) {
-        let last =
-            self.steps.iter_mut().rev().find_map(|s| if let StepKind::Move(m) = &mut s.kind { Some(m) } else { None });
-        if let Some(m) = last.filter(|m| m.fixed.is_none()) {
+        if let Some(m) = self.last_move().filter(|m| m.fixed.is_none()) {
             m.fixed = Some(why);
         }
     }
 
+    fn last_move(&mut self) -> Option<&mut Move> {
+        self.steps.iter_mut().rev().find_map(|s| if let StepKind::Move(m) = &mut s.kind { Some(m) } else { None })
+    }
+
     /// What is done after the last move is done as the robot enters its corner, if it may have one.
     pub fn act_in_corner(&mut self, why: &Reason) {
-        let of_routine = self.steps.iter_mut().rev().take_while(|s| !matches!(s.kind, StepKind::Break(Break::Start)));
-        let last =
-            of_routine.into_iter().find_map(|s| if let StepKind::Move(m) = &mut s.kind { Some(m) } else { None });
-        if let Some(m) = last.filter(|m| m.blend_m != Some(0.0) && m.acts_in_corner.is_none()) {
+        if let Some(m) = self.last_move().filter(|m| m.blend_m != Some(0.0) && m.acts_in_corner.is_none()) {
             m.acts_in_corner = Some(Box::new(why.clone()));
         }
     }

@@ -80,6 +80,8 @@ pub struct NewPoint {
     pub clearance_m: f64,
     /// Whether it is one of the turning points of [`super::Move::way`], moved by its offset, and no new one.
     pub of_way: bool,
+    /// Whether the program must wait at it as it does at the goal ([`super::Move::waits`]): its corner must not be cut.
+    pub waits: bool,
 }
 
 /// An [`Edit`] of [`StepEdits`].
@@ -384,7 +386,8 @@ mod tests {
 
     fn edit() -> impl Strategy<Value = Edit> {
         let q = || proptest::collection::vec(-3.0..3.0, 3..8);
-        let point = q().prop_map(|q| NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.1, of_way: false });
+        let point =
+            q().prop_map(|q| NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.1, of_way: false, waits: false });
         let points = proptest::collection::vec(point, 0..3);
         (proptest::option::of(q()), points, proptest::option::of(0.0..1.0), any::<bool>()).prop_map(
             |(goal, before, blend_at_most_m, as_joint_moves)| Edit {

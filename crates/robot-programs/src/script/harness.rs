@@ -153,6 +153,7 @@ pub fn random_edits(script: &Script, robot: &Axes, rng: &mut ChaCha8Rng) -> Edit
                 t_s: None,
                 clearance_m: 10f64.powf(rng.random_range(-6.0..-1.0)),
                 of_way: false,
+                waits: false,
             };
             edit.before = shares.into_iter().map(point).collect();
             if matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some()) {

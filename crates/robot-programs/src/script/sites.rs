@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_time_is_shared_out_with_the_longest_least_leg_that_fits() {
-        let point = NewPoint { q: Vec::new(), share: 0.0, t_s: None, clearance_m: 0.0, of_way: false };
+        let point = NewPoint { q: Vec::new(), share: 0.0, t_s: None, clearance_m: 0.0, of_way: false, waits: false };
         let before = [point];
         let edit = EditRef { before: &before, ..EditRef::default() };
         let time = |s: f64| (0..1, s, number::Style::default());

@@ -29,7 +29,7 @@ fn edited(text: &str, edits: &Edits) -> String {
 }
 
 fn point(q: &[f64], share: f64) -> NewPoint {
-    NewPoint { q: q.to_vec(), share, t_s: None, clearance_m: 0.01, of_way: false }
+    NewPoint { q: q.to_vec(), share, t_s: None, clearance_m: 0.01, of_way: false, waits: false }
 }
 
 fn put_before(q: &[f64], share: f64) -> Edit {

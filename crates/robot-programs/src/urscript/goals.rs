@@ -65,12 +65,16 @@ impl Builder<'_> {
         }
         let leads = p.items.iter().flat_map(|item| p.called(item)).any(|name| words::leads(name).is_some());
         let readings: Vec<usize> = (0..p.items.len()).filter(|k| reads_place(p, &p.items[*k])).collect();
+        let acting: Vec<usize> = (0..p.items.len()).filter(|k| p.called(&p.items[*k]).any(words::acts)).collect();
         let any = leads || !atoms.is_empty();
-        if !any && readings.is_empty() {
+        if !any && readings.is_empty() && acting.is_empty() {
             return None;
         }
-        let found = InForce::of(self.text, p, self.entry_def, &|k| atoms.get(&k).copied(), &readings);
+        let mut asked = [&readings[..], &acting].concat();
+        asked.sort_unstable();
+        let found = InForce::of(self.text, p, self.entry_def, &|k| atoms.get(&k).copied(), &asked);
         self.read = found.last_before(p, &readings);
+        self.acted_on = found.last_before(p, &acting);
         any.then_some(found)
     }
 

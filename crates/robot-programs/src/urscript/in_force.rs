@@ -1,5 +1,5 @@
 //! Which TCP may be in force at each move, what may lead the robot away from its targets there, and which moves may come last before the
-//! program reads where the robot stands: followed through branches, loops and the functions of the file in the order in which they run
+//! program reads where the robot stands, or acts (switches, reads, waits): followed through branches, loops and the functions of the file in the order in which they run
 //! ([`reach`](crate::script::reach)), not in that of the text. A thread reads at any time, and so after no move that is known.
 
 use super::arguments::call;
@@ -36,22 +36,23 @@ struct Scan<'a> {
     routines: Vec<Routine>,
     threads: BTreeSet<String>,
     leaders: Vec<&'static str>,
-    readings: &'a [usize],
+    /// Items before which the last move is looked for, ascending.
+    asked: &'a [usize],
 }
 
 impl InForce {
     /// Of a file that starts with the function `entry`; `None`: with what stands outside of functions. `tcps`: atom of each item that sets a
-    /// TCP; `readings`: items that read where the robot stands.
+    /// TCP; `asked`: items before which the last move is looked for, ascending.
     pub fn of(
         text: &Text,
         p: &Parsed,
         entry: Option<usize>,
         tcps: &dyn Fn(usize) -> Option<u32>,
-        readings: &[usize],
+        asked: &[usize],
     ) -> Self {
         let named = |(name, _): &(String, Option<usize>)| Routine { name: name.clone(), events: Vec::new() };
         let routines = std::iter::once(Routine::default()).chain(p.defs.iter().map(named)).collect();
-        let mut scan = Scan { text, p, routines, threads: BTreeSet::new(), leaders: Vec::new(), readings };
+        let mut scan = Scan { text, p, routines, threads: BTreeSet::new(), leaders: Vec::new(), asked };
         for (k, item) in p.items.iter().enumerate() {
             scan.item(k, item, tcps(k));
         }
@@ -83,11 +84,11 @@ impl InForce {
         self.atoms(TCP, def, item)
     }
 
-    /// Items whose moves may come last before one of these items of the text.
-    pub fn last_before(&self, p: &Parsed, readings: &[usize]) -> BTreeSet<usize> {
+    /// Items whose moves may come last before one of these items of the text, which must have been asked for.
+    pub fn last_before(&self, p: &Parsed, items: &[usize]) -> BTreeSet<usize> {
         let item_of = |atom: u32| atom.checked_sub(FIRST).map(|k| k as usize);
         // what its own condition or expression calls has moved before it
-        let places = readings.iter().flat_map(|k| [(*k, *k), (*k, *k + 1)]);
+        let places = items.iter().flat_map(|k| [(*k, *k), (*k, *k + 1)]);
         let def = |k: usize| p.items.get(k).and_then(|item| item.def);
         places.flat_map(|(k, place)| self.atoms(LAST, def(k), place)).filter_map(item_of).collect()
     }
@@ -119,11 +120,11 @@ impl Scan<'_> {
             _ => {
                 self.called(k, item);
                 if matches!(item.kind, ItemKind::Assign { .. } | ItemKind::Other)
-                    && !self.readings.is_empty()
+                    && !self.asked.is_empty()
                     && call(p, item).is_some()
                     && let Some(routine) = self.routines.get_mut(item.def.map_or(0, |d| d + 1))
                 {
-                    routine.comes_last(k + 1, LAST, k, self.readings);
+                    routine.comes_last(k + 1, LAST, k, self.asked);
                 }
                 event.into_iter().for_each(|event| self.push(k, item, event));
             }

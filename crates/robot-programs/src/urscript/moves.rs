@@ -19,10 +19,12 @@ impl Builder<'_> {
     /// `call = motion "(" argument {"," argument} ")"`, `argument = [parameter "="] expression`
     pub fn motion(&mut self, item: &Item, motion: &Motion, args: &[Arg], span: Span) -> Result<()> {
         let token = span.start;
-        let calls = self.p.called(item).any(|name| words::motion(name).is_none() && self.may_move(name));
+        let moves = |name: &&str| words::motion(name).is_none() && self.may_move(name);
+        let called: Vec<String> = self.p.called(item).filter(moves).map(str::to_string).collect();
+        let calls = !called.is_empty();
         self.name_calls(item);
         if calls {
-            self.calls.push(None);
+            called.into_iter().for_each(|name| self.steps.called_otherwise(name));
             self.push(token, StepKind::Break(Break::Call));
         }
         let bytes = self.bytes(&span);

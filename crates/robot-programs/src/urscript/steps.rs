@@ -1,7 +1,6 @@
 //! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
 
 mod alike;
-mod starts;
 
 use super::arguments::{arguments, call, goal_name};
 use super::evaluate::Values;
@@ -100,15 +99,17 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<Option<(Built, s
         if b.read.contains(&place) {
             b.steps.fix_last_move(script::Reason::EndIsRead);
         }
+        if b.acted_on.contains(&place) {
+            b.steps.act_in_corner(&Reason::ActsInBlend.into());
+        }
     }
     if passed.next().is_some() {
         return Ok(None);
     }
     b.steps.pragmas(&text, &p.comments, usize::MAX);
-    let Builder { steps, targets, literals, notes, named_calls, without_joint, calls, starts, entry_def, .. } = b;
+    let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
-    starts::join(&p, entry_def, &starts, &calls, &mut out.script);
     if let Some(without) = without_joint {
         without.close(&mut out.script.steps);
     }
@@ -132,6 +133,8 @@ pub struct Builder<'a> {
     pub in_force: Option<InForce>,
     /// Items whose moves may come last before the program reads where the robot stands.
     pub read: BTreeSet<usize>,
+    /// Items whose moves may come last before the program switches, reads or waits for something.
+    pub acted_on: BTreeSet<usize>,
     /// The item at hand.
     pub place: usize,
     pub steps: Steps<Site>,
@@ -148,16 +151,19 @@ pub struct Builder<'a> {
     pub led: Option<&'static str>,
     /// The function with which the program starts; `None`: none.
     pub entry_def: Option<usize>,
+    /// Threads may run, or end, anything at any time.
+    runs_threads: bool,
     /// The function of the item at hand.
     pub def: Option<usize>,
-    /// Of each break of a call the function, if the statement is nothing but the call.
-    pub calls: Vec<Option<String>>,
-    /// Of each start the function that starts there; `None`: one that goes on.
-    starts: Vec<Option<usize>>,
     /// The step at which the last function started or ended.
     last_start: Option<usize>,
     /// Name or list of the pose of the move at hand.
     pub inner: Option<Span>,
+}
+
+/// A word by which threads run or end.
+fn is_of_threads(word: &str) -> bool {
+    matches!(word, "run" | "kill" | "join")
 }
 
 /// What runs first: what stands outside of functions, where that moves; the function that it calls first; else the first
@@ -196,6 +202,7 @@ impl<'a> Builder<'a> {
             tcps: Vec::new(),
             in_force: None,
             read: BTreeSet::new(),
+            acted_on: BTreeSet::new(),
             place: 0,
             steps: Steps::of_text(text),
             targets: Targets::of_text(text),
@@ -206,12 +213,11 @@ impl<'a> Builder<'a> {
             known: HashMap::new(),
             led: None,
             entry_def: entry,
+            runs_threads: p.words.different().any(is_of_threads),
             moving,
             needs,
             named_calls: NamedCalls::default(),
             def: None,
-            calls: Vec::new(),
-            starts: Vec::new(),
             last_start: None,
             inner: None,
         }
@@ -270,11 +276,7 @@ impl<'a> Builder<'a> {
         if let Some((motion, args, span)) = call(self.p, item) {
             return self.motion(item, &motion, &args, span);
         }
-        if self.p.called(item).any(words::acts) {
-            self.steps.act_in_corner(&Reason::ActsInBlend.into());
-        }
-        let runs = item.kind != ItemKind::Start
-            && self.p.words.within(item.span.clone()).any(|w| matches!(w, "run" | "kill" | "join"));
+        let runs = item.kind != ItemKind::Start && self.p.words.within(item.span.clone()).any(is_of_threads);
         if runs {
             self.push(token, StepKind::Break(Break::Interrupt));
             let moving = |name: &&str| self.moving.get(*name) == Some(&true);
@@ -292,6 +294,8 @@ impl<'a> Builder<'a> {
     }
 
     /// What the kind of an item that is no motion does to the flow; `name`: its first word.
+    ///
+    /// `item = "def" name | "while" condition | "sleep" "(" seconds ")" | "continue" | "break" | "return" | other`
     fn kind(&mut self, item: &Item, name: &str) {
         let token = item.span.start;
         match item.kind {
@@ -299,7 +303,9 @@ impl<'a> Builder<'a> {
                 self.steps.start();
                 let own = item.def.and_then(|d| self.p.defs.get(d)).map(|d| d.0.clone()).unwrap_or_default();
                 self.steps.routine(item.def.map_or(0, |d| d + 1), own);
-                self.starts.push(item.def.filter(|_| name == "def"));
+                if name == "def" {
+                    self.steps.all_calls_are_here(!self.runs_threads && item.def != self.entry_def);
+                }
                 self.push(token, StepKind::Break(Break::Start));
             }
             ItemKind::Branch => self.steps.open(self.at(token), Break::Jump),
@@ -338,11 +344,10 @@ impl<'a> Builder<'a> {
             // a statement that is nothing but the call
             [name] if item.kind == ItemKind::Other && *name == self.p.words.at(token) => {
                 self.acts();
-                self.calls.push(Some((*name).to_string()));
                 self.steps.calls(self.at(token), (*name).to_string());
             }
             _ => {
-                self.calls.push(None);
+                moving.iter().for_each(|name| self.steps.called_otherwise((*name).to_string()));
                 self.push(token, StepKind::Break(Break::Call));
             }
         }

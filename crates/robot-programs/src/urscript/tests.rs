@@ -49,7 +49,8 @@ fn rewritten(source: &str, edits: &Edits) -> String {
 fn inserted(source: &str, n: usize, shares: &[f64], clearance_m: f64) -> Edits {
     let mut q = joints(source, n);
     q[0] = 0.5;
-    let point = |share: &f64| NewPoint { q: q.clone(), share: *share, t_s: None, clearance_m, of_way: false };
+    let point =
+        |share: &f64| NewPoint { q: q.clone(), share: *share, t_s: None, clearance_m, of_way: false, waits: false };
     let (step, _) = document(source).script().moves().nth(n).map(|(k, m)| (k, m.clone())).unwrap();
     let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
     edits.steps.insert(step, Edit { before: shares.iter().map(point).collect(), ..Edit::default() });
@@ -210,7 +211,7 @@ fn the_tcp_of_a_pose_is_that_of_set_tcp_or_the_installations() {
 fn a_cartesian_move_can_be_written_with_joint_values() {
     let source = "set_tcp(p[0,0,0,0,0,0])\nmovel(p[0.4, 0, 0.3, 0, 3.14, 0], a=1.2, v=0.1)\n";
     let mut edits = Edits { digit: vec![1e-7; 6], ..Edits::default() };
-    let point = NewPoint { q: vec![0.2; 6], share: 0.5, t_s: None, clearance_m: 0.1, of_way: false };
+    let point = NewPoint { q: vec![0.2; 6], share: 0.5, t_s: None, clearance_m: 0.1, of_way: false, waits: false };
     edits
         .steps
         .insert(1, Edit { before: vec![point], goal: Some(vec![0.3; 6]), as_joint_moves: true, ..Edit::default() });

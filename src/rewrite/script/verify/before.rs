@@ -42,8 +42,6 @@ pub(super) struct Own {
     goal: OwnGoal,
     /// NaN: not known.
     pub(super) blend_m: f64,
-    /// The program waits at its goal.
-    pub(super) waits: bool,
     /// Of a Cartesian goal.
     pose: Option<Box<OwnPose>>,
     /// The first of its numbers, and how many.
@@ -127,7 +125,7 @@ impl Before {
         self.values.extend(values.si_or_nan());
         let (first, count) = (first as u32, values.len() as u16);
         let blend_m = m.blend_m.unwrap_or(f64::NAN);
-        Own { path: m.path, goal, blend_m, waits: !m.waits.is_empty(), pose, first, count }
+        Own { path: m.path, goal, blend_m, pose, first, count }
     }
 
     /// What the target of a move says as it is, by axis; empty where it has no numbers.

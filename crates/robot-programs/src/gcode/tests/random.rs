@@ -132,6 +132,7 @@ fn random_edits(rng: &mut impl Rng, script: &Script) -> Edits {
                 t_s: None,
                 clearance_m: 0.0,
                 of_way: true,
+                waits: false,
             });
             if rng.random_bool(0.7) {
                 offset[rng.random_range(0..2)] += rng.random_range(-1e-4..1e-4);
@@ -141,6 +142,7 @@ fn random_edits(rng: &mut impl Rng, script: &Script) -> Edits {
                     t_s: None,
                     clearance_m: 0.0,
                     of_way: false,
+                    waits: false,
                 });
             }
         }
@@ -150,7 +152,7 @@ fn random_edits(rng: &mut impl Rng, script: &Script) -> Edits {
                 let share = rng.random_range(0.1..0.9);
                 let q =
                     (0..3).map(|a| from[a].zip(at[a]).map_or(0.0, |(x, y)| x + share * (y - x)) + offset[a]).collect();
-                before.push(NewPoint { q, share, t_s: None, clearance_m: 0.0, of_way: false });
+                before.push(NewPoint { q, share, t_s: None, clearance_m: 0.0, of_way: false, waits: false });
             }
         }
         // what a driver does not know of an axis is zero

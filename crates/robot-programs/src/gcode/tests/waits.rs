@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// By move: it stops by the mode of the feed, and by a wait behind it.
+/// By move: it stops by the mode of the feed, and by a wait after it.
 fn stops(text: &str, words: &[&str]) -> Vec<(bool, bool)> {
     let mut axes = robot();
     axes.control = crate::gcode::Control::of_words(words.iter().copied()).unwrap().or(axes.control);
@@ -32,10 +32,10 @@ fn a_move_before_a_dwell_stops_at_its_goal() {
 #[test]
 fn a_point_before_such_a_goal_waits_too_if_its_corner_must_not_be_cut() {
     let text = format!("{HEAD}G1 Z-5 F100\nN7  G04 P0.5 (dwell)\nG0 Z5\n");
-    let exact = |clearance_m: f64| vec![NewPoint { clearance_m, ..point([0.0, 0.0, -5.03], 0.95, false) }];
-    let out = written(&text, &[(1, Some([0.0, 0.0, -5.01]), exact(0.0))]);
+    let point = |waits: bool| vec![NewPoint { waits, ..point([0.0, 0.0, -5.03], 0.95, false) }];
+    let out = written(&text, &[(1, Some([0.0, 0.0, -5.01]), point(true))]);
     assert_eq!(out, text.replace("G1 Z-5 F100\n", "G1 Z-5.03 F100\nG04 P0.5\nG1 Z-5.01 F100\n"));
-    let out = written(&text, &[(1, Some([0.0, 0.0, -5.01]), exact(0.01))]);
+    let out = written(&text, &[(1, Some([0.0, 0.0, -5.01]), point(false))]);
     assert_eq!(out, text.replace("G1 Z-5 F100\n", "G1 Z-5.03 F100\nG1 Z-5.01 F100\n"));
 }
 

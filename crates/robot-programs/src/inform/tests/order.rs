@@ -30,7 +30,7 @@ fn deg(script: &Script, n: usize) -> Vec<f64> {
 fn with(text: &str, robot: &Axes, n: usize, goal: &[f64], point: &[f64]) -> String {
     let step = moves(&script_of(&Inform, text, robot))[n].0;
     let q = |deg: &[f64]| deg.iter().map(|v| v.to_radians()).collect::<Vec<f64>>();
-    let point = NewPoint { q: q(point), share: 0.5, t_s: None, clearance_m: 0.001, of_way: false };
+    let point = NewPoint { q: q(point), share: 0.5, t_s: None, clearance_m: 0.001, of_way: false, waits: false };
     let mut edits = Edits { digit: vec![1e-7; robot.dof()], ..Edits::default() };
     edits.steps.insert(step, Edit { goal: Some(q(goal)), before: vec![point], ..Edit::default() });
     String::from_utf8(edited(&Inform, text.as_bytes(), &edits, robot).unwrap()).unwrap()

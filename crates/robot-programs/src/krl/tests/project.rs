@@ -132,7 +132,7 @@ fn a_product_of_frames_is_one_goal_whose_own_numbers_are_edited() {
     let target = pose(0).target.unwrap();
     let mut numbers: Vec<f64> = d.script().targets.get(target).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     numbers[1] += 1e-5;
-    let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+    let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
     let edit = Edit { goal: Some(numbers), before: vec![point], ..Edit::default() };
     let wish = Edits { steps: [(m[0].0, edit)].into(), pose_digit: [1e-6, 1e-6], ..Edits::default() };
     let out = text(rewrite(d.as_ref(), &wish).as_ref(), 0);

@@ -112,7 +112,7 @@ fn a_new_point_keeps_the_bytes_of_its_statement() {
         let q: Vec<f64> =
             doc.script().targets.get(m.goal.target().unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
         let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
-        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
         edits.steps.insert(k, Edit { before: vec![point], ..Edit::default() });
         let out = harness::applied(doc.as_ref(), &edits).unwrap().remove(0);
         let count = |text: &[u8], part: &[u8]| text.windows(part.len()).filter(|w| *w == part).count();
@@ -172,7 +172,7 @@ fn a_movec_is_split_into_arcs() {
         doc.script().targets.get(goal.target.unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     let point = |x: f64, share| {
         let q = std::iter::once(x).chain(own[1..].iter().copied()).collect();
-        NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false }
+        NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false, waits: false }
     };
     let vias = vec![vec![0.4, 0.05, 0.71], vec![0.411, 0.002, 0.71], vec![0.45, 0.0051, 0.71]];
     let edit = Edit { before: vec![point(0.41, 0.5), point(0.4115, 0.52)], vias, ..Edit::default() };
@@ -229,7 +229,7 @@ fn a_new_point_of_a_robot_on_a_track_has_two_lists() {
         let mut q: Vec<f64> = target.values.iter().map(|v| v.unwrap().si).collect();
         assert_eq!(q.len(), 7);
         (q[0], q[1]) = (0.9, 9.5_f64.to_radians());
-        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
         let mut edits = Edits { digit: vec![1e-4_f64.to_radians(); 7], ..Edits::default() };
         edits.steps.insert(step, Edit { before: vec![point], ..Edit::default() });
         assert_eq!(round_trip(&Rapid, source.as_bytes(), &robot, &edits), Ok(Outcome::Kept));

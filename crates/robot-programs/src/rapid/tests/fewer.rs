@@ -40,7 +40,14 @@ fn the_fourth_joint_of_a_palletizer_is_the_sixth_number() {
     assert_eq!(closed(doc.as_ref()), [false; 4]);
     let (step, _) = doc.script().moves().nth(2).unwrap();
     let q = |deg: [f64; 4]| deg.map(f64::to_radians).to_vec();
-    let point = NewPoint { q: q([11.0, 21.0, 31.0, -89.5]), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+    let point = NewPoint {
+        q: q([11.0, 21.0, 31.0, -89.5]),
+        share: 0.5,
+        t_s: None,
+        clearance_m: 0.01,
+        of_way: false,
+        waits: false,
+    };
     let mut edits = Edits { digit: vec![1e-4_f64.to_radians(); 4], ..Edits::default() };
     edits.steps.insert(step, Edit { before: vec![point], goal: Some(q([12.0, 22.0, 32.0, 90.5])), ..Edit::default() });
     assert_eq!(round_trip(&Rapid, source.as_bytes(), &palletizer(), &edits), Ok(Outcome::Kept));

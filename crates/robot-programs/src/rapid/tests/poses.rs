@@ -52,7 +52,7 @@ fn a_point_displaced_by_known_numbers_is_edited_beside_its_displacement() {
     let mut numbers: Vec<f64> =
         doc.script().targets.get(goal.target.unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     numbers[0] += 1e-4;
-    let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+    let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
     let edit = Edit { goal: Some(numbers), before: vec![point], ..Edit::default() };
     let edits = Edits { steps: [(step, edit)].into(), pose_digit: [1e-6, 1e-6], ..Edits::default() };
     let bytes = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap();

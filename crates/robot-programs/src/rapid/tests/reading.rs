@@ -34,7 +34,7 @@ fn headers_line_endings_and_foreign_bytes_pass() {
     source.extend_from_slice(b"  ! gr\xFC\xDFe \x80\r\n  PROC p()\r\n    MoveAbsJ [[10,20,30,40,50,60],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\r\n  ENDPROC\r\nENDMODULE");
     let doc = harness::parse(&Rapid, &source, &robot()).unwrap();
     let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
-    let point = NewPoint { q: vec![0.1; 6], share: 0.5, t_s: None, clearance_m: 1.0, of_way: false };
+    let point = NewPoint { q: vec![0.1; 6], share: 0.5, t_s: None, clearance_m: 1.0, of_way: false, waits: false };
     edits.steps.insert(1, Edit { before: vec![point], ..Edit::default() });
     let out = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap().remove(0);
     assert_eq!(out.iter().filter(|&&b| b == b'\n').count(), source.iter().filter(|&&b| b == b'\n').count() + 1);

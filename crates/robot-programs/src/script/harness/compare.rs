@@ -51,7 +51,7 @@ pub(super) fn compared(before: &Script, after: &Script, edits: &Edits, how: Lang
             if let Err(e) = new_point(before, m, after, n, point, edits, how) {
                 return Some(format!("line {line}, new point: {e}"));
             }
-            if matches!(&step.kind, StepKind::Move(m) if !m.waits.is_empty() && point.clearance_m == 0.0) {
+            if point.waits {
                 let Some(StepKind::Dwell(_)) = rest.next().map(|s| &s.kind) else {
                     return Some(format!("line {line}, new point: the program does not wait there"));
                 };

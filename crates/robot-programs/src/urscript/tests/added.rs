@@ -109,7 +109,7 @@ fn a_movec_is_split_into_arcs() {
     };
     assert_eq!((m.closed.as_ref(), m.blend_m), (None, Some(0.0)));
     let q = |x: f64| vec![x, 0.0, 0.3, 0.0, 3.2, 0.0];
-    let point = |x, share| NewPoint { q: q(x), share, t_s: None, clearance_m: 0.01, of_way: false };
+    let point = |x, share| NewPoint { q: q(x), share, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
     let vias = vec![vec![0.1, 0.04, 0.3], vec![0.2, 0.05, 0.31], vec![0.3, 0.051, 0.3]];
     let edit =
         Edit { before: vec![point(0.41, 0.3), point(0.42, 0.4)], goal: Some(q(0.5001)), vias, ..Edit::default() };

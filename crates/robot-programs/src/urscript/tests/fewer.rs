@@ -29,7 +29,7 @@ fn closed(doc: &dyn Document) -> Vec<bool> {
 fn new_list(source: &str, robot: &Axes, q: Vec<f64>) -> String {
     let doc = read(source, robot);
     let (step, _) = doc.script().moves().nth(1).unwrap();
-    let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+    let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false, waits: false };
     let mut edits = Edits { digit: vec![1e-6; robot.dof()], ..Edits::default() };
     edits.steps.insert(step, Edit { before: vec![point], ..Edit::default() });
     assert_eq!(round_trip(&UrScript, source.as_bytes(), robot, &edits), Ok(Outcome::Kept));

@@ -226,12 +226,22 @@ fn long_and_deep_values_are_read() {
         source.push_str(&format!(" x = x + 1\n movel(p[x, {k}, a399[0], 0, 0, 0])\n"));
     }
     source.push_str("end\n");
-    assert_eq!(moves(&source).len(), 2000);
+    let start = std::time::Instant::now();
+    let read = moves(&source);
+    assert_eq!(read.len(), 2000);
+    // the value that x has there
+    let goal = |k: usize| match &read[k].goal {
+        Goal::Pose(pose) => [pose.position_m.x, pose.position_m.y, pose.position_m.z],
+        other => panic!("{k}: {other:?}"),
+    };
+    assert_eq!([goal(0), goal(1999)], [[2.0, 0.0, 0.0], [2001.0, 1999.0, 0.0]]);
     // one that is made of many before it, of which no move asks
     let row = format!("def m():\n x = 1\n{} movel(p[x, 0, 0, 0, 0, 0])\nend\n", " x = x + 1\n".repeat(100_000));
     assert_eq!(moves(&row).len(), 1);
     let open = format!("def m():\n movel({}1{})\nend\n", "p[".repeat(5000), "]".repeat(5000));
     assert_eq!(moves(&open).len(), 1);
+    // seconds, where time that grows with the square of the length would be minutes
+    assert!(start.elapsed().as_secs() < 30, "{:?}", start.elapsed());
 }
 
 /// The digits that are asked for are coarser than what the wish differs by.

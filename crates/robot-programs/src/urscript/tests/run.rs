@@ -202,7 +202,8 @@ impl Run<'_> {
 #[test]
 fn a_target_that_is_known_is_that_of_every_run() {
     let (mut known, mut checked) = (0, 0);
-    for seed in 0..count("URSCRIPT_RUNS", 400) {
+    let runs = count("URSCRIPT_RUNS", 400);
+    for seed in 0..runs {
         let mut rng = generator(seed);
         let mut moves = 0;
         let functions: Vec<Vec<Statement>> = (0..FUNCTIONS).map(|_| block(&mut rng, 0, &mut moves)).collect();
@@ -231,5 +232,5 @@ fn a_target_that_is_known_is_that_of_every_run() {
             }
         }
     }
-    assert!(known > 500 && checked > 2000, "{known} {checked}");
+    assert!(known > 5 * runs / 4 && checked > 5 * runs, "{known} {checked}");
 }
