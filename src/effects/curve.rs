@@ -123,22 +123,8 @@ impl Pchip {
             return None;
         }
         let (x, y): (Vec<f64>, Vec<f64>) = knots.iter().map(|k| (k[0], k[1])).unzip();
-        let n = x.len();
-        let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
-        let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
-        let mut slope = vec![d[0]; n];
-        if n > 2 {
-            for i in 1..n - 1 {
-                slope[i] = if d[i - 1] * d[i] <= 0.0 {
-                    0.0
-                } else {
-                    let (w1, w2) = (2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]);
-                    (w1 + w2) / (w1 / d[i - 1] + w2 / d[i])
-                };
-            }
-            slope[0] = end_slope(h[0], h[1], d[0], d[1]);
-            slope[n - 1] = end_slope(h[n - 2], h[n - 3], d[n - 2], d[n - 3]);
-        }
+        let mut slope = vec![0.0; x.len()];
+        slopes(&x, &y, &mut slope);
         Some(Self { x, y, slope })
     }
 
@@ -169,8 +155,25 @@ impl Pchip {
     }
 }
 
+/// Slopes of the curve at its knots, at least two, without an allocation.
+pub(crate) fn slopes(x: &[f64], y: &[f64], slope: &mut [f64]) {
+    let n = x.len();
+    let h = |i: usize| x[i + 1] - x[i];
+    let d = |i: usize| (y[i + 1] - y[i]) / h(i);
+    if n == 2 {
+        return slope[..2].fill(d(0));
+    }
+    for i in 1..n - 1 {
+        let (h0, h1, d0, d1) = (h(i - 1), h(i), d(i - 1), d(i));
+        let (w1, w2) = (2.0 * h1 + h0, h1 + 2.0 * h0);
+        slope[i] = if d0 * d1 > 0.0 { (w1 + w2) / (w1 / d0 + w2 / d1) } else { 0.0 };
+    }
+    slope[0] = end_slope(h(0), h(1), d(0), d(1));
+    slope[n - 1] = end_slope(h(n - 2), h(n - 3), d(n - 2), d(n - 3));
+}
+
 /// Three-point end slope that keeps the shape.
-pub(crate) fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
+fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
     let s = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
     if s * d0 <= 0.0 {
         0.0

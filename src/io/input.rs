@@ -59,7 +59,7 @@ pub fn read_within(name: &str, stream: impl Read, most: u64) -> Result<Vec<u8>> 
         let before = bytes.len() as u64;
         if before >= PIECE {
             // a vector grows by doubling
-            memory::require(name, PER_BYTE * before)?;
+            memory::require(name, "a file", PER_BYTE * before)?;
         }
         (&mut stream).take(PIECE).read_to_end(&mut bytes).map_err(|e| Error::io_of(name, "read", e))?;
         memory::require_size(name, bytes.len() as u64, most)?;
@@ -112,7 +112,7 @@ fn unpacked(name: &str, packed: &[u8], most: u64) -> Result<Vec<u8>> {
         return Err(Error::bad(Place::file(name), found, "no more than that of a packed file (unpack it first)"));
     }
     memory::require_size(name, whole, most)?;
-    memory::require(name, whole)?;
+    memory::require(name, "a file", whole)?;
     bytes.reserve_exact(usize::try_from(rest).unwrap_or_default());
     let mut again = MultiGzDecoder::new(packed);
     bytes.clear();

@@ -16,16 +16,16 @@ pub fn available() -> Option<u64> {
     [system(), group(), limit()].into_iter().flatten().min()
 }
 
-/// Refuses what needs more memory than there is; `name` is the file that needs it.
-pub fn require(name: &str, bytes: u64) -> Result<()> {
+/// Refuses what needs more memory than there is; `name` is the file that it is about, `what` needs it (`a file`).
+pub fn require(name: &str, what: &str, bytes: u64) -> Result<()> {
     if bytes <= SMALL {
         return Ok(());
     }
     match available() {
         Some(there) if there < bytes => Err(Error::bad(
             Place::file(name),
-            format!("a file that needs about {} MB of memory", bytes.div_ceil(MIB)),
-            format!("a file that fits into the {} MB that are available (out of memory otherwise)", there / MIB),
+            format!("{what} that needs about {} MB of memory", bytes.div_ceil(MIB)),
+            format!("{what} that fits into the {} MB that are available (out of memory otherwise)", there / MIB),
         )),
         _ => Ok(()),
     }
@@ -36,7 +36,7 @@ pub fn require_for_file(path: &Path, name: &str, most: u64, need: impl Fn(u64) -
     match std::fs::metadata(path) {
         Ok(meta) if meta.is_file() => {
             require_size(name, meta.len(), most)?;
-            require(name, need(meta.len()))
+            require(name, "a file", need(meta.len()))
         }
         _ => Ok(()), // the size of a pipe is known only when it has been read
     }
@@ -79,9 +79,9 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_in_words() {
-        let refused = require("big.src", u64::MAX);
+        let refused = require("big.src", "a file", u64::MAX);
         assert!(available().is_none() || refused.unwrap_err().to_string().contains("out of memory"));
-        assert!(require("small.src", 1).is_ok());
+        assert!(require("small.src", "a file", 1).is_ok());
     }
 
     #[test]

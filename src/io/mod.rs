@@ -18,7 +18,7 @@
 //! - [`interrupt`]: whoever ends the process on a signal waits until no output is partly in place.
 //! - [`threads`]: as many as there are.
 //! - [`keyed`]: an entry of a document whose key carries a unit.
-//! - [`rounded`]: numbers of documents;
+//! - [`rounded`]: numbers of documents.
 //! - `words`: values that documents hold in words.
 //! - [`yaml`]: YAML documents with the line of every refusal.
 //!

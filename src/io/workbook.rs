@@ -74,7 +74,7 @@ fn bounded(name: &str, bytes: &[u8]) -> Result<()> {
         memory::require_size(name, total, LARGEST)?;
     }
     // cells are held beside the text
-    memory::require(name, 2 * total)
+    memory::require(name, "a file", 2 * total)
 }
 
 /// Refuses a sheet of too many cells.

@@ -113,7 +113,7 @@ pub fn claim(output: &Path, part: Option<(usize, usize)>) -> Result<Claim> {
         return claim_part(output, &format!("{LOCK}-{k}-of-{n}"));
     }
     let folder = FolderLock::take(output, Sharing::Alone, Duration::ZERO)?;
-    note_results(output, folder.as_ref());
+    report_takeover(output, folder.as_ref());
     clear(output, folder.is_some())?;
     Ok(Claim { _folder: folder, _part: None })
 }
@@ -130,7 +130,7 @@ fn claim_part(output: &Path, name: &str) -> Result<Claim> {
         Err(_) => None,
     };
     if alone.as_ref().is_some_and(|l| l.stale.is_some()) {
-        note_results(output, alone.as_ref());
+        report_takeover(output, alone.as_ref());
         clear(output, true)?;
         // of parts that were killed with it: nobody holds the folder
         for (name, _) in folder::list(output).unwrap_or_default() {
@@ -148,7 +148,7 @@ fn claim_part(output: &Path, name: &str) -> Result<Claim> {
     Ok(Claim { _folder: folder, _part: part })
 }
 
-fn note_results(output: &Path, lock: Option<&FolderLock>) {
+fn report_takeover(output: &Path, lock: Option<&FolderLock>) {
     if let Some(by) = lock.and_then(|l| l.stale.as_ref()) {
         notice::report(Notice::LockTakenOver(output, by));
     }

@@ -204,8 +204,7 @@ fn inside(path: &Path) -> Option<PathBuf> {
 
 /// The path of a key, if it stays below its folder, without doubled separators and `.` between them.
 pub fn below(key: &str) -> Option<PathBuf> {
-    let path = path_of(key)?;
-    path.components().all(|c| matches!(c, Component::Normal(_))).then(|| inside(&path))?
+    path_of(key).filter(|p| !p.starts_with(".")).and_then(|p| inside(&p))
 }
 
 fn outside(name: &str, line: u64, key: &str) -> Error {

@@ -44,13 +44,13 @@ impl Noise {
     pub fn course(&self, rows: usize, rng: &mut ChaCha8Rng) -> Vec<Vector3<f64>> {
         let sigma = self.sigma_um * 1e-6;
         let (white, slow) = (sigma * (1.0 - self.ar_share).sqrt(), sigma * self.ar_share.sqrt());
-        let trajectory = slow * (1.0 - self.ar1 * self.ar1).sqrt();
+        let innovation = slow * (1.0 - self.ar1 * self.ar1).sqrt();
         let mut normal = || Vector3::from_fn(|_, _| rng.sample::<f64, _>(StandardNormal));
         let mut x = normal() * slow;
         (0..rows)
             .map(|k| {
                 if k > 0 {
-                    x = x * self.ar1 + normal() * trajectory;
+                    x = x * self.ar1 + normal() * innovation;
                 }
                 x + normal() * white
             })

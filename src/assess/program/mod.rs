@@ -239,7 +239,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     let model = &base;
     let ideal = reference_machine(model);
     let sampling = runs::sampling(model, before, options, rows);
-    memory::require(before.name(), sampling.memory())?;
+    memory::require(before.name(), "a comparison", sampling.memory())?;
     let targets = targets::Targets::of(model, before, after);
     let mut wanted = runs::simulated(&ideal, before, options, sampling, &targets.before)?;
     let reference = wanted.become_reference();

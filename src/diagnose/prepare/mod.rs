@@ -113,7 +113,7 @@ fn problem_of(
 fn log_data(model: &Model, log: Log, fine: Option<Fine>, sits: Option<&Rotation3<f64>>) -> Result<LogData> {
     Ok(LogData {
         trajectory: match &fine {
-            Some(fine) => fine.refine(CommandTrajectory::of_log(&model.robot, &log)),
+            Some(fine) => fine.marked_as_means(CommandTrajectory::of_log(&model.robot, &log)),
             None => CommandTrajectory::of_log(&model.robot, &log),
         },
         commands: None,

@@ -24,7 +24,7 @@ impl Fine {
     }
 
     /// The commands of the thinned log, which know that they stand for means.
-    pub fn refine(&self, coarse: CommandTrajectory) -> CommandTrajectory {
+    pub fn marked_as_means(&self, coarse: CommandTrajectory) -> CommandTrajectory {
         match coarse.t_s() {
             [first, .., last] => {
                 let mean_over_s = (last - first) / (coarse.rows() - 1) as f64;

@@ -35,7 +35,7 @@ fn hides_unknown(outcome: &Outcome, found: &[&EffectInstance]) -> bool {
     let has_name = found.iter().any(|p| !unnamed::is_unnamed(p));
     let sensors = outcome.problem.recording() == Recording::JointSensors;
     let known_well = sensors && outcome.contradictions.is_empty() && has_name;
-    outcome.group.is_none() && outcome.joint_fit.is_none() && !known_well
+    outcome.group.is_none() && outcome.together.is_none() && !known_well
 }
 
 fn noise(outcome: &Outcome) -> NoiseFound {
@@ -73,8 +73,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         .collect();
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
-    let nested_fits = match &outcome.joint_fit {
-        Some(story) => story.nested_fits.clone(),
+    let nested_fits = match &outcome.together {
+        Some(report) => report.nested_fits.clone(),
         None => story::nested_fits(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
     };
     let structured = if outcome.group.is_some() { outcome.remains_of_arm() } else { outcome.remains.clone() };
@@ -104,7 +104,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         gap: gap(outcome),
         rounds,
         put_aside,
-        geometry_tcp_um: outcome.joint_fit.as_ref().map(|story| digits(story.geometry * UM)),
+        geometry_tcp_um: outcome.together.as_ref().map(|report| digits(report.geometry * UM)),
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.as_ref().map(|s| unexplained(outcome, s)),
         remainder: structured.as_ref().map(|s| unexplained(outcome, s)).or_else(|| slow_remainder(outcome)),
@@ -173,8 +173,8 @@ fn named(outcome: &Outcome) -> Vec<(String, String)> {
 pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
     let named = named(outcome);
     let mut order: Vec<usize> = (0..named.len()).collect();
-    if let Some(story) = &outcome.joint_fit {
-        return story.order.clone();
+    if let Some(report) = &outcome.together {
+        return report.order.clone();
     }
     if outcome.group.is_some() {
         let accepted = |k: usize| {

@@ -29,8 +29,8 @@ pub(in crate::diagnose) fn round(
         effect: named.0.clone(),
         target: named.1.clone(),
         decide_by: (set.len() > 1).then(|| decide_by(set, info.decide_by)),
-        group: (group.is_some() || outcome.joint_fit.is_some() && is_geometry(&named.0)).then_some("geometry"),
-        tcp_um: outcome.joint_fit.as_ref().map(|story| digits(story.contributions[k] * UM)),
+        group: (group.is_some() || outcome.together.is_some() && is_geometry(&named.0)).then_some("geometry"),
+        tcp_um: outcome.together.as_ref().map(|report| digits(report.contributions[k] * UM)),
         place: place(outcome, placed, group),
         evidence: evidence(outcome, k, named, group),
         set: set.to_vec(),
@@ -61,9 +61,9 @@ pub(in crate::diagnose) fn round(
 /// Sizes of effect `k` with their intervals; a fit that did not converge has none.
 fn parameters(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = match &outcome.joint_fit {
+    let sigma = match &outcome.together {
         _ if unnamed::is_unnamed(placed) => unnamed::sigma_of(&outcome.fit, k),
-        Some(story) => story.sigma[k].clone(),
+        Some(report) => report.sigma[k].clone(),
         None => outcome.fit.sigma_of(k),
     };
     let values = placed.effect.values();
@@ -81,7 +81,7 @@ fn parameters(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
 /// Sizes of a gap together with the wind-up of its joint that is not in the fit: the log tells their sum better than the gap alone.
 fn with_windup(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = outcome.joint_fit.as_ref().and_then(|story| story.with_windup[k].as_deref());
+    let sigma = outcome.together.as_ref().and_then(|report| report.with_windup[k].as_deref());
     sigma.map(|sigma| keyed(outcome, placed, sigma)).unwrap_or_default()
 }
 

@@ -51,7 +51,7 @@ impl SearchState {
     /// What could replace each found effect. Where one has replaced another, what is left has changed: rounds again.
     fn alternatives(&mut self, search: &mut Search, prepared: &Prepared, rms_nuisance: f64) -> Vec<Vec<Refined>> {
         if let Some(group) = &self.group {
-            return search.alternatives_of_all(group, &self.fit, &self.gaps.terms, &self.whitening);
+            return search.alternatives_beside_geometry(group, &self.fit, &self.gaps.terms, &self.whitening);
         }
         let Self { fit, whitening, steps, .. } = self;
         let (mut alternatives, exchanged) = search.exchange(fit, whitening, steps);

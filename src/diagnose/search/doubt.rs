@@ -255,7 +255,7 @@ impl Search<'_> {
 
     /// Alternatives after the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
     /// direction terms.
-    pub(in crate::diagnose) fn alternatives_of_all(
+    pub(in crate::diagnose) fn alternatives_beside_geometry(
         &mut self,
         group: &geometry::Group,
         fit: &Fit,

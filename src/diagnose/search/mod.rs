@@ -131,7 +131,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let last = search.kept.score(&context, &prepared.candidates);
     let Prepared { fit: first, candidates, outliers, rms_given, max_given, .. } = prepared;
     Outcome {
-        joint_fit: None,
+        together: None,
         candidates,
         steps,
         fit,

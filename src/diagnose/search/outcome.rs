@@ -11,7 +11,7 @@ use crate::diagnose::search::finding::{Alternative, Next, Step};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::slow::SlowPart;
-use crate::diagnose::search::together::share::JointFitReport;
+use crate::diagnose::search::together::share::TogetherReport;
 use crate::effects::Family;
 
 /// What the search ends with.
@@ -35,7 +35,7 @@ pub struct Outcome {
     /// Alternatives of each found effect, with the found one among them, best first.
     pub alternatives: Vec<Vec<Alternative>>,
     /// Sizes and nested fits where everything was fitted together.
-    pub joint_fit: Option<JointFitReport>,
+    pub together: Option<TogetherReport>,
     /// Test of what the effects leave.
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.

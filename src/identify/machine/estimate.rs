@@ -4,7 +4,7 @@ use super::evidence::{Evidence, Reversal};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS, turns};
 use super::predict::{self, Left, Ratio, along_path, random_effect, recordings};
 use super::problem::Problem;
-use super::trust::{OUTLYING, gains_nothing, of_axis, trust, unless_zero};
+use super::trust::{OUTLYING, distrusted_if_zero, gains_nothing, of_axis, trust};
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
 use crate::effects::{GapCurve, curve::Pchip};
@@ -141,7 +141,7 @@ pub fn joint(
         windup_ci95: [-Z95, Z95].map(|z| response.windup() + z * wound),
         spikes_ci95: (0..SPIKES).map(|k| around(knots + k, law.spikes[k])).collect(),
         scatter,
-        trust: unless_zero(trust(&own, &ratio), lost_motion(problem, evidence, axis)),
+        trust: distrusted_if_zero(trust(&own, &ratio), lost_motion(problem, evidence, axis)),
         agreement: agreement(problem, evidence, axis, &ratio),
     };
     let points = (0..knots)

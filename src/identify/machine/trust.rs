@@ -64,7 +64,7 @@ pub(super) fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
 
 /// Trust where the lost motion as a whole may be zero: single reversals show an error that something else may make. On a motion of one speed a
 /// lag does, and every reversal shows it alike.
-pub(super) fn unless_zero(mut trust: Trust, lost: Option<(f64, f64)>) -> Trust {
+pub(super) fn distrusted_if_zero(mut trust: Trust, lost: Option<(f64, f64)>) -> Trust {
     if trust.compensate && lost.is_some_and(|(lost, sigma)| Z95 * sigma >= lost.abs()) {
         trust.compensate = false;
         trust.reason = Why::NotTold;
@@ -186,8 +186,8 @@ mod tests {
         let all = even(1.0, 0.02, 0.005);
         let own: Vec<&Reversal> = all.iter().collect();
         let found = || trust(&own, &random_effect(&own));
-        assert!(unless_zero(found(), Some((2e-5, 0.9e-5))).compensate);
-        let open = unless_zero(found(), Some((2e-5, 1.1e-5)));
+        assert!(distrusted_if_zero(found(), Some((2e-5, 0.9e-5))).compensate);
+        let open = distrusted_if_zero(found(), Some((2e-5, 1.1e-5)));
         assert!(!open.compensate && open.reason == Why::NotTold, "{open:?}");
     }
 

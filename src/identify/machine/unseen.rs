@@ -9,7 +9,7 @@ use super::evidence;
 use super::law::{JointRows, turns};
 use super::problem::Problem;
 use crate::gaps::note::machine::Note;
-use crate::identify::scalar::least_determined;
+use crate::identify::scalar::largest_determined_sigma;
 use crate::machine::measurement::Instrument;
 use nalgebra::DMatrix;
 
@@ -39,7 +39,7 @@ pub fn undetermined(problem: &Problem) -> Vec<(usize, f64)> {
         let Some(inverse) = &inverse else { return f64::INFINITY };
         weights.dot(&(inverse.view((at, at), (knots, knots)) * &weights)).max(0.0).sqrt()
     };
-    let limit = |axis: usize| least_determined(problem.robot.axis(axis).kind);
+    let limit = |axis: usize| largest_determined_sigma(problem.robot.axis(axis).kind);
     axes.into_iter().map(|a| (a, sigma(a))).filter(|(a, sigma)| *sigma > limit(*a)).collect()
 }
 

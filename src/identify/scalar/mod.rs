@@ -34,7 +34,7 @@ pub use setup::{LEAST_ROWS, Setup, instrument, plausible};
 const DETERMINED: [f64; 2] = [0.003, 0.01];
 
 /// Standard deviation of a half gap, rad or m, above which it is not determined.
-pub(crate) fn least_determined(kind: JointKind) -> f64 {
+pub(crate) fn largest_determined_sigma(kind: JointKind) -> f64 {
     kind.pick(DETERMINED) * kind.si_per_user_unit()
 }
 
@@ -123,7 +123,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         let joint = robot.axis(axis);
         let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
         let half = factor * sigma + fit.unsettled.as_ref().map_or(0.0, |moved| moved[k]);
-        let limit = least_determined(joint.kind);
+        let limit = largest_determined_sigma(joint.kind);
         if sigma > limit {
             if sigma > UNSEEN {
                 notes.push(Note::NotSeen { joint: joint.name.clone() }.into());

@@ -7,7 +7,7 @@
 //!
 //! Assumptions: at least four places. More than 64 are thinned to [`THINNED`] candidates for knots; all still count in the fit.
 
-use crate::effects::curve::end_slope;
+use crate::effects::curve::slopes;
 use crate::numerics::least_squares::{Function, Options, Scaling, minimise};
 use nalgebra::DMatrix;
 use std::collections::HashSet;
@@ -176,34 +176,20 @@ fn fit(data: &Data, knots: &[usize]) -> (Vec<f64>, Vec<f64>, f64) {
 /// The same curve as [`crate::effects::curve::Pchip`] (a test holds them together).
 fn pchip(x: &[f64], y: &[f64], at: &[f64], out: &mut [f64]) {
     let n = x.len();
-    let (mut h, mut d, mut slope) = ([0.0; MOST], [0.0; MOST], [0.0; MOST]);
-    for i in 0..n - 1 {
-        h[i] = x[i + 1] - x[i];
-        d[i] = (y[i + 1] - y[i]) / h[i];
-    }
-    if n == 2 {
-        slope[..2].fill(d[0]);
-    } else {
-        for i in 1..n - 1 {
-            if d[i - 1] * d[i] > 0.0 {
-                let (w1, w2) = (2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]);
-                slope[i] = (w1 + w2) / (w1 / d[i - 1] + w2 / d[i]);
-            }
-        }
-        slope[0] = end_slope(h[0], h[1], d[0], d[1]);
-        slope[n - 1] = end_slope(h[n - 2], h[n - 3], d[n - 2], d[n - 3]);
-    }
+    let mut slope = [0.0; MOST];
+    slopes(x, y, &mut slope);
     let mut j = 0;
     for (&p, f) in at.iter().zip(out) {
         while j + 2 < n && p > x[j + 1] {
             j += 1;
         }
-        let s = ((p - x[j]) / h[j]).clamp(0.0, 1.0);
+        let h = x[j + 1] - x[j];
+        let s = ((p - x[j]) / h).clamp(0.0, 1.0);
         let (s2, s3) = (s * s, s * s * s);
         *f = (2.0 * s3 - 3.0 * s2 + 1.0) * y[j]
-            + (s3 - 2.0 * s2 + s) * h[j] * slope[j]
+            + (s3 - 2.0 * s2 + s) * h * slope[j]
             + (3.0 * s2 - 2.0 * s3) * y[j + 1]
-            + (s3 - s2) * h[j] * slope[j + 1];
+            + (s3 - s2) * h * slope[j + 1];
     }
 }
 

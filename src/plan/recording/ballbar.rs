@@ -15,7 +15,7 @@ use super::options::Options;
 use super::posture;
 use super::precision::{self, Precision};
 use crate::error::{Error, Result};
-use crate::identify::scalar::least_determined;
+use crate::identify::scalar::largest_determined_sigma;
 use crate::plan::path::{Envelope, rounded};
 use crate::robot::arm::Arm;
 use crate::robot::{InverseOptions, Pose, Robot, Target};
@@ -132,7 +132,7 @@ fn not_told(robot: &Robot, precision: &[Precision]) -> Option<Note> {
 /// A joint whose gap `identify` would not give is not determined.
 fn honest(robot: &Robot, p: &mut Precision) {
     let joint = robot.axis(p.axis);
-    let limit = least_determined(joint.kind);
+    let limit = largest_determined_sigma(joint.kind);
     if let Some(sigma) = p.sigma.filter(|s| *s > limit) {
         p.sigma = None;
         p.reason = Some(Reason::AsOthers { kind: joint.kind, sigma });

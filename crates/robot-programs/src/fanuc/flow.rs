@@ -236,7 +236,7 @@ pub(super) fn last_before(text: &Text, all: &[(Statement, Vec<Range<usize>>)], a
 
 /// Labels to which nothing jumps but from statements between which and the label nothing moves, and which are reached from above, too: a
 /// program that waits there comes from where it stands.
-pub(super) fn unreferenced_labels(
+pub(super) fn labels_reached_at_rest(
     text: &Text,
     all: &[(Statement, Vec<Range<usize>>)],
     still: &Called,

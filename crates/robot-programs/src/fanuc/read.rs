@@ -41,7 +41,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let beside = calls::beside(&texts, &robot.no_motion);
     reader.uses.sets.extend(&beside.sets);
     reader.still = beside.called;
-    reader.quiet = flow::unreferenced_labels(text, &all, &reader.still);
+    reader.reached_at_rest = flow::labels_reached_at_rest(text, &all, &reader.still);
     reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
     reader.led = flow::led(text, &all, &beside.effects);
     for (k, (statement, parsed)) in all.iter().enumerate() {
@@ -98,7 +98,7 @@ pub(super) struct Reader<'a> {
     /// User frame and tool that are selected, where that is certain.
     pub(super) selected: [Option<u64>; 2],
     /// Labels that are reached from nowhere but from where nothing has moved since.
-    pub(super) quiet: BTreeSet<u64>,
+    pub(super) reached_at_rest: BTreeSet<u64>,
     /// `before` at the start of each open block.
     pub(super) blocks: Vec<Option<usize>>,
     /// The program is one of line tracking: its positions move with a conveyor.
@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
             registers: Known::default(),
             used: BTreeMap::new(),
             selected: [None, None],
-            quiet: BTreeSet::new(),
+            reached_at_rest: BTreeSet::new(),
             blocks: Vec::new(),
             tracks: false,
             offsets: instruction::has_offsets(text),
@@ -198,7 +198,7 @@ impl<'a> Reader<'a> {
     fn flow(&mut self, at: At, flow: Flow) {
         match flow {
             Flow::On => {}
-            Flow::Label(Some(n)) if self.quiet.contains(&n) => {}
+            Flow::Label(Some(n)) if self.reached_at_rest.contains(&n) => {}
             Flow::Label(n) => {
                 self.before = None;
                 self.steps.label(at, n.map(|n| n.to_string()));

@@ -274,7 +274,7 @@ pub(super) fn moves_next(text: &Text, k: usize, labels: &BTreeMap<String, usize>
 /// job that waits there comes from where it stands.
 ///
 /// `instruction = flow | "JUMP" ... | {word | label}`
-pub(super) fn unreferenced_labels(text: &Text, begin: usize, jobs: &Called) -> BTreeSet<String> {
+pub(super) fn labels_reached_at_rest(text: &Text, begin: usize, jobs: &Called) -> BTreeSet<String> {
     let mut stretch = 0_u64;
     // in which stretch nothing leads on from above
     let mut ended = None;

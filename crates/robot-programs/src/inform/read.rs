@@ -84,7 +84,7 @@ pub(super) struct Reader<'a> {
     /// Lines of labels, where a move may run on.
     pub(super) labels: BTreeMap<String, usize>,
     /// Labels that are reached from nowhere but from where nothing has moved since.
-    quiet: BTreeSet<String>,
+    reached_at_rest: BTreeSet<String>,
     /// Targets by the positions that make them.
     pub(super) targets: job::Known,
     pub(super) numbers: Vec<job::Numbers>,
@@ -134,7 +134,7 @@ impl<'a> Reader<'a> {
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),
             labels: flow::labels(text, begin),
-            quiet: flow::unreferenced_labels(text, begin, &jobs),
+            reached_at_rest: flow::labels_reached_at_rest(text, begin, &jobs),
             targets: job::Known::default(),
             numbers: Vec::new(),
             pinned: vec![false; list.positions.len()],
@@ -179,7 +179,7 @@ impl Reader<'_> {
         let at = At::of_line(k);
         let words: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
         match flow::read(&words) {
-            Flow::Label(name) if self.quiet.contains(&name) => {}
+            Flow::Label(name) if self.reached_at_rest.contains(&name) => {}
             Flow::Label(name) => {
                 (self.still, self.station) = (None, None);
                 self.steps.label(at, Some(name));

@@ -36,19 +36,7 @@ impl Builder<'_> {
     /// The goal that an expression is.
     pub fn folded_goal(&mut self, span: &Span) -> Option<Goal> {
         match self.folded(span)? {
-            Constant::Pose(numbers) => {
-                let target = self.push_folded(span, numbers.to_vec(), (0..6).collect(), Some(PoseForm::RotationVector));
-                let at = isometry(numbers);
-                self.inner = Some(span.clone());
-                Some(Goal::pose(PoseGoal {
-                    target: Some(target),
-                    position_m: at.translation.vector,
-                    rotation: Some(at.rotation),
-                    frame: crate::script::Frame::Base,
-                    tool: self.tcp(),
-                    ..PoseGoal::default()
-                }))
-            }
+            Constant::Pose(numbers) => Some(self.folded_place(span, numbers)),
             list => {
                 let numbers = list.list()?;
                 let axes = value::numbers(self.robot)?;
@@ -63,6 +51,25 @@ impl Builder<'_> {
                 Some(Goal::Joints(target))
             }
         }
+    }
+
+    /// The goal that an expression is if it is a pose.
+    pub fn folded_pose_goal(&mut self, span: &Span) -> Option<Goal> {
+        self.folded_pose(span).map(|pose| self.folded_place(span, pose))
+    }
+
+    fn folded_place(&mut self, span: &Span, numbers: [f64; 6]) -> Goal {
+        let target = self.push_folded(span, numbers.to_vec(), (0..6).collect(), Some(PoseForm::RotationVector));
+        let at = isometry(numbers);
+        self.inner = Some(span.clone());
+        Goal::pose(PoseGoal {
+            target: Some(target),
+            position_m: at.translation.vector,
+            rotation: Some(at.rotation),
+            frame: crate::script::Frame::Base,
+            tool: self.tcp(),
+            ..PoseGoal::default()
+        })
     }
 
     fn push_folded(&mut self, span: &Span, numbers: Vec<f64>, places: Vec<usize>, pose: Option<PoseForm>) -> usize {

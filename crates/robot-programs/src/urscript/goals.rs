@@ -240,11 +240,11 @@ impl Builder<'_> {
     }
 
     pub fn pose_or_opaque(&mut self, span: &Span, item: &Item) -> Goal {
-        match self.displaced(span, item) {
-            Some(found) => self.pose_goal(found, item),
-            None if self.folded_pose(span).is_some() => self.folded_goal(span).unwrap_or(Goal::opaque(Reason::NoPose)),
-            None => Goal::Opaque(self.assigned(span, item).err().unwrap_or_else(|| Reason::NoPose.into())),
+        if let Some(found) = self.displaced(span, item) {
+            return self.pose_goal(found, item);
         }
+        self.folded_pose_goal(span)
+            .unwrap_or_else(|| Goal::Opaque(self.assigned(span, item).err().unwrap_or_else(|| Reason::NoPose.into())))
     }
 
     /// The solution that `qnear` chooses; `None`: it cannot be determined.
@@ -282,10 +282,10 @@ impl Builder<'_> {
         let pose = first.as_ref().and_then(|s| self.displaced(s, item));
         let mut goal = match (pose, first) {
             (Some(pose), _) => self.pose_goal(pose, item),
-            (None, Some(first)) if self.folded_pose(&first).is_some() => {
-                self.folded_goal(&first).unwrap_or(Goal::opaque(Reason::InverseKinematics))
-            }
-            _ => return Goal::opaque(Reason::InverseKinematics),
+            (None, first) => match first.and_then(|first| self.folded_pose_goal(&first)) {
+                Some(goal) => goal,
+                None => return Goal::opaque(Reason::InverseKinematics),
+            },
         };
         if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
             match self.near(&near.span, item) {

@@ -7,12 +7,12 @@
 //! - [`read`]: functions, blocks, assignments.
 //! - [`scopes`]: which assignments make one variable.
 //! - [`value`]: lists of joint values (`d2r()` too) and poses.
-//! - [`constant`]: values that are computed from constants; [`certain`]: what names hold at each place; [`evaluate`]: expressions of them.
+//! - [`constant`]: values that are computed from constants; [`certain`]: values of names at each place; [`evaluate`]: expressions of them.
 //! - [`arguments`]: calls and their arguments.
 //! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined; [`folded`]: those that are computed.
-//! - [`steps`]: statements to waits and whatever ends a known direction.
+//! - [`steps`]: statements to waits and whatever ends a known direction; [`in_force`]: what is set where a move begins.
 //! - [`moves`]: calls to moves.
-//! - [`write`]: edits to patches.
+//! - [`write`]: edits to patches; [`reason`]: why a move stays.
 //!
 //! Reference: Universal Robots, The URScript Programming Language. A variable that may hold several values
 //! where a move reads it is not certain, and its moves say why they are left alone.

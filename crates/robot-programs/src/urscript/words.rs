@@ -75,7 +75,7 @@ const ACTS_STARTS: &str = "\
     set_ write_ read_ get_ socket_ rpc_ modbus_ rtde_ is_steady is_within request_ popup zero_ configurable_digital_out tool_contact force";
 
 /// Functions that begin like these and compute.
-const COMPUTES: &str = "get_inverse_kin get_forward_kin get_list_length get_steptime get";
+const COMPUTES: &str = "get_inverse_kin get_forward_kin get_list_length get_steptime";
 
 /// Whether it matters when a function is called: an output, a reading, a message.
 pub fn acts(name: &str) -> bool {

@@ -46,10 +46,10 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
     let quiet = remains.is_none();
     let slow = quiet.then(|| slow::beside_instrument(&problem, &machine.fit, &structure)).flatten();
     let support = members::support(&problem, &machine);
-    let story = share::story(&problem, &machine, uncertainties);
+    let report = share::report(&problem, &machine, uncertainties);
     let mut alternatives = alternatives::of(&problem, &machine, &support);
     let price = (problem.n as f64).ln().min(8.0);
-    let doubtful = doubtful(&problem, &machine.fit, &story);
+    let doubtful = doubtful(&problem, &machine.fit, &report);
     rival::beside(&problem, &machine.fit, &machine.whitening, (&candidates, price), &doubtful, &mut alternatives);
     let clear = triage::clear(&machine, &support);
     let members = support.iter().filter(|s| **s > triage::CLEAR).count();
@@ -60,7 +60,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         let p = &fit.hypothesis.effects[fit.free[k]];
         Step::new(p.effect.name(), p.target_text(&problem.robot))
     };
-    let steps = story.order.iter().map(step).collect();
+    let steps = report.order.iter().map(step).collect();
     let outcome = Outcome {
         candidates,
         steps,
@@ -68,7 +68,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
         group: None,
         notes: problem.notes.clone(),
         alternatives,
-        joint_fit: Some(story),
+        together: Some(report),
         structure,
         remains,
         slow,
@@ -93,9 +93,9 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
 }
 
 /// Which free effects have sizes that may be zero; a gap counts with the wind-up that is not in the fit, as the log tells their sum.
-fn doubtful(problem: &Problem, fit: &Fit, story: &share::JointFitReport) -> Vec<bool> {
+fn doubtful(problem: &Problem, fit: &Fit, report: &share::TogetherReport) -> Vec<bool> {
     let of = |(alone, together): (&Vec<f64>, &Option<Vec<f64>>)| together.clone().unwrap_or_else(|| alone.clone());
-    let sigma: Vec<Vec<f64>> = story.sigma.iter().zip(&story.with_windup).map(of).collect();
+    let sigma: Vec<Vec<f64>> = report.sigma.iter().zip(&report.with_windup).map(of).collect();
     determined::doubtful_by(problem, fit, &sigma)
 }
 

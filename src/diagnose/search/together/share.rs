@@ -1,4 +1,4 @@
-//! What each effect does to the TCP, its interval, and the story from the largest to the smallest.
+//! What each effect does to the TCP, its interval, and the report from the largest to the smallest.
 
 use super::blocks::{self, Blocks};
 use super::contribution::{contribution, contributions};
@@ -14,9 +14,9 @@ use crate::numerics::normal::Z95;
 use crate::numerics::parallel::ParMap;
 use nalgebra::DVector;
 
-/// The story: order, nested fits, sizes at the TCP, uncertainties.
-pub struct JointFitReport {
-    /// Free effects (places in the list) in the order of the story.
+/// The report of all effects together: order, nested fits, sizes at the TCP, uncertainties.
+pub struct TogetherReport {
+    /// Free effects (places in the list) in the order of the report.
     pub order: Vec<usize>,
     /// One more than effects: the first is the frame alone.
     pub nested_fits: Vec<NestedFit>,
@@ -84,8 +84,8 @@ fn ratio(problem: &Problem, fit: &Fit, k: usize, sigma: &[f64]) -> Option<f64> {
     (!sizes.is_empty()).then(|| (sizes.iter().sum::<f64>() / sizes.len() as f64).sqrt())
 }
 
-/// The story of a fit whose uncertainties are known.
-pub fn story(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Uncertainties) -> JointFitReport {
+/// The report of a fit whose uncertainties are known.
+pub fn report(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Uncertainties) -> TogetherReport {
     let fit = &machine.fit;
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
@@ -98,7 +98,7 @@ pub fn story(problem: &Problem, machine: &MachineFit, (sigma, with_windup): Unce
         .cloned()
         .collect();
     let geometry = if geometry.is_empty() { 0.0 } else { contribution(problem, fit, &geometry) };
-    JointFitReport { order, nested_fits, contributions, geometry, sigma, with_windup }
+    TogetherReport { order, nested_fits, contributions, geometry, sigma, with_windup }
 }
 
 /// The largest first; geometry stands together, where its largest member does.
