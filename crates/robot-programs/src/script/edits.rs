@@ -80,7 +80,7 @@ pub struct NewPoint {
     pub clearance_m: f64,
     /// Whether it is one of the turning points of [`super::Move::way`], moved by its offset, and no new one.
     pub of_way: bool,
-    /// Whether the program must wait at it as it does at the goal ([`super::Move::waits`]): its corner must not be cut.
+    /// Whether the program must wait at it as it does at the goal ([`super::How::waits`]): its corner must not be cut.
     pub waits: bool,
 }
 
