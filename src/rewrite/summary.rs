@@ -320,7 +320,7 @@ fn vendor_entries(v: &Vendor, robot: &Robot) -> VendorEntries {
         closed: v.coverage.closed,
         runs: v.runs,
         directions_lost: v.gaps.iter().map(|g| DirectionLost { line: g.at.line, why: g.why.to_string() }).collect(),
-        points_not_placed: v.unplaced.points + v.unplaced.rounded,
+        points_not_placed: v.unplaced.points + v.unplaced.rounded + v.unplaced.little,
         points_without_corner: v
             .written
             .stops

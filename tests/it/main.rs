@@ -72,6 +72,7 @@ mod join;
 mod learn_track;
 mod log;
 mod machine;
+mod min_gain;
 mod nist;
 mod numerics;
 mod originals;

@@ -123,6 +123,11 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     pub max_added: Option<u64>,
 
+    /// Add no points to a move that would gain less than this at the TCP, um. There the step is spread over the whole move (vendor
+    /// programs only)
+    #[arg(long, value_name = "UM")]
+    pub min_gain: Option<f64>,
+
     /// Add no points while a process (welding, dispensing) is on; the targets of the process are still edited
     #[arg(long)]
     pub leave_process: bool,

@@ -326,6 +326,8 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
         said.extend(asked.then(|| what.to_string()));
     }
     said.extend(args.max_added.map(|n| format!("max_added {n}")));
+    let least_gain_um = number("min-gain", args.min_gain, |v| v > 0.0, "a distance above 0")?;
+    said.extend(least_gain_um.map(|v| format!("min_gain_um {v}")));
     Ok(Choices {
         exclude_process: args.exclude_process,
         solve_within_m: solve_um.map(|um| um * 1e-6),
@@ -334,6 +336,7 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
         frames: frames(args, robot, said)?,
         leave_poses: args.leave_cartesian,
         max_added: args.max_added,
+        least_gain_m: least_gain_um.map(|um| um * 1e-6),
         leave_process: args.leave_process,
         approach_from: approach(args, robot, said)?,
         approach_unknown: args.approach_unknown,

@@ -277,6 +277,10 @@ fn new_points_text(text: &mut String, v: &Vendor) {
             let _ = writeln!(text, "    {why} ({})", lines_text(lines));
         }
     }
+    if v.unplaced.little > 0 {
+        let points = counted(v.unplaced.little, "new point");
+        let _ = writeln!(text, "  left out by --min-gain: {points}; there the step is spread over the whole move");
+    }
     if !v.written.stops.is_empty() {
         let lines: Vec<u64> = v.written.stops.iter().map(|s| s.at.line).collect();
         let points = v.written.stops.iter().map(|s| s.points).sum();

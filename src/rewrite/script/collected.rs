@@ -48,6 +48,7 @@ impl Collected {
             rates: Rates::default(),
             lines: BTreeMap::new(),
         };
+        let least_gain_m = task.choices.least_gain_m.unwrap_or(0.0);
         let mut first = 0;
         for run in runs {
             let mut options = task.options.clone();
@@ -66,13 +67,15 @@ impl Collected {
             let (emitted, done) =
                 all.rates.within(script, task, run, options, &|options| through(task, run, options))?;
             let done = own(task, run, alone, done)?;
-            let (lost, added) = edits::collect(document, task.robot, run, &emitted, solve, &mut all.edits);
+            let (lost, added) =
+                edits::collect(document, task.robot, run, &emitted, (solve, least_gain_m), &mut all.edits);
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
             for (why, lines) in &lost.why {
                 all.unplaced.because(why, lines);
             }
             all.unplaced.rounded += lost.rounded;
+            all.unplaced.little += lost.little;
             all.unplaced.differing.extend(lost.differing);
             all.unplaced.whole.extend(lost.whole);
             for v in &done.violations {

@@ -1,10 +1,9 @@
 //! What comes out of the engine, as edits of the program: other values for targets, new points on the way to them.
 
-use super::approach;
-use super::arcs;
+use super::out::Out;
 use super::run::{Role, Run, Vertex};
 use super::unplaced::Unplaced;
-use super::whole;
+use super::{approach, arcs, gain, whole};
 use crate::program::script::{Document, Edit, Edits, Goal, Move, NewPoint, PathKind, Reason, Script, StepKind};
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
@@ -13,23 +12,15 @@ use crate::robot::Robot;
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;
 
-/// A point that came out, with its place among the vertices.
-pub(super) struct Out<'a> {
-    pub(super) q: &'a [f64],
-    t_s: Option<f64>,
-    /// Vertex itself, or the vertex before it and the share of the leg after that.
-    pub(super) vertex: usize,
-    pub(super) fraction: Option<f64>,
-}
-
 /// Adds the edits of one run, all in joints ([`super::poses::write`] makes poses of those of Cartesian targets). Returns what found
-/// no place and how many points were added. `solve`: straight moves to Cartesian targets become joint moves.
+/// no place and how many points were added. `solve`: straight moves to Cartesian targets become joint moves; `least_gain_m`: the points of a
+/// move that gain less stay away.
 pub fn collect(
     document: &dyn Document,
     robot: &Robot,
     run: &Run,
     emitted: &OutputPoints,
-    solve: bool,
+    (solve, least_gain_m): (bool, f64),
     edits: &mut Edits,
 ) -> (Unplaced, u64) {
     let script = document.script();
@@ -63,7 +54,16 @@ pub fn collect(
         let before = at.checked_sub(1).map(|k| emitted.row(k));
         let mut again = Unplaced::default();
         let lost = if vertex.again { &mut again } else { &mut unplaced };
-        let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, lost);
+        let mut edit = step(document, robot, run, vertex, before, &span, &out(end), solve, lost);
+        let gains = |edit: &Edit| {
+            edit.as_joint_moves
+                || gain::is_enough(robot, run, vertex, (at.checked_sub(1).map(out), &span, &out(end)), least_gain_m)
+        };
+        if let Some((edit, points)) = edit.as_mut().filter(|(edit, points)| *points > 0 && !gains(edit)) {
+            lost.little += edit.clear_points();
+            *points = 0;
+        }
+        let edit = edit.filter(|(edit, points)| edit.goal.is_some() || *points > 0);
         at = end + 1;
         if vertex.again {
             second_pass(script, vertex.step, edit.map(|e| e.0), edits, &mut unplaced);
@@ -169,12 +169,12 @@ fn step(
         let own = run.vertices.get(o.vertex).map(|v| offset(o.q, &v.q)).unwrap_or_default();
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
     };
-    let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
+    let approach = |o: &Out| o.is_approach(run);
     let of_goal = matches!(m.goal, Goal::Pose(_));
     // where the robot stands, the point in place carries the step: none is needed on the way to it
     let crossing = |o: &Out, n: usize| run.vertices.get(o.vertex + n).is_some_and(|v| v.role == Role::Crossing);
-    let steps = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || offset_differs(o)));
-    let steps_inside = steps || span.iter().any(|o| on_way(run, o, vertex.step) && approach(o));
+    let steps = span.iter().any(|o| o.is_on_way(run, vertex.step) && (o.fraction.is_some() || offset_differs(o)));
+    let steps_inside = steps || span.iter().any(|o| o.is_on_way(run, vertex.step) && approach(o));
     if !closed && (steps_inside || as_joint_moves) {
         let mut last = before;
         // from the point of approach on the goal carries the step: that way is no longer than the gap needs
@@ -182,7 +182,7 @@ fn step(
         let whole = |o: &&Out| {
             if o.fraction.is_none() { steps || as_joint_moves || approach(o) } else { !approach(o) && !crossing(o, 1) }
         };
-        let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).filter(whole).collect();
+        let span: Vec<&Out> = span.iter().filter(|o| o.is_on_way(run, vertex.step)).filter(whole).collect();
         let span = spaced(&span);
         edit.before.reserve_exact(span.len());
         for (k, o) in span.iter().enumerate() {
@@ -258,17 +258,6 @@ fn spaced<'a>(span: &[&'a Out<'a>]) -> Vec<&'a Out<'a>> {
     kept
 }
 
-/// A point on the way to a step's goal, not one at which the robot waits before it.
-fn on_way(run: &Run, o: &Out, step: usize) -> bool {
-    match o.fraction {
-        None => {
-            let on_way = |r: Role| matches!(r, Role::Way | Role::Approach | Role::Crossing);
-            run.vertices.get(o.vertex).is_some_and(|v| v.step == step && on_way(v.role))
-        }
-        Some(_) => run.vertices.get(o.vertex + 1).is_some_and(|v| v.step == step && v.role != Role::Before),
-    }
-}
-
 fn new_point(
     document: &dyn Document,
     robot: &Robot,
@@ -279,12 +268,7 @@ fn new_point(
     next: &[f64],
 ) -> NewPoint {
     let own = &run.vertices[o.vertex];
-    // the leg starts where the step before ended, unless a point of this way stands there
-    let from = if own.step == step && matches!(own.role, Role::Way | Role::Crossing) { own.share } else { 0.0 };
-    let share = match (o.fraction, run.vertices.get(o.vertex + 1)) {
-        (Some(f), Some(to)) => from + f * (to.share - from),
-        _ => own.share,
-    };
+    let share = o.share(run);
     let mut q = o.q.to_vec();
     // the engine goes straight in the joints; on a straight TCP path or an arc the point moves onto it, its offset stays
     let known = || Some(run.standing(step, document.on_way(step, share)?, &own.q));

@@ -15,7 +15,7 @@
 //! - `again`: first moves of a program that runs again from its start.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
 //! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split;
-//!   `whole`: goals of moves that stay whole.
+//!   `out`: where such a point stands; `gain`: what it gains; `whole`: goals of moves that stay whole.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `wrists`: what is edited alike whatever letters for the wrist mean.
 //! - `asked`: calls that nobody knows and moves wait for.
@@ -43,10 +43,12 @@ mod demands;
 mod edited;
 pub(crate) mod edits;
 pub(crate) mod fading;
+mod gain;
 mod installation;
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) mod job;
 pub(crate) mod notes;
+mod out;
 pub mod path;
 pub(crate) mod poses;
 pub(crate) mod rates;

@@ -22,6 +22,8 @@ pub struct Choices {
     pub leave_poses: bool,
     /// Most points that may be added to a program.
     pub max_added: Option<u64>,
+    /// The points of a move gain at least this much at the TCP, m.
+    pub least_gain_m: Option<f64>,
     /// No points are added while a process is on; targets are edited.
     pub leave_process: bool,
     /// Direction in which each axis comes to targets at which the robot stops, +1 or -1; 0: any. Empty: all any.

@@ -14,6 +14,8 @@ pub struct Unplaced {
     pub why: Vec<(Reason, Vec<u64>)>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,
+    /// New points that gain less at the TCP than is asked for.
+    pub little: u64,
     /// Steps of loops that would be written otherwise on each pass.
     pub differing: Vec<usize>,
     /// Goals of steps, should no point come to stand on the way to them; joints, rad or m.

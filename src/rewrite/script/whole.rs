@@ -6,7 +6,7 @@
 //! 0 the joint stays where it stood at the turn, and the goal has the offset of the direction before it, less the `leg`: with it the joint
 //! stands at its goal by then.
 
-use super::edits::Out;
+use super::out::Out;
 use super::run::{Role, Run, Vertex};
 use super::unplaced::Unplaced;
 use crate::program::script::Edits;
