@@ -69,6 +69,7 @@ mod instruments;
 mod job;
 mod job_deadzone;
 mod join;
+mod late_turns;
 mod learn_track;
 mod log;
 mod machine;

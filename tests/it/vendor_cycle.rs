@@ -44,6 +44,82 @@ fn the_first_target_of_main_is_edited_where_its_end_leads_there_from_the_same_si
     assert_eq!(rewritten(&desk, &cycle(&format!("{}{}Elsewhere;\n", to(0), to(10)))).0, [1, 1]);
 }
 
+/// A call of `main` leads to its start, as its end does.
+#[test]
+fn a_program_that_calls_itself_comes_to_its_first_target_from_there_too() {
+    let desk = desk();
+    let body = format!("{}{}{}", to(10), to(4), to(0));
+    for call in ["main;\n", "IF di1=1 main;\n", "main;\nStop;\n"] {
+        let (by, said) = rewritten(&desk, &program(&format!("{body}{call}")));
+        assert_eq!(by, [0, -1, -1], "{call}{said}");
+        assert!(said.contains(OTHER_SIDES), "{said}");
+    }
+    // from the same side
+    assert_eq!(rewritten(&desk, &program(&format!("{}{}{}main;\n", to(0), to(10), to(-5)))).0, [1, 1, -1]);
+}
+
+/// A joint program of each other language of which the first joint goes down twice and up once, and which calls itself then.
+#[test]
+fn programs_of_all_languages_that_call_themselves_leave_their_first_target() {
+    let krl = "DEF m()\nPTP {A1 80,A2 -90,A3 90,A4 0,A5 30,A6 0}\nPTP {A1 20,A2 -90,A3 90,A4 0,A5 30,A6 0}\n\
+PTP {A1 60,A2 -90,A3 90,A4 0,A5 30,A6 0}\nm()\nEND\n";
+    let urscript = |end: &str| {
+        let to = |base: f64| format!("  movej([{base}, -1.5, 1.5, -1.5, -1.5, 0])\n");
+        format!("def prog():\n{}{}{}{end}", to(1.2), to(0.3), to(0.9))
+    };
+    let joints = [80, 20, 60];
+    let point = |n: usize| format!("C0000{n}={}.0000,0.0000,0.0000,0.0000,-45.0000,0.0000\n", joints[n]);
+    let inform = |end: &str| {
+        let points: String = (0..3).map(point).collect();
+        format!(
+            "/JOB\n//NAME A\n//POS\n///NPOS 3,0,0,0,0,0\n///TOOL 0\n///POSTYPE ANGLE\n///ANGLE\n{points}//INST\n///DATE 2024/05/06 07:08\n\
+             ///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\nMOVJ C00002 VJ=25.00\n{end}\nEND\n"
+        )
+    };
+    let taught = |n: usize| {
+        format!(
+            "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    {}.000 deg,\tJ2=     0.000 deg,\tJ3=     0.000 deg,\n\tJ4=     0.000 deg,\t\
+             J5=   -40.000 deg,\tJ6=     0.000 deg\n}};\n",
+            n + 1,
+            joints[n]
+        )
+    };
+    let fanuc = |end: &str| {
+        let taught: String = (0..3).map(taught).collect();
+        format!(
+            "/PROG  A\n/ATTR\nLINE_COUNT\t= 4;\nDEFAULT_GROUP\t= 1,*,*,*,*;\n/MN\n   1:J P[1] 50% FINE ;\n   2:J P[2] 50% FINE ;\n\
+                3:J P[3] 50% FINE ;\n   4:  {end} ;\n/POS\n{taught}/END\n"
+        )
+    };
+    let looped = "end\nwhile True:\n  prog()\nend\n";
+    for (robot, joint, name, text, first, stays) in [
+        ("kuka-kr120-r2500-pro", "A1", "m.src", krl.to_string(), "{A1 80,", true),
+        ("kuka-kr120-r2500-pro", "A1", "m.src", krl.replace("m()\nEND", "END"), "{A1 80,", false),
+        ("universal-robots-ur10e", "base", "p.script", urscript("end\nprog()\nprog()\n"), "movej([1.2,", true),
+        ("universal-robots-ur10e", "base", "p.script", urscript(looped), "movej([1.2,", true),
+        ("universal-robots-ur10e", "base", "p.script", urscript("  prog()\nend\nprog()\n"), "movej([1.2,", true),
+        ("universal-robots-ur10e", "base", "p.script", urscript("end\nprog()\n"), "movej([1.2,", false),
+        ("motoman-ar2010", "S", "A.JBI", inform("JUMP JOB:A"), "C00000=80.0000,", true),
+        ("motoman-ar2010", "S", "A.JBI", inform("CALL JOB:A"), "C00000=80.0000,", true),
+        ("motoman-ar2010", "S", "A.JBI", inform("JUMP JOB:A IF IN#(1)=ON"), "C00000=80.0000,", true),
+        ("motoman-ar2010", "S", "A.JBI", inform("JUMP JOB:B"), "C00000=80.0000,", false),
+        ("fanuc-m20ia", "J1", "A.LS", fanuc("CALL A"), "J1=    80.000 deg", true),
+        ("fanuc-m20ia", "J1", "A.LS", fanuc("CALL B"), "J1=    80.000 deg", false),
+    ] {
+        let desk = Desk::new(0.0);
+        std::fs::copy(bundled(&format!("configs/{robot}.yaml")), desk.path("robot.yaml")).unwrap();
+        let model = format!(
+            "schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {{effect: backlash, joint: {joint}, half_gap_deg: 0.05}}\n"
+        );
+        desk.write("model.yaml", &model);
+        desk.write(name, &text);
+        desk.run(&format!("rewrite --model model.yaml {name} --output out-{name} --force --max-added 0")).success();
+        let out = String::from_utf8(desk.read(&format!("out-{name}"))).unwrap();
+        assert_eq!(out.contains(first), stays, "{name}: {text}\n{out}");
+        assert_ne!(out, text);
+    }
+}
+
 #[test]
 fn the_first_target_of_main_is_reached_over_a_point_with_approach_unknown() {
     let desk = desk();

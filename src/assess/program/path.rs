@@ -14,6 +14,9 @@ pub const SLACK_M: f64 = 1e-3;
 /// Distances that differ by less are equal, m.
 const SAME_M: f64 = 1e-9;
 
+/// A path that is no longer has not moved, m.
+const STILL_M: f64 = 1e-12;
+
 /// Segments at which points of a run are compared with a path, at most: a short path of very many points is thinned.
 const MOST_COMPARED: f64 = 2e8;
 
@@ -217,7 +220,10 @@ impl Reference {
                 };
                 best = (near, apart);
             }
-            i += 1;
+            // while the path rests it is at one place: thousands of rows of a dwell are no nearer than the first
+            let rests = |a: &f64| *a <= self.along[i] + STILL_M;
+            let rested = if passed <= STILL_M { self.along[i..=to].partition_point(rests) } else { 0 };
+            i += rested.saturating_sub(1).max(1);
         }
         best.0
     }
@@ -263,6 +269,30 @@ mod tests {
         }
         let beside = bent.nearest(&(last + Vector3::z() * 0.011), 0.5 * 1.56 + 0.011, 2e-3).off_m;
         assert!(beside < 1e-9, "{beside}");
+    }
+
+    #[test]
+    fn a_path_that_rests_in_very_many_rows_is_compared_in_no_time() {
+        // out, 200 s of rest at 250 Hz, back
+        let x = |k: u32| {
+            f64::from(if k < 100 {
+                k
+            } else if k < 50_100 {
+                100
+            } else {
+                50_200 - k
+            }) * 1e-4
+        };
+        let points: Vec<_> = (0..=50_200).map(|k| Vector3::new(x(k), 0.0, 0.0)).collect();
+        let t: Vec<f64> = (0..points.len()).map(|i| i as f64 * 4e-3).collect();
+        let path = Reference::new(points.clone(), t);
+        let run: Vec<_> = points.iter().map(|p| p + Vector3::new(0.0, 7e-6, 0.0)).collect();
+        let along = lengths(run.iter().copied());
+        let start = std::time::Instant::now();
+        let far = path.follow(&run, &along, 1.0, SLACK_M).map(|near| (near.off_m - 7e-6).abs()).fold(0.0, f64::max);
+        assert!(far < 1e-12, "{far}");
+        // minutes if every row were compared with all of the rest
+        assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
     }
 
     fn line() -> Reference {

@@ -8,7 +8,7 @@
 //! - [`task`]: what is asked.
 //! - [`coverage`]: how much can be edited, and why not the rest ([`cause`]).
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
-//!   again, [`way`] follows straight TCP paths; `circles`: arcs through joint targets; [`clock`] tells durations; [`fading`]: friction where none can be determined.
+//!   again, [`way`] follows straight TCP paths, `turns`: where joints turn on them; `circles`: arcs through joint targets; [`clock`] tells durations; [`fading`]: friction where none can be determined.
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; `spread`: whether spread steps are worth it; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
@@ -59,6 +59,7 @@ pub(crate) mod run;
 mod spread;
 pub(crate) mod stops;
 pub(crate) mod task;
+mod turns;
 pub(crate) mod unplaced;
 pub(crate) mod verify;
 pub(crate) mod way;

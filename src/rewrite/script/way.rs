@@ -5,7 +5,8 @@
 //! stands. Where a pose is not reached within [`REACHED_M`] and [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
 use super::poses::Tooled;
-use crate::numerics::reversal::{Movement, ReversalDetector};
+use super::turns::{Row, turning_shares, turns_at_ends};
+use crate::numerics::reversal::ReversalDetector;
 use crate::program::script::Way;
 use crate::robot::arm::{Form, isometry, pose_of};
 use crate::robot::{InverseOptions, Pose, Target};
@@ -269,9 +270,7 @@ impl Line {
     /// Directions in which what the gears turn comes to the end, after the last turn by more than `deadband` (rad or m); 0: it does not move.
     pub fn arrivals(&self, deadband: &[f64]) -> Vec<i8> {
         let mut found: Vec<ReversalDetector> = deadband.iter().map(|band| ReversalDetector::new(*band, 0)).collect();
-        for (row, sample) in self.samples.iter().enumerate() {
-            let mut gears = sample.clone();
-            self.tooled.robot.to_gears(&mut gears);
+        for (row, (_, gears)) in self.gears().into_iter().enumerate() {
             for (detector, position) in found.iter_mut().zip(gears) {
                 detector.take(row, position);
             }
@@ -282,12 +281,26 @@ impl Line {
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than
     /// [`APART`] are one.
     pub fn turning_points(&self, deadband: &[f64]) -> Vec<Way> {
-        let mut gears = self.samples.clone();
-        gears.iter_mut().for_each(|q| self.tooled.robot.to_gears(q));
-        let mut shares = turning_shares(&gears, deadband);
+        let mut shares = turning_shares(&self.gears(), deadband);
         shares.sort_by(f64::total_cmp);
         shares.dedup_by(|b, a| *b - *a < APART);
         shares.into_iter().filter_map(|share| Some(Way { share, q: self.at(share)? })).collect()
+    }
+
+    /// What the gears turn at the samples, by their shares of the way, and where one turns within the first or the last part: between two
+    /// other samples the one after shows it, at the ends of the way nothing does.
+    fn gears(&self) -> Vec<Row> {
+        let of = |share: f64, q: &[f64]| {
+            let mut gears = q.to_vec();
+            self.tooled.robot.to_gears(&mut gears);
+            (share, gears)
+        };
+        let parts = (self.samples.len() - 1).max(1) as f64;
+        let mut rows: Vec<Row> = self.samples.iter().enumerate().map(|(k, q)| of(k as f64 / parts, q)).collect();
+        let turns = turns_at_ends(&rows);
+        rows.extend(turns.into_iter().filter_map(|share| Some(of(share, &self.at(share)?))));
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows
     }
 }
 
@@ -346,32 +359,6 @@ fn solved(tooled: &Tooled, track: &Track, pose: bool, share: f64, guess: &[f64])
     (found.error_m <= REACHED_M && found.error_rad <= REACHED_RAD && !leaps(&found.q)).then_some(found.q)
 }
 
-/// Shares at which joints turn by more than the dead band on a sampled way, by parabolas through its samples.
-fn turning_shares(line: &[Vec<f64>], deadband: &[f64]) -> Vec<f64> {
-    let Some(first) = line.first() else { return Vec::new() };
-    let parts = (line.len() - 1).max(1) as f64;
-    let mut found = Vec::new();
-    for axis in 0..first.len() {
-        let p = |k: usize| line[k][axis];
-        let mut detector = ReversalDetector::new(deadband.get(axis).copied().unwrap_or(0.0), 0);
-        for k in 0..line.len() {
-            if let Movement::Reversed { at, extreme } = detector.take(k, p(k)) {
-                // on a way that is symmetrical about the turn, the samples beside it may be equal to the last bit
-                let rest = (0..at).rev().take_while(|&k| p(k) == extreme).count();
-                let beyond = match at.checked_sub(1) {
-                    Some(before) if rest == 0 => {
-                        let (before, after) = (extreme - p(before), p(at + 1) - extreme);
-                        0.5 * (before + after) / (before - after)
-                    }
-                    _ => -0.5 * rest as f64,
-                };
-                found.push((at as f64 + beyond) / parts);
-            }
-        }
-    }
-    found
-}
-
 /// Joints at a share of a sampled way, linear between its samples.
 fn at_share(line: &[Vec<f64>], share: f64) -> Option<Vec<f64>> {
     let last = line.len().checked_sub(1)?;
@@ -408,30 +395,5 @@ mod tests {
         }
         let on_line = |x: f64| Vector3::new(x, 0.0, 0.0);
         assert!(Circle::through(&on_line(0.0), &on_line(1.0), &on_line(2.0)).is_none());
-    }
-
-    #[test]
-    fn a_turn_between_two_equal_samples_is_found() {
-        let way = |values: &[f64]| values.iter().map(|v| vec![*v]).collect::<Vec<_>>();
-        assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.4, 0.4, 0.3, 0.0]), &[1e-3]), [0.5]);
-        assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.4, 0.3, 0.0]), &[1e-3]), [0.5]);
-        assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.3, 0.4, 0.5]), &[1e-3]), [0.0; 0]);
-    }
-
-    #[test]
-    fn a_turn_between_the_values_at_the_ends_of_a_way_is_found() {
-        let way = |values: &[f64]| values.iter().map(|v| vec![*v]).collect::<Vec<_>>();
-        // down, up again, and down to the end, as a wrist may on a straight way
-        let wiggle = way(&[48.28, 45.5, 45.5, 47.8, 47.9, 47.7]);
-        let shares = turning_shares(&wiggle, &[0.01]);
-        assert_eq!(shares.len(), 2);
-        // middle of the two equal samples; a parabola through 47.8, 47.9 and 47.7 stands highest at -1/6 of a part
-        assert!(
-            (shares[0] - 1.5 / 5.0).abs() < 1e-12 && (shares[1] - (4.0 - 1.0 / 6.0) / 5.0).abs() < 1e-9,
-            "{shares:?}"
-        );
-        // both turns of a way that rises from end to end, and none of those within the dead band
-        assert_eq!(turning_shares(&way(&[0.0, 0.6, 0.4, 1.0]), &[0.1]).len(), 2);
-        assert!(turning_shares(&way(&[0.0, 0.6, 0.55, 1.0]), &[0.1]).is_empty());
     }
 }

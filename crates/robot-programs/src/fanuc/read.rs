@@ -92,6 +92,7 @@ pub(super) struct Reader<'a> {
     pub(super) still: Called,
     pub(super) met: BTreeMap<String, u64>,
     pub(super) named_calls: NamedCalls,
+    pub(super) own_name: Option<String>,
     /// Registers with the values of a listing, and those that were used, with the first line.
     pub(super) registers: Known<'a>,
     pub(super) used: BTreeMap<u64, u64>,
@@ -130,6 +131,7 @@ impl<'a> Reader<'a> {
             still: Called::default(),
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),
+            own_name: calls::name_in(text),
             registers: Known::default(),
             used: BTreeMap::new(),
             selected: [None, None],
@@ -270,6 +272,9 @@ impl<'a> Reader<'a> {
 
     /// A call of a program; `held`: the robot stands until it has ended.
     fn call(&mut self, at: At, name: String, held: bool) {
+        if self.own_name.as_deref().is_some_and(|own| own.eq_ignore_ascii_case(&name)) {
+            self.steps.runs_again();
+        }
         match self.still.waits(&name) {
             Some(waits) => {
                 self.named_calls.still(self.still.needs(), &name, at.line);

@@ -39,6 +39,14 @@ fn job_of(word: &str) -> Option<String> {
     (!name.is_empty()).then(|| name.to_string())
 }
 
+/// The job that an instruction goes to, by its words in upper case.
+///
+/// `to = ("JUMP" | "CALL") job ...`
+pub(super) fn to_job(words: &[String]) -> Option<String> {
+    let [first, second, ..] = words else { return None };
+    job_of(second).filter(|_| matches!(first.as_str(), "JUMP" | "CALL"))
+}
+
 /// An instruction by its words, in upper case.
 ///
 /// `flow = label | jump | "RET" ["IF" ...] | "CALL" job ... | block`,

@@ -8,7 +8,7 @@ use super::list::{List, shown};
 use super::movement::Model;
 use super::order::Order;
 use super::reason::Reason;
-use super::shared::Shared;
+use super::shared::{Shared, job_name};
 use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_frame, upper, words};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
@@ -81,6 +81,7 @@ pub(super) struct Reader<'a> {
     jobs: Called,
     met: BTreeMap<String, u64>,
     named_calls: NamedCalls,
+    own_name: Option<String>,
     /// Lines of labels, where a move may run on.
     pub(super) labels: BTreeMap<String, usize>,
     /// Labels that are reached from nowhere but from where nothing has moved since.
@@ -133,6 +134,7 @@ impl<'a> Reader<'a> {
             blocks: Vec::new(),
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),
+            own_name: job_name(text),
             labels: flow::labels(text, begin),
             reached_at_rest: flow::labels_reached_at_rest(text, begin, &jobs),
             targets: job::Known::default(),
@@ -178,6 +180,9 @@ impl Reader<'_> {
     fn flow(&mut self, k: usize, words: &[Range<usize>]) -> bool {
         let at = At::of_line(k);
         let words: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
+        if flow::to_job(&words).is_some_and(|name| self.own_name.as_ref() == Some(&name)) {
+            self.steps.runs_again();
+        }
         match flow::read(&words) {
             Flow::Label(name) if self.reached_at_rest.contains(&name) => {}
             Flow::Label(name) => {

@@ -280,7 +280,7 @@ impl<S> Steps<S> {
         self.joins.push(Join { at: k, from: Vec::new() });
     }
 
-    /// The program may end here, and runs again from its start ([`Self::entry`]).
+    /// The program may end here, and runs again from its start ([`Self::entry`], else the first of its routines).
     pub fn runs_again(&mut self) {
         let at = self.next();
         self.again.push(at);
@@ -368,6 +368,9 @@ impl<S> Steps<S> {
     pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
         self.joins.extend(std::mem::take(&mut self.labels).joins());
         let (starts, entered) = (self.starts(), self.routines.entered());
+        // what calls the routine with which the program starts leads to its start as its end does
+        let start = self.steps.iter().position(|s| matches!(s.kind, StepKind::Break(Break::Start)));
+        self.again.extend(self.entry.or(start).into_iter().flat_map(|k| self.routines.calls_of_start(k)));
         self.joins.extend(std::mem::take(&mut self.routines).joins(self.steps.len()));
         // inner blocks close before outer ones
         self.gone.sort_unstable();
@@ -385,7 +388,7 @@ impl<S> Steps<S> {
             joins.map(|j| Join { at: moved(j.at), from: j.from.iter().map(|k| moved(*k)).collect() }).collect()
         };
         script.joins = renumbered(&self.joins);
-        let again = script.entry.filter(|_| !self.again.is_empty());
+        let again = self.entry.or(start).filter(|k| stays(k) && !self.again.is_empty()).map(moved);
         script.again = again.map(|at| Join { at, from: self.again.iter().map(|k| moved(*k)).collect() });
         if let Some(starts) = starts {
             script.ways = script.joins.iter().cloned().chain(renumbered(&starts)).collect();

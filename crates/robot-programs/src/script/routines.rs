@@ -98,6 +98,13 @@ impl Routines {
         if self.unknown { Vec::new() } else { self.names.iter().flat_map(of).collect() }
     }
 
+    /// Calls of the routine whose text begins at a step.
+    pub(super) fn calls_of_start(&self, begin: usize) -> Vec<usize> {
+        let begins = |ids: &BTreeSet<usize>| ids.iter().any(|id| self.begins.get(id) == Some(&begin));
+        let called = |(_, name): &&(usize, String)| self.names.get(name).is_some_and(begins);
+        self.calls.iter().filter(called).map(|(at, _)| *at).collect()
+    }
+
     /// Whether a break is the call of a routine of the file.
     pub(super) fn is_call(&self, at: usize) -> bool {
         self.calls.binary_search_by_key(&at, |c| c.0).is_ok()
