@@ -78,6 +78,7 @@ mod nist;
 mod numerics;
 mod originals;
 mod pages;
+mod partial_targets;
 mod path_bench;
 mod plan_experiment;
 mod previous;

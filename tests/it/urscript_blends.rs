@@ -3,6 +3,17 @@
 use crate::support::bundled;
 use crate::vendor_rewrite::Desk;
 
+/// A desk with play on each joint of a UR10e.
+fn desk() -> Desk {
+    let desk = Desk::new(0.0);
+    desk.write("robot.yaml", &std::fs::read_to_string(bundled("configs/universal-robots-ur10e.yaml")).unwrap());
+    let joints = ["base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"];
+    let effects: String =
+        joints.iter().map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_deg: 0.02}}\n")).collect();
+    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effects}"));
+    desk
+}
+
 fn program(between: &str) -> String {
     format!(
         "def prog():\n  movej([0.1, -1.57, 1.8, -1.8, -1.57, 0.3])\n  movej([0.3, -1.4, 1.7, -1.7, -1.5, 0.4], r=0.05)\n{between}  \
@@ -12,12 +23,7 @@ fn program(between: &str) -> String {
 
 #[test]
 fn a_blend_after_which_something_is_done_keeps_its_radius() {
-    let desk = Desk::new(0.0);
-    desk.write("robot.yaml", &std::fs::read_to_string(bundled("configs/universal-robots-ur10e.yaml")).unwrap());
-    let joints = ["base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"];
-    let effects: String =
-        joints.iter().map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_deg: 0.02}}\n")).collect();
-    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effects}"));
+    let desk = desk();
     let radii = |text: &str| -> Vec<f64> {
         desk.write("p.script", text);
         desk.run("rewrite --model model.yaml p.script --output o.script --force --replace").success();
@@ -68,5 +74,43 @@ fn a_blend_after_which_something_is_done_keeps_its_radius() {
         let third = |l: &&str| l.contains("movej([0.199651") || l.contains("movej([0.200349");
         let of_third = written.lines().filter(third).find_map(radius);
         assert!(of_third.is_some_and(|r| r < 0.05), "{between}: {written}");
+    }
+}
+
+#[test]
+fn a_new_point_does_not_stand_in_the_blend_of_a_move_of_another_run() {
+    let desk = desk();
+    let [a, b, c] =
+        ["[0.0, -1.5, 1.5, -1.5, -1.5, 0.1]", "[0.3, -1.4, 1.4, -1.4, -1.4, 0.3]", "[0.9, -1.0, 1.0, -1.5, -1.5, 0.1]"];
+    let written = |text: &str| {
+        desk.write("p.script", text);
+        desk.run("rewrite --model model.yaml p.script --output o.script --force --replace").success();
+        String::from_utf8(desk.read("o.script")).unwrap()
+    };
+    let kept = |text: &str| text.matches("r=0.05)").count();
+    let lines = |text: &str| text.lines().count();
+    let after_call = format!(
+        "def prog():\n  def go():\n    movej({c}, r=0.05)\n  end\n  movej({a})\n  movej({b})\n  go()\n  movej({b})\nend\n"
+    );
+    let into_call = format!(
+        "def prog():\n  def go():\n    movej({b}, r=0.02)\n    movej({a})\n  end\n  movej({a})\n  movej({c}, r=0.05)\n  go()\nend\n"
+    );
+    let branch = format!(
+        "def prog():\n  movej({a})\n  movej({b})\n  movej({c}, r=0.05)\n  if x1:\n    movej({b})\n  end\nend\n"
+    );
+    for text in [&after_call, &into_call, &branch] {
+        let out = written(text);
+        assert_eq!(kept(&out), 0, "{out}");
+        assert!(lines(&out) >= lines(text) + 4, "{out}");
+    }
+    // a blend that stays as it is keeps points away
+    for (between, after) in [("# lostmotion: off\n", "# lostmotion: on\n"), ("", "  set_digital_out(0, True)\n")] {
+        let text = format!(
+            "def prog():\n  movej({a})\n  movej({b})\n{between}  movej({c}, r=0.05)\n{after}  if x1:\n    movej({b})\n  end\nend\n"
+        );
+        let out = written(&text);
+        assert_eq!(kept(&out), 1, "{out}");
+        let (_, next) = out.split_once("  if x1:\n").unwrap();
+        assert_eq!(next.matches("movej").count(), 1, "{out}");
     }
 }

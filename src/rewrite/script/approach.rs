@@ -37,6 +37,8 @@ pub struct Sides {
     axes: Vec<(i8, f64)>,
     /// First targets of runs are reached from sides that are chosen where none is wanted.
     unknown: bool,
+    /// Axes that a target does not name are written at its move, too, where a point before it has moved them. Else they would stay at that point.
+    names_missing: bool,
     /// Steps of targets before which no point can stand: they are reached as the program says.
     without: BTreeSet<usize>,
     /// Steps of first targets that are reached over a point although it is known from where, as the ways there ask for different offsets,
@@ -46,14 +48,21 @@ pub struct Sides {
 
 impl Sides {
     /// `signs`: per axis, 0 for any; axes without a lost motion come as they come. `unknown`: first targets of runs are reached over a point.
-    pub fn new(robot: &Robot, signs: &[i8], unknown: bool, compensator: &Compensator, deadband: &[f64]) -> Self {
+    /// `names_missing`: [`Document::names_missing_axes`](crate::program::script::Document::names_missing_axes).
+    pub fn new(
+        robot: &Robot,
+        signs: &[i8],
+        (unknown, names_missing): (bool, bool),
+        compensator: &Compensator,
+        deadband: &[f64],
+    ) -> Self {
         let of = |axis: usize| {
             // a shorter way would count as none
             let least = |step: f64| if step > 0.0 { step.max(deadband.get(axis).copied().unwrap_or(0.0)) } else { 0.0 };
             let way = compensator.on(axis).map_or(0.0, |j| MARGIN * least(Offset::new(j).largest_step()));
             (signs.get(axis).copied().filter(|_| way > 0.0).unwrap_or(0), way)
         };
-        Self { axes: (0..robot.dof()).map(of).collect(), unknown, ..Self::default() }
+        Self { axes: (0..robot.dof()).map(of).collect(), unknown, names_missing, ..Self::default() }
     }
 
     /// Some target is to be reached from a side.
@@ -127,10 +136,18 @@ impl Sides {
     }
 
     /// The point before the target `q` of a move ([`Self::point`]). Where it is known that the robot stops as the program waits there, axes that
-    /// the move does not move stay where they are: they may stand in the work, and what stopped them before is not known.
-    pub fn point_of(&self, m: &Move, robot: &Robot, run: &Run, directions: &Directions, q: &[f64]) -> Option<Vec<f64>> {
+    /// the move does not move stay where they are: they may stand in the work, and what stopped them before is not known. So do axes that the
+    /// target does not name: `named` are those that it does.
+    pub fn point_of(
+        &self,
+        (m, named): (&Move, AxisSet),
+        robot: &Robot,
+        run: &Run,
+        directions: &Directions,
+        q: &[f64],
+    ) -> Option<Vec<f64>> {
         let mut point = self.point(robot, run, directions, q)?;
-        for (axis, v) in point.iter_mut().enumerate().filter(|(axis, _)| !moves(m, *axis)) {
+        for (axis, v) in point.iter_mut().enumerate().filter(|(axis, _)| !self.moves(m, named, *axis)) {
             *v = q.get(axis).copied().unwrap_or(*v);
         }
         (point != q).then_some(point)
@@ -180,20 +197,30 @@ impl Sides {
         best.map(|(_, point)| point)
     }
 
+    /// A point before the goal of a move may move the axis; `named`: axes that its target names.
+    fn moves(&self, m: &Move, named: AxisSet, axis: usize) -> bool {
+        (self.names_missing || named.has(axis)) && (m.blend_m == Some(0.0) || m.waits.has(axis))
+    }
+
+    /// Whether a first point may move all axes before the goal of a move.
+    pub(super) fn moves_all(&self, m: &Move, named: AxisSet, axes: usize) -> bool {
+        (0..axes).all(|axis| self.moves(m, named, axis))
+    }
+
+    /// Whether a move leads to a target that has a side, but does not name all axes for which one is wanted. `commanded`: axes that some target names.
+    pub fn lacks_axes(&self, script: &Script, m: &Move, commanded: &[bool]) -> bool {
+        let Some(target) = m.goal.target().and_then(|t| script.targets.get(t)).filter(|t| t.pose.is_none()) else {
+            return false;
+        };
+        let wanted = |axis: &usize| self.axes[*axis].0 != 0 && commanded.get(*axis).copied().unwrap_or(false);
+        let missing = (0..self.axes.len()).filter(wanted).any(|axis| target.values.get(axis).is_none());
+        missing && !self.names_missing && self.count(m)
+    }
+
     /// The vertex of such a point.
     pub fn vertex(&self, goal: &Vertex, t_s: f64, q: Vec<f64>) -> Vertex {
         Vertex { role: Role::Approach, q: q.into(), share: SHARE, t_s, ..goal.clone() }
     }
-}
-
-/// A point before the goal of a move may move the axis.
-fn moves(m: &Move, axis: usize) -> bool {
-    m.blend_m == Some(0.0) || m.waits.has(axis)
-}
-
-/// Whether a first point may move all axes before the goal of a move.
-pub(super) fn moves_all(m: &Move, axes: usize) -> bool {
-    (0..axes).all(|axis| moves(m, axis))
 }
 
 /// Each axis is within its limits, as far as its numbers are those of the machine.
@@ -278,6 +305,7 @@ impl Directions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::program::script::{Few, Goal, How};
 
     fn robot() -> Robot {
         let text = "schema: lostmotion/robot/1\nname: a\njoints:\n  - {name: X, kind: prismatic}\n  - {name: Y, kind: prismatic}\n";
@@ -316,5 +344,17 @@ mod tests {
         // the other way: beyond the target, and back
         let point = sides.point(&robot, &run([0.5, -0.5]), &directions, &[0.2, -0.2]).unwrap();
         assert!((point[0] - 0.19).abs() < 1e-12 && (point[1] + 0.18).abs() < 1e-12, "{point:?}");
+        // an axis that the target does not name would stay where the point is
+        let stops = Move::new(How { blend_m: Some(0.0), ..How::default() }, Goal::Joints(0), Few::new());
+        let of = |sides: &Sides, named: &[usize]| {
+            let named = named.iter().copied().collect();
+            sides.point_of((&stops, named), &robot, &run([0.5, -0.5]), &directions, &[0.2, -0.2])
+        };
+        let alone = of(&sides, &[0]).unwrap();
+        assert!((alone[0] - 0.19).abs() < 1e-12 && alone[1] == -0.2, "{alone:?}");
+        assert_eq!(of(&sides, &[]), None);
+        // unless the format writes it at the move
+        let written = Sides { names_missing: true, ..sides.clone() };
+        assert_eq!(of(&written, &[0]), Some(point));
     }
 }

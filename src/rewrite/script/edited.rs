@@ -9,7 +9,8 @@ use super::reasons::Reasons;
 use super::run::{self, Choice, Cut, Run};
 use super::stops::Stops;
 use super::{
-    EditReport, Task, again, approach, arcs, asked, circles, installation, notes, recognised, whole, wrists, writing,
+    EditReport, Task, again, approach, arcs, asked, circles, corners, installation, notes, recognised, whole, wrists,
+    writing,
 };
 use crate::error::Result;
 use crate::program::script::{Document, Edits, Goal, Note, Patches};
@@ -128,6 +129,7 @@ impl OfRuns {
         unplaced.points += collected::spare(script, task.choices, edits);
         let mut held = Held::default();
         circles::settle(script, runs, edits, left);
+        corners::settle(document, task.robot, runs, choice, (edits, unplaced));
         whole::settle(edits, unplaced);
         let poses = script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
         let in_joints = poses.then(|| {

@@ -310,11 +310,15 @@ fn same(a: &[f64], b: Option<&[f64]>, digit: &[f64]) -> bool {
 }
 
 /// Takes away the new points of a step that stand too near to a corner; how many.
-fn clear_corner(edits: &mut Edits, step: usize, far: impl Fn(&NewPoint) -> bool) -> u64 {
+pub(super) fn clear_corner(edits: &mut Edits, step: usize, far: impl Fn(&NewPoint) -> bool) -> u64 {
     let (mut lost, mut idle) = (0, false);
     edits.steps.change(step, |edit| {
         let all = edit.before.len();
-        edit.before.retain(&far);
+        match edit.vias.is_empty() || edit.before.iter().all(&far) {
+            true => edit.before.retain(&far),
+            // of a split arc no point may miss
+            false => drop(edit.clear_points()),
+        }
         lost = (all - edit.before.len()) as u64;
         idle = edit.goal.is_none() && edit.before.is_empty() && edit.vias.is_empty() && edit.blend_at_most_m.is_none();
     });

@@ -15,7 +15,7 @@
 //! - `again`: first moves of a program that runs again from its start.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
 //! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split;
-//!   `out`: where such a point stands; `gain`: what it gains; `whole`: goals of moves that stay whole.
+//!   `out`: where such a point stands; `gain`: what it gains; `whole`: goals of moves that stay whole; `corners`: corners that must not overlap.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `wrists`: what is edited alike whatever letters for the wrist mean.
 //! - `asked`: calls that nobody knows and moves wait for.
@@ -38,6 +38,7 @@ pub(crate) mod clock;
 mod collected;
 pub(crate) mod configuration;
 pub(crate) mod context;
+mod corners;
 pub(crate) mod coverage;
 mod demands;
 mod edited;
@@ -137,7 +138,10 @@ fn sides(document: &dyn crate::program::script::Document, task: &Task, deadband:
     let Choices { approach_from, approach_unknown, .. } = task.choices;
     match document.passes_points() {
         true => approach::Sides::default(),
-        false => approach::Sides::new(task.robot, approach_from, *approach_unknown, task.compensator, deadband),
+        false => {
+            let how = (*approach_unknown, document.names_missing_axes());
+            approach::Sides::new(task.robot, approach_from, how, task.compensator, deadband)
+        }
     }
 }
 
@@ -199,7 +203,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(edited.of_moves);
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
-    notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
+    notes.extend(notes::approached(script, &choice.approach, &commanded, &runs, &edits));
     notes.extend(notes::approached_anew(task.robot, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
     drop(runs);

@@ -71,7 +71,7 @@ pub fn unplaced(script: &Script, robot: &Robot, runs: &[Run]) -> Option<Note> {
 
 /// What was asked with `--approach-from`: how many targets a point was added to, and which of those at which the robot stops are
 /// reached as before.
-pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -> Option<Note> {
+pub fn approached(script: &Script, sides: &Sides, commanded: &[bool], runs: &[Run], edits: &Edits) -> Option<Note> {
     if !sides.wanted() {
         return None;
     }
@@ -98,10 +98,20 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
             )
         }
     };
+    let lacking = script.moves().filter(|(_, m)| sides.lacks_axes(script, m, commanded)).count();
+    let lacking = match lacking {
+        0 => String::new(),
+        k => format!(
+            "; {} without all axes: there a point moves those alone that the target names",
+            counted(k, "target")
+        ),
+    };
     let stops = script.moves().any(|(_, m)| m.blend_m == Some(0.0) || !m.waits.is_empty());
     let none = if stops { "" } else { ": the program contains no move that certainly stops at its goal" };
     let reached = counted(added, "target");
-    let text = format!("one-sided approach: {reached} reached from the requested side over an added point{rest}{none}");
+    let text = format!(
+        "one-sided approach: {reached} reached from the requested side over an added point{rest}{lacking}{none}"
+    );
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 

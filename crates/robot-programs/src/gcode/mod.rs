@@ -117,6 +117,10 @@ impl Document for Program {
         write::written_or_not(self, edits)
     }
 
+    fn names_missing_axes(&self) -> bool {
+        true
+    }
+
     fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {
         let place = self.statements.on_arc(step, self.letters.len(), share)?;
         Some(place.into_iter().zip(&self.si).map(|(v, si)| v * si).collect())

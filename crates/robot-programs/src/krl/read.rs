@@ -81,6 +81,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let sites = steps.finish(&mut script);
     script.keep_before_relative(&Reason::BeforeRelative.into(), &counted_calls, jumps);
     script.keep_read(&script::Reason::EndIsRead, &last::lines(&texts, &data, &robot.no_motion, &script));
+    script.keep_read(&Reason::BeforePartial.into(), &last::before_partial(&texts, &data, &robot.no_motion, &script));
     let mut steps = std::mem::take(&mut script.steps);
     external_axes(&mut steps, &sites, &others);
     let motions = sites.filter_map(|site| site.motion);

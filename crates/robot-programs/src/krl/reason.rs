@@ -89,6 +89,12 @@ pub enum Reason {
     /// A relative motion follows.
     #[error("a relative motion after it would carry its offset along")]
     BeforeRelative,
+    /// A goal that lacks parts follows.
+    #[error("the goal of a motion after it lacks parts, which stay as they are here")]
+    BeforePartial,
+    /// The goal lacks parts.
+    #[error("its goal lacks parts, which stay as they are at the point before it")]
+    Partial,
     /// Within `SPLINE ... ENDSPLINE`.
     #[error("it stands in a spline block, whose curve a further point would change")]
     InSpline,

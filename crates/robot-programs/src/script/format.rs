@@ -83,6 +83,14 @@ pub trait Document: Send + Sync {
     fn passes_points(&self) -> bool {
         false
     }
+    /// Whether the goal of a move is written with axes that its target does not name, where a new point before it has moved them.
+    fn names_missing_axes(&self) -> bool {
+        false
+    }
+    /// Whether the corner at a goal must not reach into the corner at the next one: the controller refuses it, or skips a corner.
+    fn corners_must_not_overlap(&self) -> bool {
+        false
+    }
     /// How short an arc through three points may be: controllers refuse points too close.
     fn least_arc(&self) -> LeastArc {
         LeastArc { whole_rad: 0.04, after_via_rad: 0.0 }

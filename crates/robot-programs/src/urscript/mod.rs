@@ -119,6 +119,10 @@ impl Document for Doc {
         &self.built.script
     }
 
+    fn corners_must_not_overlap(&self) -> bool {
+        true
+    }
+
     fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::Writer { built: &self.built, numbers: self.numbers.as_deref(), words: &self.words, edits }.patches()
     }

@@ -6,14 +6,20 @@ use super::carried::Carried;
 use super::place::Place;
 use super::solve::within;
 use super::tooled::Tooled;
-use crate::program::script::PathKind;
 use crate::program::script::pose::{PoseGoal, Solution};
+use crate::program::script::{AxisSet, PathKind};
 use std::sync::Arc;
 
 /// External axes that differ by less stand at one place, rad or m.
 const STANDS: f64 = 1e-9;
 
 impl Place {
+    /// Axes that a target names: an external axis that carries the arm stays where it stands unless the target places it.
+    pub fn named(&self, goal: &PoseGoal, dof: usize) -> AxisSet {
+        let count = self.tooled.carried.as_ref().map_or(0, |c| c.count);
+        (0..dof).filter(|axis| *axis >= count || goal.placed().iter().any(|p| p.axis == *axis)).collect()
+    }
+
     /// The place for the arm alone where external axes put it; `q`: joints whose first ones are these.
     fn of_arm(&self, carried: &Carried, q: &[f64]) -> Self {
         let mut robot = carried.robot.clone();

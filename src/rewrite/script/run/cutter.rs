@@ -100,6 +100,8 @@ pub(super) struct Reached {
     /// Joints before it, where they are known.
     pub(super) from: Option<Joints>,
     pub(super) q: Joints,
+    /// Axes that the target names.
+    pub(super) named: AxisSet,
     pub(super) editable: bool,
     /// A Cartesian target that is written as joint moves.
     pub(super) solved: bool,
@@ -263,7 +265,7 @@ impl Cutter<'_> {
 
     /// The first point of a run, after a point from which its joints come to it from known sides.
     pub(super) fn start_over(&mut self, step: usize, at: At, m: &Move, reached: Reached) {
-        let Reached { q, mut editable, tooled, .. } = reached;
+        let Reached { q, named, mut editable, tooled, .. } = reached;
         // where the robot stands it takes no step
         editable &= m.speed != Speed::Seconds(0.0);
         let approach = &self.choice.approach;
@@ -273,7 +275,7 @@ impl Cutter<'_> {
             && editable
             && (!self.run.entry || approach.is_apart(step))
             && approach.count(m)
-            && approach::moves_all(m, q.len())
+            && approach.moves_all(m, named, q.len())
             && !approach.goes_without(step);
         let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
         let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());

@@ -52,7 +52,7 @@ impl Cutter<'_> {
         let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
         let value = |k: usize| given(k).or_else(|| before(k));
         let free = self.free;
-        let matters = |k: usize| !free.has(k) && self.choice.commanded.get(k).copied().unwrap_or(true);
+        let matters = |k: usize| !free.has(k) && self.is_commanded(k);
         if (0..dof).any(|k| value(k).is_none() && matters(k)) {
             self.known = (0..dof).map(value).collect();
             self.out.partial.push(step);
@@ -82,7 +82,11 @@ impl Cutter<'_> {
             (None, _) => Ok((None, None)),
         };
         match followed {
-            Ok((tooled, via)) => Some(Reached { from, q, editable, solved: false, tooled, via }),
+            Ok((tooled, via)) => {
+                // an axis that no target names is not written
+                let named = (0..dof).filter(|k| given(*k).is_some() || !self.is_commanded(*k)).collect();
+                Some(Reached { from, q, named, editable, solved: false, tooled, via })
+            }
             Err(why) => {
                 // where it turns its joints is not known, and so not from which side it reaches the goal
                 self.out.left.insert(step, why.clone());
@@ -91,6 +95,11 @@ impl Cutter<'_> {
                 None
             }
         }
+    }
+
+    /// Some joint target of the script names the axis.
+    fn is_commanded(&self, axis: usize) -> bool {
+        self.choice.commanded.get(axis).copied().unwrap_or(true)
     }
 
     /// How a move goes that leads to a point of an arc through joint targets: the tool, and a point on the way to all but the first. Where
@@ -299,7 +308,8 @@ impl Cutter<'_> {
         } else if goal.target.is_none() && !solved {
             self.out.left.insert(step, Cause::NoNumbers);
         }
+        let named = place.named(goal, q.len());
         self.run.places.insert(step, place);
-        Some(Reached { from, q, editable: solved || written && !excluded, solved, tooled: None, via: None })
+        Some(Reached { from, q, named, editable: solved || written && !excluded, solved, tooled: None, via: None })
     }
 }

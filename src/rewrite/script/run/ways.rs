@@ -19,7 +19,7 @@ impl Cutter<'_> {
     /// A move between two known places: its turning points, its duration and its goal.
     pub(super) fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
         let (robot, again) = (self.choice.robot, self.again);
-        let Reached { q, mut editable, solved, tooled, via, .. } = reached;
+        let Reached { q, named, mut editable, solved, tooled, via, .. } = reached;
         let mut t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
@@ -87,7 +87,7 @@ impl Cutter<'_> {
             && !self.run.unfollowed.contains(&step)
             && self.choice.approach.count(m)
             && !self.choice.approach.goes_without(step)
-            && let Some(point) = self.choice.approach.point_of(m, robot, &self.run, &self.directions, &goal.q)
+            && let Some(point) = self.choice.approach.point_of((m, named), robot, &self.run, &self.directions, &goal.q)
         {
             self.keep_first_directions(&goal);
             let last = self.run.vertices.last().map_or(t0, |v| v.t_s);

@@ -1,4 +1,4 @@
-//! Which moves may come last before the program reads where the robot stands, along control ([`reach`](crate::script::reach)).
+//! Which moves may come last before the program reads where the robot stands, or goes on from there in some parts only, along control ([`reach`](crate::script::reach)).
 //!
 //! Routines that none of the file calls run one after the other, in any order. An interrupt strikes anywhere on a way: its routine reads after
 //! no move that is known.
@@ -12,13 +12,15 @@ use crate::krl::calls::{calls, quiet};
 use crate::krl::data::Data;
 use crate::krl::going::Going;
 use crate::krl::lex::{Kind, tokens, upper};
+use crate::krl::lists::Lists;
 use crate::krl::outside::Outside;
+use crate::krl::reason::Reason;
 use crate::krl::relative::with_callers;
 use crate::krl::statement::{is_routine, routine_name};
 use crate::krl::still::Still;
 use crate::no_motion::NoMotion;
 use crate::script::reach::{Atoms, BEFORE, Block, Event, FIRST, Reach, Routine, State, set_by};
-use crate::script::{Script, Text};
+use crate::script::{self, Goal, Move, Script, Text};
 use std::collections::BTreeSet;
 
 /// Lines, from 1, of the motions of a script after which its text may read where the robot stands.
@@ -32,31 +34,11 @@ pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &S
     if reads.is_empty() && triggers.is_empty() {
         return BTreeSet::new();
     }
-    let going = Going::of(texts);
-    let outside = Outside::of(texts, &going);
-    let (names, still) = (Names::of(text, data), Still::of(texts, declared));
-    let lists = Ahead::of(text, data, &going, &outside).lists;
+    let around = Around::of(texts, text, data, declared, apart);
     let moves: BTreeSet<usize> = script.lines_of_moves().into_iter().map(|line| line as usize - 1).collect();
-    let kind = ASSIGNED + names.len();
-    let last = |lines: &BTreeSet<usize>, asked: &[usize]| {
-        let scan = Scan {
-            text,
-            data,
-            going: &going,
-            outside: &outside,
-            still: &still,
-            lists: &lists,
-            names: &names,
-            own: own_routines(text),
-            passed: passed(text),
-            moves: Some(Moves { lines, asked, kind, apart: &apart }),
-            out: Found::default(),
-        };
-        Last::of(scan, kind)
-    };
     let mut found = BTreeSet::new();
     if !reads.is_empty() {
-        let last = last(&moves, &reads);
+        let last = around.last(&moves, &reads);
         // what the line itself calls has moved before it
         let places = reads.iter().flat_map(|line| [(*line, line.saturating_sub(1)), (*line, *line)]);
         found.extend(places.flat_map(|(line, place)| last.at(line, place)).chain(last.always()));
@@ -66,7 +48,7 @@ pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &S
         let next = |from: &BTreeSet<usize>| {
             let lines: BTreeSet<usize> = moves.union(from).copied().collect();
             let asked: Vec<usize> = moves.iter().copied().collect();
-            let last = last(&lines, &asked);
+            let last = around.last(&lines, &asked);
             let follows = |line: &usize| last.at(*line, line.saturating_sub(1)).iter().any(|k| from.contains(k));
             moves.iter().copied().filter(follows).collect::<BTreeSet<usize>>()
         };
@@ -77,6 +59,78 @@ pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &S
         }
     }
     found.into_iter().map(|line| line as u64 + 1).collect()
+}
+
+/// Lines, from 1, of the motions of a script that may come last before one of which the goal keeps parts of where the robot stands.
+pub(super) fn before_partial(texts: &[Text], data: &Data, declared: &NoMotion, script: &Script) -> BTreeSet<u64> {
+    let Some(text) = texts.first() else { return BTreeSet::new() };
+    let partial = script.moves().filter(|(_, m)| keeps_parts(m)).filter_map(|(k, _)| script.steps.get(k));
+    let asked: BTreeSet<usize> = partial.filter(|s| s.at.file == 0).map(|s| s.at.line as usize - 1).collect();
+    let asked: Vec<usize> = asked.into_iter().collect();
+    if asked.is_empty() {
+        return BTreeSet::new();
+    }
+    let triggers = if has_trigger(text) { triggers(text, &reading(texts)) } else { Vec::new() };
+    let apart: BTreeSet<usize> = triggers.iter().filter(|t| !t.before).map(|t| t.line).collect();
+    let moves: BTreeSet<usize> = script.lines_of_moves().into_iter().map(|line| line as usize - 1).collect();
+    let last = Around::of(texts, text, data, declared, apart).last(&moves, &asked);
+    let found: BTreeSet<usize> =
+        asked.iter().flat_map(|line| last.at(*line, line.saturating_sub(1))).chain(last.always()).collect();
+    found.into_iter().map(|line| line as u64 + 1).collect()
+}
+
+/// Whether the goal of a motion lacks parts, which stay where the robot stands.
+fn keeps_parts(m: &Move) -> bool {
+    match &m.goal {
+        Goal::Pose(goal) => goal.rotation.is_none(),
+        Goal::Opaque(script::Reason::Krl(why)) => matches!(**why, Reason::PartMissing(_)),
+        _ => false,
+    }
+}
+
+/// What the way of control through a text depends on.
+struct Around<'a> {
+    text: &'a Text,
+    data: &'a Data,
+    going: Going,
+    outside: Outside,
+    names: Names,
+    still: Still,
+    lists: Lists,
+    passed: [BTreeSet<u64>; 2],
+    apart: BTreeSet<usize>,
+    own: BTreeSet<String>,
+}
+
+impl<'a> Around<'a> {
+    /// `apart`: lines whose calls run elsewhere on the way.
+    fn of(texts: &[Text], text: &'a Text, data: &'a Data, declared: &NoMotion, apart: BTreeSet<usize>) -> Self {
+        let going = Going::of(texts);
+        let outside = Outside::of(texts, &going);
+        let (names, still) = (Names::of(text, data), Still::of(texts, declared));
+        let lists = Ahead::of(text, data, &going, &outside).lists;
+        let (passed, own) = (passed(text), own_routines(text));
+        Self { text, data, going, outside, names, still, lists, passed, apart, own }
+    }
+
+    /// Which of the lines that move may come last, where it is asked.
+    fn last(&self, lines: &BTreeSet<usize>, asked: &[usize]) -> Last {
+        let kind = ASSIGNED + self.names.len();
+        let scan = Scan {
+            text: self.text,
+            data: self.data,
+            going: &self.going,
+            outside: &self.outside,
+            still: &self.still,
+            lists: &self.lists,
+            names: &self.names,
+            own: self.own.clone(),
+            passed: self.passed.clone(),
+            moves: Some(Moves { lines, asked, kind, apart: &self.apart }),
+            out: Found::default(),
+        };
+        Last::of(scan, kind)
+    }
 }
 
 /// Names of the routines of all texts that read where the robot stands, themselves or by others.

@@ -48,7 +48,9 @@ impl Reader<'_> {
         // what `WITH` sets holds for one motion, and a copy of a plain motion would go without it
         let own = !word.spline && tail.iter().any(|t| upper(self.text, t) == "WITH");
         let copied = (word.arc || whole || !has_more_after(line, at)) && !own;
+        let partial = matches!(&goal, Goal::Pose(pose) if pose.rotation.is_none());
         let closed = self.closed(word, turning, via.is_some(), copied);
+        let closed = closed.or_else(|| partial.then(|| Reason::Partial.into()));
         let (speed, blend_m) = self.speed_and_blend(word, tail);
         let motion = end.filter(|_| whole).map(|e| self.written(k, line, at..e, word, via));
         // of most motions they are those of the one before

@@ -65,3 +65,38 @@ fn an_element_by_a_computed_index_is_whole_where_all_are() {
     assert_eq!(of("P[n].X=5\nLIN P[2]\n", POSE), "o");
     assert_eq!(of("LIN P[f(1)]\n", POSE), "o");
 }
+
+/// By move: whether its goal stays, and whether it is closed to new points.
+fn kept(lines: &str, list: &str) -> Vec<(bool, bool)> {
+    let src = format!("DEF a()\n{lines}END\n");
+    let d = doc(&[src.as_bytes(), format!("DEFDAT a\n{list}ENDDAT\n").as_bytes()]);
+    d.script().moves().map(|(_, m)| (m.fixed.is_some(), m.closed.is_some())).collect()
+}
+
+#[test]
+fn the_move_before_a_goal_that_lacks_parts_stays_and_no_point_comes_between() {
+    let (whole, to) = ("LIN {X 900.0,Y 0.0,Z 800.0,A 0.0,B 90.0,C 0.0}\n", "PTP {A1 5.0,A2 -90.0}\n");
+    let list = "DECL POS XP={X 900.0,Y 200.0,Z 800.0}\nDECL FRAME XF={X 1.0,Y 2.0,Z 3.0,A 5.0}\nDECL E6AXIS XA={A1 10.0,A2 -90.0}\n";
+    let (free, stays, shut) = ((false, false), (true, false), (false, true));
+    for goal in ["XP", "XF", "{X 900.0,Y 200.0,Z 800.0}"] {
+        let all = kept(&format!("{whole}{whole}LIN {goal}\n{whole}"), list);
+        assert_eq!(all, [free, stays, shut, free], "{goal}");
+    }
+    assert_eq!(kept(&format!("{whole}{whole}LIN {{Z 800.0}}\n"), list)[..2], [free, stays]);
+    // on several ways
+    let branches = format!("IF x THEN\n{whole}ELSE\n{to}ENDIF\n$OUT[1]=TRUE\nPTP XP\n{whole}");
+    assert_eq!(kept(&branches, list), [stays, stays, shut, free]);
+    let around = format!("{whole}LOOP\nLIN XP\n{whole}{to}ENDLOOP\n");
+    assert_eq!(kept(&around, list), [stays, shut, free, stays]);
+    // axes that a joint target does not name stay where they are commanded, and points on its way leave them there
+    assert_eq!(kept(&format!("{to}PTP XA\n{to}"), list), [free; 3]);
+}
+
+#[test]
+fn the_last_move_before_a_routine_that_begins_with_a_goal_that_lacks_parts_stays() {
+    let to = "PTP {A1 5.0,A2 -90.0}\n";
+    let src = format!("DEF a()\n{to}{to}b()\n{to}END\nDEF b()\nLIN {{X 900.0,Y 200.0,Z 800.0}}\n{to}END\n");
+    let d = doc(&[src.as_bytes()]);
+    let fixed: Vec<bool> = d.script().moves().map(|(_, m)| m.fixed.is_some()).collect();
+    assert_eq!(fixed, [false, true, false, false, false]);
+}
