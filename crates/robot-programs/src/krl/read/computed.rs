@@ -188,7 +188,7 @@ impl<'a> Computed<'a> {
         }
     }
 
-    /// The value that an assignment gives, by its index.
+    /// The value that an assignment gives, by its index. While it is computed it has none.
     fn given(&self, data: &Data, a: usize, depth: usize) -> Option<Value> {
         if let Some(known) = self.known.borrow().get(&a) {
             return known.clone();
@@ -278,10 +278,7 @@ impl<'a> Computed<'a> {
                     let (number, style) = number::read(text.slice(t.span())).filter(|n| !n.1.exponent)?;
                     (number, style.decimals, !style.point, k + 1)
                 }
-                Kind::Word => {
-                    let (number, decimals, whole, next) = self.operand(data, a, value, k, depth)?;
-                    (number, decimals, whole, next)
-                }
+                Kind::Word => self.operand(data, a, value, k, depth)?,
                 _ => return None,
             };
             let literal = t.kind == Kind::Number;
@@ -347,6 +344,8 @@ const LARGEST_FACTOR: f64 = 1e3;
 const FINEST: u8 = 6;
 
 /// The parts of a point's type.
+///
+/// `type = "FRAME" | "POS" | "E6POS" | "AXIS" | "E6AXIS"`
 fn full(data: &Data, texts: &[Text], n: usize) -> Option<&'static [&'static str]> {
     let name = data.names.get(n)?;
     let word = texts.get(name.file)?.slice(name.type_word).to_ascii_uppercase();

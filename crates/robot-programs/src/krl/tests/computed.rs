@@ -83,6 +83,25 @@ fn routines_of_the_file_are_followed() {
 }
 
 #[test]
+fn what_a_condition_calls_comes_before_all_branches() {
+    let fun = "DEFFCT BOOL fun()\nXUP.Z=1\nRETURN $IN[1]\nENDFCT\n";
+    let of = |lines: &str| position(program(&format!("DEF main()\nXUP=XP1\n{lines}END\n{fun}")).as_ref(), 0);
+    for lines in [
+        "IF fun() THEN\nI=1\nENDIF\nLIN XUP\n",
+        "IF fun() THEN\nI=1\nELSE\nLIN XUP\nENDIF\n",
+        "WHILE fun()\nLIN XUP\nXUP.Z=5\nENDWHILE\n",
+        "WHILE fun()\nXUP.Z=5\nENDWHILE\nLIN XUP\n",
+        "REPEAT\nXUP.Z=5\nUNTIL fun()\nLIN XUP\n",
+        "SWITCH fun()\nCASE 1\nI=1\nENDSWITCH\nLIN XUP\n",
+        "I=fun()\nLIN XUP\n",
+        "WAIT FOR fun()\nLIN XUP\n",
+    ] {
+        assert_eq!(of(lines), Some([500.0, 20.5, 1.0]), "{lines}");
+    }
+    assert_eq!(of("WHILE fun()\nEXIT\nXUP.Z=5\nENDWHILE\nWHILE $IN[1]\nXUP.Z=5\nENDWHILE\nLIN XUP\n"), None);
+}
+
+#[test]
 fn what_the_ways_of_the_program_leave_open_is_not_known() {
     for lines in [
         // the list keeps what an earlier run has left
@@ -141,6 +160,9 @@ fn what_anything_else_may_change_is_not_known() {
     assert!(
         of("DEF other()\nEND\n") && of("DEF isr()\nRESUME\nEND\n") && of("DEF isr()\nb()\nEND\nDEF b()\nRESUME\nEND\n")
     );
+    // a routine that an interrupt calls calls what no file has, or the program by a routine of another file
+    assert!(of("DEF isr()\nb()\nEND\n"));
+    assert!(of("DEF isr()\np()\nEND\n"));
     // parameters may be anything of their callers
     let d = program(
         "DEF p()\nsub(XP1,H)\nEND\nDEF sub(L:OUT,Q:IN)\nDECL E6POS L\nDECL REAL Q\nL=XFAR\nL.Z=Q\nQ=1\nL=XA\nLIN L\nEND\n",
@@ -209,9 +231,12 @@ fn values_of_all_modules_are_known_in_a_whole_project_that_leaves_them() {
     // one of all modules that the program assigns: what no file has may change it
     assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nLIN XTO\n", &[config]), Some([1.0, 2.0, 800.0]));
     assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nelsewhere()\nLIN XTO\n", &[config]), None);
+    assert_eq!(of("XTO=XALL\nIF elsewhere() THEN\nI=1\nELSE\nLIN XTO\nENDIF\n", &[config]), None);
     let sub = ("sub.src", "DEF sub( )\nPTP XALL\nEND\n");
     assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nsub()\nLIN XTO\n", &[config, sub]), Some([1.0, 2.0, 800.0]));
     let sub = ("sub.src", "DEF sub( )\nXTO.Z=1\nEND\n");
+    assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nsub()\nLIN XTO\n", &[config, sub]), None);
+    let sub = ("sub.src", "DEF sub( )\nelsewhere()\nEND\n");
     assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nsub()\nLIN XTO\n", &[config, sub]), None);
     // it calls the program again
     let sub = ("sub.src", "DEF sub( )\np()\nEND\n");

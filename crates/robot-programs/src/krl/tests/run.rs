@@ -32,7 +32,8 @@ enum Statement {
     Call(usize),
     /// It strikes later.
     Trigger,
-    Branch(Vec<Statement>, Option<Vec<Statement>>),
+    /// Its condition may call the function.
+    Branch(bool, Vec<Statement>, Option<Vec<Statement>>),
     Cases(Vec<Vec<Statement>>),
     Loop(&'static str, Vec<Statement>),
     /// A jump over it, or back to its start.
@@ -66,14 +67,15 @@ fn block(rng: &mut ChaCha8Rng, depth: usize, moves: &mut usize) -> Vec<Statement
         18 if rng.random_bool(0.2) => Statement::Trigger,
         19 if depth < 3 => {
             let first = block(rng, depth + 1, moves);
-            Statement::Branch(first, rng.random_bool(0.5).then(|| block(rng, depth + 1, moves)))
+            Statement::Branch(rng.random_bool(0.2), first, rng.random_bool(0.5).then(|| block(rng, depth + 1, moves)))
         }
         20 if depth < 3 => {
             Statement::Cases((0..rng.random_range(1..3)).map(|_| block(rng, depth + 1, moves)).collect())
         }
-        21 if depth < 3 => {
-            Statement::Loop(["LOOP", "WHILE", "FOR", "REPEAT"][rng.random_range(0..4)], block(rng, depth + 1, moves))
-        }
+        21 if depth < 3 => Statement::Loop(
+            ["LOOP", "WHILE", "FOR", "REPEAT", "CALLING"][rng.random_range(0..5)],
+            block(rng, depth + 1, moves),
+        ),
         22 if depth < 3 => Statement::Jump(rng.random(), block(rng, depth + 1, moves)),
         23 if depth > 0 => {
             if rng.random() {
@@ -116,8 +118,8 @@ fn written(all: &[Statement], inside: bool, labels: &mut usize, out: &mut String
             Statement::Move(_, p) => out.push_str(&format!("LIN {}\n", POINTS[*p])),
             Statement::Call(r) => out.push_str(&format!("r{r}()\n")),
             Statement::Trigger => out.push_str("TRIGGER WHEN DISTANCE=0 DELAY=0 DO r3() PRIO=-1\n"),
-            Statement::Branch(a, b) => {
-                out.push_str("IF $IN[1] THEN\n");
+            Statement::Branch(calls, a, b) => {
+                out.push_str(if *calls { "IF fun() THEN\n" } else { "IF $IN[1] THEN\n" });
                 written(a, inside, labels, out);
                 if let Some(b) = b {
                     out.push_str("ELSE\n");
@@ -137,6 +139,7 @@ fn written(all: &[Statement], inside: bool, labels: &mut usize, out: &mut String
                 let (open, close) = match *word {
                     "LOOP" => ("LOOP", "ENDLOOP"),
                     "WHILE" => ("WHILE $IN[2]", "ENDWHILE"),
+                    "CALLING" => ("WHILE fun()", "ENDWHILE"),
                     "FOR" => ("FOR I=1 TO J", "ENDFOR"),
                     _ => ("REPEAT", "UNTIL $IN[3]"),
                 };
@@ -219,6 +222,13 @@ impl Run<'_> {
         }
     }
 
+    /// What the function assigns.
+    fn function(&mut self, called: bool) {
+        if called {
+            self.points[1][1] = 2.0;
+        }
+    }
+
     fn call(&mut self, routine: usize, depth: usize) -> End {
         let mut own = self.fresh();
         let routines = self.routines;
@@ -271,11 +281,14 @@ impl Run<'_> {
             }
             Statement::Call(r) => return self.call(*r, depth),
             Statement::Trigger => self.armed = true,
-            Statement::Branch(a, b) => match (self.rng.random(), b) {
-                (true, _) => return self.block(a, own, depth, inside),
-                (false, Some(b)) => return self.block(b, own, depth, inside),
-                _ => {}
-            },
+            Statement::Branch(calls, a, b) => {
+                self.function(*calls);
+                match (self.rng.random(), b) {
+                    (true, _) => return self.block(a, own, depth, inside),
+                    (false, Some(b)) => return self.block(b, own, depth, inside),
+                    _ => {}
+                }
+            }
             Statement::Cases(all) => {
                 if let Some(one) = all.get(self.rng.random_range(0..3)) {
                     return self.block(one, own, depth, inside);
@@ -306,6 +319,7 @@ impl Run<'_> {
             if self.steps > 300 {
                 return End::Stop;
             }
+            self.function(word == "CALLING");
             if word != "LOOP" && !(word == "REPEAT" && first) && self.rng.random_bool(0.4) {
                 return End::On;
             }
@@ -323,8 +337,7 @@ impl Run<'_> {
 fn assigns(all: &[Statement], number: bool) -> bool {
     all.iter().any(|s| match s {
         Statement::Number(0, _) => number,
-        Statement::Copy(1, _) | Statement::Part(1, ..) => !number,
-        Statement::Branch(a, b) => assigns(a, number) || b.as_ref().is_some_and(|b| assigns(b, number)),
+        Statement::Branch(_, a, b) => assigns(a, number) || b.as_ref().is_some_and(|b| assigns(b, number)),
         Statement::Cases(all) => all.iter().any(|a| assigns(a, number)),
         Statement::Loop(_, a) | Statement::Jump(_, a) => assigns(a, number),
         _ => false,
@@ -349,9 +362,11 @@ fn a_computed_point_that_is_known_is_that_of_every_run() {
             written(all, false, &mut labels, &mut source);
             source.push_str("END\n");
         }
+        source.push_str("DEFFCT BOOL fun()\nXUP.Z=2\nRETURN $IN[6]\nENDFCT\n");
         let mut reached = BTreeMap::new();
         let set = |number: bool| routines.iter().any(|r| assigns(r, number));
-        let (sets_number, sets_point) = (set(true), set(false));
+        // the function assigns the point
+        let (sets_number, sets_point) = (set(true), true);
         for _ in 0..60 {
             let rng = &mut rng;
             let mut run = Run {

@@ -8,7 +8,7 @@ use crate::krl::lex::{Kind, Token, begins_with, first_word, tokens, upper};
 use crate::krl::statement::{assignment, declaration, is_routine, statements};
 use crate::krl::still::may_begin_routine;
 use crate::script::Text;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// What an assignment gives a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,8 +37,6 @@ pub(super) struct Assigned {
     pub spoiled: BTreeSet<Var>,
     /// Routines that interrupts and triggers call.
     pub at_any_time: BTreeSet<String>,
-    /// Lines on which something is called.
-    pub calls: BTreeMap<usize, Vec<String>>,
 }
 
 /// A look at a text.
@@ -72,6 +70,7 @@ impl Assigned {
 }
 
 impl Look<'_> {
+    /// `line = routine | declaration | assignment | statement ["DO" statement]`
     fn line(&mut self, k: usize, line: &[Token]) {
         let Some(first) = line.first() else { return };
         let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
@@ -90,10 +89,6 @@ impl Look<'_> {
             // a structure of the routine may have the name of a point
             line.iter().filter(|t| t.kind == Kind::Word).for_each(|t| self.spoil(&upper(self.text, t)));
             return;
-        }
-        let called: Vec<String> = calls(self.text, line).into_iter().chain(quiet(self.text, line)).collect();
-        if !called.is_empty() {
-            self.out.calls.insert(k, called);
         }
         let parts = statements(self.text, line);
         for part in parts.iter().skip(1) {

@@ -22,12 +22,13 @@ pub(super) struct Flow {
     open: Vec<bool>,
     /// Names of those that run at any time.
     any_time: BTreeSet<String>,
-    /// Lines that call something of no file, and those that call something which may call the text again.
-    calls_strange: BTreeSet<usize>,
     /// Whether what no file has may call a routine of the text.
     is_open: bool,
-    calls_back: BTreeSet<usize>,
 }
+
+/// The names under which something of no file is called, and something that may call the text again.
+const STRANGE: &str = "?";
+const BACK: &str = "??";
 
 impl Flow {
     /// Of a program. `own`: its routines. `None`: where it goes on is not certain, after an interrupt whose routine resumes it elsewhere, or which no
@@ -56,15 +57,10 @@ impl Flow {
         routines.iter_mut().for_each(|r| r.events.retain(|e| !matches!(e.1, Event::Set(..) | Event::Reset(..))));
         let back = |name: &str| outside.sets.get(name).is_some_and(|sets| sets.calls.iter().any(|c| own.contains(c)));
         let unknown = |name: &str| !own.contains(name) && !outside.sets.contains_key(name) && !is_quiet(name);
-        let lines = |is: &dyn Fn(&str) -> bool| {
-            let any = assigned.calls.iter().filter(|(_, names)| names.iter().any(|n| !own.contains(n) && is(n)));
-            any.map(|(k, _)| *k).collect::<BTreeSet<usize>>()
-        };
-        let (calls_strange, calls_back) = (lines(&unknown), lines(&back));
+        let calls_unknown =
+            |name: &str| outside.sets.get(name).is_some_and(|sets| sets.calls.iter().any(|c| unknown(c)));
+        let strange = |name: &str| unknown(name) || calls_unknown(name);
         let mut any_time: BTreeSet<String> = assigned.at_any_time.union(&interrupts).cloned().collect();
-        if any_time.iter().any(|name| unknown(name)) {
-            return None;
-        }
         loop {
             let mut next = any_time.clone();
             for name in &any_time {
@@ -76,8 +72,21 @@ impl Flow {
             }
             any_time = next;
         }
-        if any_time.intersection(&resuming(texts)).next().is_some() {
+        if any_time.iter().any(|name| unknown(name)) || any_time.intersection(&resuming(texts)).next().is_some() {
             return None;
+        }
+        for (_, event) in routines.iter_mut().flat_map(|r| &mut r.events) {
+            if let Event::Call(name) = event {
+                match () {
+                    () if own.contains(name.as_str()) => {}
+                    () if back(name) => *name = BACK.into(),
+                    () if strange(name) => *name = STRANGE.into(),
+                    () => {}
+                }
+            }
+        }
+        for routine in &mut routines {
+            routine.events = conditions_first(text, std::mem::take(&mut routine.events));
         }
         let main = routines.iter().position(|r| !r.name.is_empty()).unwrap_or_default();
         let is_global = |line: &usize| first_word(text, *line).eq_ignore_ascii_case(b"GLOBAL");
@@ -87,7 +96,7 @@ impl Flow {
         };
         let open = (0..routines.len()).map(is_open).collect();
         let is_open = first.iter().any(is_global);
-        Some(Self { routines, first, open, is_open, any_time, calls_strange, calls_back })
+        Some(Self { routines, first, open, is_open, any_time })
     }
 
     /// Whether the routine of this number may run at any time.
@@ -103,10 +112,6 @@ impl Flow {
             let routine = self.first.partition_point(|first| *first <= line);
             sets.get_mut(routine).into_iter().for_each(|all| all.push((line, Event::Set(kind, atom))));
         };
-        for (var, kind) in kinds.iter().filter(|_| !local) {
-            let strange = self.calls_strange.iter().filter(|_| self.is_open || global(var));
-            self.calls_back.iter().chain(strange).for_each(|line| put(*line, *kind, BEFORE));
-        }
         for a in &assigned.all {
             kinds.get(&a.var).into_iter().for_each(|kind| put(a.line, *kind, FIRST + a.line as u32));
         }
@@ -114,16 +119,51 @@ impl Flow {
             let mut events = routine.events.clone();
             events.retain(|e| !(local && matches!(e.1, Event::Call(_))));
             events.extend(sets);
-            // on a line what it calls comes first, then what calls leave, then what it assigns
+            // on a line what it calls comes before what it assigns
             events.sort_by_key(|e| e.0);
             Routine { name: routine.name.clone(), events }
         };
-        let routines: Vec<Routine> = self.routines.iter().zip(sets).map(with).collect();
+        let mut routines: Vec<Routine> = self.routines.iter().zip(sets).map(with).collect();
+        let changes = |name: &str, may: &dyn Fn(&Var) -> bool| {
+            let of = |(var, kind): (&Var, &usize)| may(var).then_some((0, Event::Set(*kind, BEFORE)));
+            Routine { name: name.into(), events: kinds.iter().filter_map(of).collect() }
+        };
+        routines.push(changes(STRANGE, &|var| self.is_open || global(var)));
+        routines.push(changes(BACK, &|_| true));
         let unknown: State = vec![Atoms::from([BEFORE]); vars.len()];
         let start = |k: usize| (local || self.open.get(k) == Some(&true)).then(|| unknown.clone());
         let starts: Vec<Option<State>> = (0..routines.len()).map(start).collect();
         Reach::of(&routines, &starts, &unknown)
     }
+}
+
+/// Puts what the head of a block calls before the block, as all its branches come after that; the head of `WHILE` is passed after each pass,
+/// too.
+///
+/// `head = ("IF" | "SWITCH" | "FOR" | "WHILE") ... call ...`
+fn conditions_first(text: &Text, events: Vec<(usize, Event)>) -> Vec<(usize, Event)> {
+    let (mut all, mut ends): (Vec<(usize, Event)>, Vec<Vec<Event>>) = (Vec::with_capacity(events.len()), Vec::new());
+    for of_line in events.chunk_by(|a, b| a.0 == b.0) {
+        let many = |is: fn(&Event) -> bool| of_line.iter().filter(|e| is(&e.1)).count();
+        let (opens, closes) = (many(|e| matches!(e, Event::Open(_))), many(|e| matches!(e, Event::Close)));
+        if let [head @ (line, Event::Open(_)), called @ ..] = of_line
+            && opens == closes + 1
+        {
+            all.extend(called.iter().cloned().chain([head.clone()]));
+            let again = first_word(text, *line).eq_ignore_ascii_case(b"WHILE");
+            ends.push(called.iter().filter(|_| again).map(|e| e.1.clone()).collect());
+            continue;
+        }
+        for (line, event) in of_line {
+            match event {
+                Event::Open(_) => ends.push(Vec::new()),
+                Event::Close => all.extend(ends.pop().unwrap_or_default().into_iter().map(|event| (*line, event))),
+                _ => {}
+            }
+            all.push((*line, event.clone()));
+        }
+    }
+    all
 }
 
 /// Names of the routines of other files that resume the program where their interrupt was declared.

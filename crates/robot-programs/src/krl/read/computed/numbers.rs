@@ -43,6 +43,8 @@ pub(super) struct Numbers {
 
 impl Numbers {
     /// Of the program, its data list, and the lists of other modules that declare for all.
+    ///
+    /// `list = "DEFDAT" name ["PUBLIC"] {declaration}`
     pub fn of(texts: &[Text]) -> Self {
         let mut numbers = Self::default();
         let (mut line, mut routine) = (Vec::new(), 0);
