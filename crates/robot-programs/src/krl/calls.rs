@@ -54,14 +54,16 @@ pub(super) fn is_quiet(name: &str) -> bool {
     QUIET.contains(&name)
 }
 
+/// Words before a bracket that is no call's.
+pub(super) const KEYWORDS: [&str; 16] = [
+    "IF", "AND", "OR", "NOT", "EXOR", "WHEN", "FOR", "WHILE", "UNTIL", "SWITCH", "CASE", "RETURN", "DO", "TO", "SEC",
+    "DELAY",
+];
+
 /// Routines that a line calls and that may move the robot, in upper case.
 ///
 /// `call = name "(" ...`
 pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
-    const KEYWORDS: [&str; 16] = [
-        "IF", "AND", "OR", "NOT", "EXOR", "WHEN", "FOR", "WHILE", "UNTIL", "SWITCH", "CASE", "RETURN", "DO", "TO",
-        "SEC", "DELAY",
-    ];
     line.windows(2)
         .filter(|w| w[0].kind == Kind::Word && w[1].is(b'('))
         .map(|w| upper(text, &w[0]))

@@ -94,6 +94,9 @@ pub(super) fn clone(
     taken: &mut Taken,
     out: &mut Patches,
 ) -> Result<Clone> {
+    if let Some(Source::Made(made)) = program.sources.get(target) {
+        return Ok(Clone::Inline(replaced(&made.text, &made.value.span.range(), change)));
+    }
     let parting = Parting::of(program, step, target)?;
     let values = replaced(program.text(parting.value.file)?, &parting.value.span.range(), change);
     if parting.is_in_line()? {

@@ -2,11 +2,8 @@
 
 use super::aggregate::Plain;
 use super::lex::{Kind, Token};
-use crate::script::fold::{self, Known, Part};
+use crate::script::fold::{self, Part};
 use crate::script::{Text, number};
-
-/// Decimals of a number that replaces a product.
-const DECIMALS: u8 = 3;
 
 /// The value of an expression, as fine as its finest number; `None`: it is none of plain numbers. A quotient of whole numbers is cut to a whole
 /// number (KUKA System Software, arithmetic operators): none is folded.
@@ -24,23 +21,6 @@ pub(super) fn folded(text: &Text, tokens: &[Token]) -> Option<Plain> {
         _ => None,
     };
     let parts = tokens.iter().map(&mut part).collect::<Option<Vec<Part>>>()?;
-    let value = fold::fold(&parts, &NoNames)?;
-    if parts.contains(&Part::Mark(b'*')) {
-        decimals = decimals.max(DECIMALS);
-    }
-    let style = number::Style { decimals, point: decimals > 0, ..number::Style::default() };
+    let (value, style) = fold::plain(&parts, decimals)?;
     Some(((first.start..last.end).into(), value, style))
-}
-
-/// No names.
-struct NoNames;
-
-impl Known for NoNames {
-    fn name(&self, _name: &str) -> Option<f64> {
-        None
-    }
-
-    fn call(&self, _name: &str, _value: f64) -> Option<f64> {
-        None
-    }
 }

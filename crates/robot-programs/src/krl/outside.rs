@@ -44,7 +44,8 @@ pub(super) struct Sets {
     pub(super) moved: Option<MovesBase>,
     /// Other variables.
     pub(super) assigned: BTreeSet<String>,
-    calls: BTreeSet<String>,
+    /// Routines that it calls.
+    pub(super) calls: BTreeSet<String>,
 }
 
 impl Sets {

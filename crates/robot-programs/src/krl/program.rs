@@ -1,6 +1,7 @@
 //! A program that has been read.
 
 use super::data::Data;
+use super::made::Made;
 use super::motion::Motion;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
@@ -13,6 +14,8 @@ pub(super) enum Source {
     Inline(u16, Span),
     /// In the declaration (or the only assignment) of a name.
     Name(u32),
+    /// In an aggregate that is put together for one motion, and takes the place of its goal.
+    Made(Box<Made>),
 }
 
 /// A program that has been read.
@@ -38,6 +41,14 @@ impl Program {
     pub(super) fn motion(&self, step: usize) -> Result<&Motion> {
         let no = || Error::Refused(format!("{}: this motion cannot be rewritten", self.place(step)));
         self.motions.get(step).ok_or_else(no)
+    }
+
+    /// The text in which the numbers of a target stand.
+    pub(super) fn text_of_target(&self, target: usize) -> Option<&Text> {
+        match self.sources.get(target) {
+            Some(Source::Made(made)) => Some(&made.text),
+            _ => self.script.texts.get(self.script.targets.get(target)?.at.file),
+        }
     }
 
     /// The text of a file.

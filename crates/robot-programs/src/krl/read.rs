@@ -9,6 +9,7 @@
 mod absolute;
 mod ahead;
 mod alike;
+mod computed;
 mod flow;
 mod goals;
 mod in_force;
@@ -48,6 +49,7 @@ use crate::script::pose::Frame;
 use crate::script::{self, At, Break, Goal, Note, Script, Solution, Step, StepKind, Targets, Text, pragma};
 use ahead::{Ahead, changed_frame_data, steers_arcs};
 use alike::Alike;
+use computed::{Around, Computed};
 use flow::Block;
 use in_force::Force;
 use std::collections::{BTreeMap, BTreeSet};
@@ -204,6 +206,10 @@ struct Reader<'a> {
     settings_made: usize,
     /// The factor of a product whose numbers are edited, of the goal that was read last.
     point: Option<Range<usize>>,
+    /// Points that the program computes.
+    computed: Computed<'a>,
+    /// Why the numbers of the goal that was read last must stay.
+    fixed: Option<script::Reason>,
 }
 
 impl<'a> Reader<'a> {
@@ -212,6 +218,8 @@ impl<'a> Reader<'a> {
         let outside = Outside::of(texts, &going);
         let ahead = Ahead::of(&texts[0], data, &going, &outside);
         let still = Still::of(texts, declared);
+        let around = Around { data, going: &going, outside: &outside, still: &still, lists: &ahead.lists };
+        let computed = Computed::of(texts, around);
         Self {
             force: Force::of(&texts[0], data, &going, &outside, &still, &ahead.lists),
             ahead,
@@ -248,6 +256,8 @@ impl<'a> Reader<'a> {
             of_block: [None, None],
             settings_made: 0,
             point: None,
+            computed,
+            fixed: None,
         }
     }
 

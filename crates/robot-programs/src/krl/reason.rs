@@ -135,6 +135,9 @@ pub enum Reason {
     /// No base means what it did.
     #[error(transparent)]
     MovesBase(#[from] MovesBase),
+    /// A point of an inline form whose value the program computes.
+    #[error("its inline form names {0}, whose value the program computes: no numbers can take its place there")]
+    ComputedInForm(Box<str>),
     /// A point of an inline form, of which the writer needs a clone.
     #[error("its inline form cannot take a clone of {0}, which other uses need as it is")]
     NoClone(Box<str>),

@@ -43,7 +43,10 @@ pub(super) fn external_axes(steps: &mut [Step], sites: &BySteps<Site>, others: &
     for (k, step) in steps.iter_mut().enumerate() {
         match &mut step.kind {
             StepKind::Move(m) => {
-                let here = sites.get(k).and_then(|site| others.get(site.others as usize));
+                let here = match sites.get(k) {
+                    Some(site) if site.others == STAY => before,
+                    site => site.and_then(|site| others.get(site.others as usize)),
+                };
                 let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
                 if !still {
                     m.other_way.get_or_insert(OtherWay::Carried);
@@ -64,9 +67,12 @@ pub(super) type Others = Option<Arc<[(String, Vec<u8>)]>>;
 #[derive(Default)]
 pub(super) struct Site {
     pub(super) motion: Option<Motion>,
-    /// Index into the [`Others`] of the program's motions.
+    /// Index into the [`Others`] of the program's motions, or [`STAY`].
     pub(super) others: u32,
 }
+
+/// They stay where they are.
+pub(super) const STAY: u32 = u32::MAX;
 
 /// Axis values of an aggregate; why they are no joint target.
 pub(super) fn target(

@@ -1,4 +1,5 @@
 mod absolute;
+mod computed;
 mod folds;
 mod frames;
 mod going;
@@ -8,6 +9,7 @@ mod limits;
 mod points;
 mod project;
 mod relative;
+mod run;
 mod still;
 mod triggers;
 mod with;

@@ -33,7 +33,7 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, script
         let StepKind::Move(m) = &program.script.steps.get(step)?.kind else { return None };
         match program.sources.get(m.goal.target()?)? {
             Source::Name(n) => program.data.names.get(*n as usize).filter(|n| n.context || n.of.is_some()),
-            Source::Inline(..) => None,
+            Source::Inline(..) | Source::Made(_) => None,
         }
     };
     let alone = |(step, edit): (usize, EditRef)| {
@@ -87,7 +87,7 @@ fn each_change(
 ) {
     let Some(there) = program.script.targets.get(target) else { return };
     let values = there.values;
-    let Some(own) = program.script.texts.get(there.at.file) else { return };
+    let Some(own) = program.text_of_target(target) else { return };
     if there.pose.is_some() {
         for (k, v) in q.iter().enumerate() {
             if let (Some(old), Some(new)) = (values.get(k), there.pose_number_of_size(k, *v, edits, own, finest)) {
@@ -174,6 +174,7 @@ fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a
 fn place_of_numbers(program: &Program, target: usize) -> Result<(usize, bool)> {
     match program.sources.get(target) {
         Some(Source::Inline(file, _)) => Ok((usize::from(*file), true)),
+        Some(Source::Made(_)) => Ok((0, false)),
         Some(Source::Name(n)) => {
             let name = &program.data.names[*n as usize];
             Ok((name.value().map_or(name.file, |a| a.file), !name.read && !name.global))
@@ -287,10 +288,14 @@ fn settings_of_form(text: &Text, motion: &Motion, ending: &[u8]) -> Vec<u8> {
 /// ` {A1 10,A2 -20}`: joint values written as those of the motion's own goal are.
 fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f64]) -> Result<Vec<u8>> {
     let target = match m.goal {
-        Goal::Joints(t) => program.script.targets.get(t),
+        Goal::Joints(t) => Some(t),
         _ => None,
     };
-    let values = target.map(|t| t.values).unwrap_or_default();
+    let values = target.and_then(|t| program.script.targets.get(t)).map(|t| t.values).unwrap_or_default();
+    let own = || {
+        let text = target.and_then(|t| program.text_of_target(t));
+        text.ok_or_else(|| Error::Refused("a text that is not there".into()))
+    };
     let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
     let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
     let mut all = b" {".to_vec();
@@ -304,12 +309,10 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
         all.push(b' ');
         match values.get(axis) {
             Some(v) if (v.si - q).abs() <= 1e-13 => {
-                let file = target.map_or(0, |t| t.at.file);
-                all.extend_from_slice(program.text(file)?.slice(v.span()));
+                all.extend_from_slice(own()?.slice(v.span()));
             }
             Some(v) => {
-                let text = program.text(target.map_or(0, |t| t.at.file))?;
-                changed(program, edits, axis, *q, (v, text), &mut all);
+                changed(program, edits, axis, *q, (v, own()?), &mut all);
             }
             None => written(program, edits, axis, *q, usual, &mut all),
         }
@@ -329,16 +332,16 @@ fn poses<'a>(
 ) -> Result<Vec<Vec<u8>>> {
     let missing = || Error::Refused("a Cartesian target without its place".into());
     let target = goal.target.ok_or_else(missing)?;
-    let (file, span) = match program.sources.get(target) {
-        Some(Source::Inline(file, span)) => (usize::from(*file), &span.range()),
+    let (own, span) = match program.sources.get(target) {
+        Some(Source::Inline(file, span)) => (program.text(usize::from(*file))?, &span.range()),
+        Some(Source::Made(made)) => (&made.text, &made.value.span.range()),
         Some(Source::Name(n)) => {
             let value = program.data.names[*n as usize].value().map_err(|_| missing())?;
-            (value.file, &value.span.range())
+            (program.text(value.file)?, &value.span.range())
         }
         None => return Err(missing()),
     };
     let text = program.text(0)?;
-    let own = program.text(file)?;
     let line = |(n, q): (usize, &[f64])| {
         let piece = edit.piece(n);
         let mut bytes = text.slice(motion.keyword).to_vec();

@@ -9,7 +9,7 @@ use super::read::Span;
 use super::reason::Reason;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
-use crate::script::fold::{self, Part};
+use crate::script::fold;
 use crate::script::number::last_digit;
 use crate::script::{self, PoseForm, Text, Value, number};
 use std::ops::Range;
@@ -132,36 +132,14 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
 ///
 /// `expression = number {("+" | "-" | "*" | "/") number}`
 fn folded(text: &Text, tokens: &[Token]) -> Option<(f64, number::Style)> {
-    let parts = fold::parts(text, tokens).filter(|parts| parts.len() > 1)?;
-    if parts.iter().any(|part| matches!(part, Part::Name(_))) {
-        return None;
-    }
     // what is replaced stands on one line, so that no comment is removed with it
     let whole = tokens.first()?.start()..tokens.last()?.end();
     if text.slice(whole).contains(&b'\n') {
         return None;
     }
-    let scales = parts.iter().any(|part| matches!(part, Part::Mark(b'*' | b'/')));
     let finest =
         tokens.iter().filter_map(|t| number::read(text.slice(t.start()..t.end()))).map(|n| n.1.decimals).max()?;
-    let decimals = if scales { finest.max(FOLDED_DECIMALS) } else { finest };
-    Some((fold::fold(&parts, &NoNames)?, number::Style { decimals, point: decimals > 0, ..number::Style::default() }))
-}
-
-/// Decimals of a number that replaces a product.
-const FOLDED_DECIMALS: u8 = 3;
-
-/// No names.
-struct NoNames;
-
-impl fold::Known for NoNames {
-    fn name(&self, _name: &str) -> Option<f64> {
-        None
-    }
-
-    fn call(&self, _name: &str, _value: f64) -> Option<f64> {
-        None
-    }
+    fold::plain(&fold::parts(text, tokens)?, finest)
 }
 
 /// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, those of the arm by their numbers, the external axes as axes 7 and

@@ -50,6 +50,30 @@ pub fn fold(parts: &[Part], known: &dyn Known) -> Option<f64> {
     (at.k == parts.len() && value.is_finite()).then_some(value)
 }
 
+/// Decimals of a number that takes the place of a product or a quotient.
+const DECIMALS: u8 = 3;
+
+/// What can take the place of an expression of plain numbers, as fine as its finest number, which has so many decimals; `None`: it is none.
+pub fn plain(parts: &[Part], finest: u8) -> Option<(f64, number::Style)> {
+    let value = fold(parts, &NoNames)?;
+    let scales = parts.iter().any(|part| matches!(part, Part::Mark(b'*' | b'/')));
+    let decimals = if scales { finest.max(DECIMALS) } else { finest };
+    Some((value, number::Style { decimals, point: decimals > 0, ..number::Style::default() }))
+}
+
+/// No names.
+struct NoNames;
+
+impl Known for NoNames {
+    fn name(&self, _name: &str) -> Option<f64> {
+        None
+    }
+
+    fn call(&self, _name: &str, _value: f64) -> Option<f64> {
+        None
+    }
+}
+
 /// The value of one operand: a number, a name, a function, an expression in brackets; `None`: it is another expression.
 pub fn operand(parts: &[Part], known: &dyn Known) -> Option<f64> {
     let mut at = Reader { parts, k: 0, known };
@@ -155,6 +179,17 @@ mod tests {
         ] {
             assert_eq!(fold(&parts(text), &Two), Some(value), "{text}");
         }
+    }
+
+    #[test]
+    fn a_number_for_an_expression_is_as_fine_as_its_finest_and_a_product_has_three_decimals() {
+        for (text, finest, value, decimals) in
+            [("1500 + 94.851", 3, 1594.851, 3), ("20 + 5", 0, 25.0, 0), ("2 * 3", 0, 6.0, 3), ("1 / 8", 4, 0.125, 4)]
+        {
+            let (folded, style) = plain(&parts(text), finest).unwrap();
+            assert_eq!((folded, style.decimals, style.point), (value, decimals, decimals > 0), "{text}");
+        }
+        assert!(plain(&parts("two + 1"), 0).is_none());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::Reader;
 use crate::error::Result;
 use crate::krl::aggregate::{Aggregate, aggregate};
 use crate::krl::lex::{Kind, Token};
+use crate::krl::made::Made;
 use crate::krl::motion::{self, Word};
 use crate::krl::name::Holds;
 use crate::krl::product;
@@ -27,13 +28,28 @@ impl Reader<'_> {
     /// The goal of a relative motion.
     ///
     /// `relative = aggregate {"C_..."} ["#BASE" | "#TOOL"]`
-    fn relative(&self, line: &[Token], at: usize, word: Word) -> Found {
+    fn relative(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Found {
         let given = line.get(at).filter(|t| t.is(b'{'));
-        let given = given.and_then(|_| aggregate(self.text, 0, line, at).ok()).zip(self.stands.as_ref());
-        let end = given.as_ref().map(|((_, next), _)| *next);
-        let goal =
-            given.and_then(|((a, next), stands)| stands.moved(self.text, word, &a, &line[next..], self.frames()));
-        (goal.map_or_else(|| Goal::opaque(Reason::RelativeToUnknown), Goal::pose), end, None)
+        let Some((a, next)) = given.and_then(|_| aggregate(self.text, 0, line, at).ok()) else {
+            return unknown(Reason::RelativeToUnknown);
+        };
+        let stands = self.stands.as_ref();
+        let (end, tail) = (stands.map(|_| next), line.get(next..).unwrap_or_default());
+        let turned = stands.and_then(|s| s.turned(self.text, word, &a, tail, self.axes));
+        let moved = stands.and_then(|s| s.moved(self.text, word, &a, tail, self.frames()));
+        let goal = match (moved, turned) {
+            (Some(pose), _) => Goal::pose(pose),
+            (None, Some(made)) => self.made_axes(k, made, word),
+            (None, None) => Goal::opaque(Reason::RelativeToUnknown),
+        };
+        (goal, end, None)
+    }
+
+    /// Whether a relative motion names no axis but the robot's: the others stay where they are.
+    pub(super) fn leaves_others(&self, line: &[Token], at: usize, word: Word) -> bool {
+        let given = line.get(at).filter(|t| word.relative && t.is(b'{'));
+        let given = given.and_then(|_| aggregate(self.text, 0, line, at).ok());
+        given.is_some_and(|(a, _)| a.others(&self.names, self.text).is_empty())
     }
 
     /// What an aggregate says of axes that are none of the robot's: mostly what the one before it does.
@@ -49,7 +65,7 @@ impl Reader<'_> {
     /// `goal = product | aggregate | name [index]`
     pub(super) fn goal(&mut self, k: usize, line: &[Token], at: usize, word: Word) -> Result<Found> {
         Ok(match line.get(at) {
-            _ if word.relative => self.relative(line, at, word),
+            _ if word.relative => self.relative(k, line, at, word),
             None => unknown(script::Reason::NoGoal),
             Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word)?,
             Some(t) if t.is(b'{') => {
@@ -66,16 +82,26 @@ impl Reader<'_> {
                     None if name.starts_with('$') => Goal::opaque(Reason::OnController(name.into())),
                     None => Goal::opaque(Reason::NotDeclared(name.into())),
                     Some(n) => {
-                        if let Ok(a) = self.data.names[n].value() {
-                            others = Some(self.others(a, &self.texts[a.file]));
-                        }
-                        self.named(n, word)?
+                        let (goal, of_goal) = self.by_name(k, n, word)?;
+                        others = of_goal;
+                        goal
                     }
                 };
                 (goal, Some(next), others)
             }
             Some(_) => unknown(Reason::Computed),
         })
+    }
+
+    /// The goal that a name is at a motion, and its external axes.
+    fn by_name(&mut self, k: usize, n: usize, word: Word) -> Result<(Goal, Others)> {
+        if let Some(made) = self.computed.point(self.data, n, k) {
+            let others = self.others(&made.value, &made.text);
+            return Ok((self.made(k, n, made, word), Some(others)));
+        }
+        let value = self.data.names[n].value().ok();
+        let others = value.map(|a| self.others(a, &self.texts[a.file]));
+        Ok((self.named(n, word)?, others))
     }
 
     /// `P1:{X 0,Y 4,...}`, `$NULLFRAME:P[2]:F`: the numbers of one factor are edited, the others displace it.
@@ -133,6 +159,30 @@ impl Reader<'_> {
             self.targets.len() - 1
         });
         a.pose(&frame, &tool, word.path, target, self.axes)
+    }
+
+    /// The goal that the program has computed. In an inline form no numbers can take the place of the name.
+    fn made(&mut self, k: usize, n: usize, made: Made, word: Word) -> Goal {
+        let a = made.value.clone();
+        self.fixed = self.inline_fold().map(|_| Reason::ComputedInForm(self.data.names[n].text.as_str().into()).into());
+        if !a.has_axes() {
+            let pose = self.pose(&a, word, None, At::of_line(k), Source::Made(Box::new(made)));
+            return pose.map_or_else(|| Goal::opaque(a.incomplete(Some(&self.data.names[n].text))), Goal::pose);
+        }
+        self.made_axes(k, made, word)
+    }
+
+    /// The goal of axis values that stand nowhere as they are.
+    fn made_axes(&mut self, k: usize, made: Made, word: Word) -> Goal {
+        match target(self.axes, &made.text, &made.value, None, At::of_line(k), word) {
+            Ok(Ok(target)) => {
+                self.targets.push(target);
+                self.sources.push(Source::Made(Box::new(made)));
+                Goal::Joints(self.targets.len() - 1)
+            }
+            Ok(Err(why)) => Goal::opaque(why),
+            Err(_) => Goal::opaque(Reason::Computed),
+        }
     }
 
     /// The goal that a motion gives in line.

@@ -7,7 +7,7 @@ use crate::krl::lex::{Kind, Token, upper};
 use crate::krl::motion::{self, Motion, Word};
 use crate::krl::reason::{MovesBase, Reason};
 use crate::krl::relative::Stands;
-use crate::krl::target::Site;
+use crate::krl::target::{STAY, Site};
 use crate::script::{self, Few, Goal, How, Move, OtherWay, PathKind, PoseGoal, Span, Speed, StepKind};
 use std::ops::Range;
 
@@ -31,7 +31,7 @@ impl Reader<'_> {
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
         self.with = self.with_of(k, line);
         let (goal, end, others) = self.goal(k, line, at, word)?;
-        let relative = word.relative && matches!(goal, Goal::Pose(_));
+        let relative = word.relative && !matches!(goal, Goal::Opaque(_));
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;
         let goal = match goal {
             goal @ Goal::Opaque(_) => goal,
@@ -53,18 +53,23 @@ impl Reader<'_> {
         let closed = closed.or_else(|| partial.then(|| Reason::Partial.into()));
         let (speed, blend_m) = self.speed_and_blend(word, tail);
         let motion = end.filter(|_| whole).map(|e| self.written(k, line, at..e, word, via));
+        let stay = self.leaves_others(line, at, word);
         // of most motions they are those of the one before
-        if self.others.last() != Some(&others) {
+        if !stay && self.others.last() != Some(&others) {
             self.others.push(others);
         }
-        let others = self.others.len() as u32 - 1;
+        let others = if stay { STAY } else { self.others.len() as u32 - 1 };
         self.steps.place(self.steps.next(), Site { motion, others });
+        let stood = self.stands.take().filter(|_| word.relative);
         self.stands = match &goal {
             Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),
+            Goal::Joints(t) if blend_m == Some(0.0) && !self.spline => {
+                self.targets.get(*t).map(|target| Stands::of_axes(stood.as_ref(), target))
+            }
             _ => None,
         };
         let path = if self.spline { PathKind::Curve } else { word.path };
-        let fixed = relative.then(|| Reason::Relative.into());
+        let fixed = std::mem::take(&mut self.fixed).or_else(|| relative.then(|| Reason::Relative.into()));
         let wrist = turning == Turning::Wrist && word.path != PathKind::Joint;
         let other_way = wrist.then_some(OtherWay::Wrist);
         let absolute = absolute && !self.is_led(k, word, tail, turning);
@@ -111,7 +116,7 @@ impl Reader<'_> {
         Some(own.into())
     }
 
-    fn inline_fold(&self) -> Option<&Fold> {
+    pub(super) fn inline_fold(&self) -> Option<&Fold> {
         self.folds.last().filter(|f| f.inline)
     }
 

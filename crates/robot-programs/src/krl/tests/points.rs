@@ -54,11 +54,11 @@ fn a_point_that_is_assigned_once_is_certain_only_where_that_runs_before_every_us
     assert_eq!(goals_of(&format!("LOOP\n{set}PTP XL\nENDLOOP\n")), "jo");
     assert_eq!(goals_of(&format!("IF n==1 THEN\nPTP {{A1 1.0}}\nENDIF\n{set}PTP XL\n")), "jjo");
     // before its assignment the point holds what an earlier run left
-    assert_eq!(goals_of(&format!("PTP XL\n{set}PTP XL\n")), "ooo");
-    assert_eq!(goals_of(&format!("n=XL.A1\n{set}PTP XL\n")), "oo");
+    assert_eq!(goals_of(&format!("PTP XL\n{set}PTP XL\n")), "ojo");
+    assert_eq!(goals_of(&format!("n=XL.A1\n{set}PTP XL\n")), "jo");
     for (open, close) in [
         ("IF n==1 THEN", "ENDIF"),
-        ("FOR n=1 TO 3", "ENDFOR"),
+        ("FOR n=1 TO m", "ENDFOR"),
         ("WHILE x", "ENDWHILE"),
         ("SWITCH n\nCASE 1", "ENDSWITCH"),
     ] {
@@ -67,7 +67,7 @@ fn a_point_that_is_assigned_once_is_certain_only_where_that_runs_before_every_us
     assert_eq!(goals_of(&format!("IF n==1 THEN\nGOTO over\nENDIF\n{set}over:\nPTP XL\n")), "oo");
     assert_eq!(goals_of(&format!("LOOP\nEXIT\n{set}ENDLOOP\nPTP XL\n")), "oo");
     // another routine may run first
-    assert_eq!(goals_of("XS={A1 10.0,A2 -90.0}\nPTP XS\n"), "oo");
+    assert_eq!(goals_of("XS={A1 10.0,A2 -90.0}\nPTP XS\n"), "jo");
     let src = format!("DEF a()\nIF n==1 THEN\n{set}ENDIF\nPTP XL\nEND\n");
     let d = doc(&[src.as_bytes(), b"DEFDAT a\nDECL E6AXIS XL\nENDDAT\n"]);
     let Goal::Opaque(why) = &moves(d.as_ref())[0].1.goal else { panic!() };

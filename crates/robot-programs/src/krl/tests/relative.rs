@@ -62,6 +62,63 @@ fn a_relative_motion_is_not_known_where_it_turns_or_the_place_before_is_not_cert
     }
 }
 
+#[test]
+fn axis_values_that_count_from_known_ones_are_known_and_stay() {
+    let of = |lines: &str| {
+        let d = doc(&[format!("DEF p( )\n{lines}END\n").as_bytes()]);
+        let m = moves(d.as_ref());
+        let last = m.last().unwrap();
+        let angles = deg(d.as_ref(), &last.1);
+        (
+            angles.iter().map(|v| v.map(|v| (v * 1e6).round() * 1e-6)).collect::<Vec<_>>(),
+            last.1.fixed.is_some(),
+            last.1.relative,
+        )
+    };
+    let at = "PTP {A1 10,A2 -90,A3 90,A4 0,A5 0,A6 0}\n";
+    let to = |a1: f64, a6: Option<f64>| (vec![Some(a1), None, None, None, None, a6], true, true);
+    assert_eq!(of(&format!("{at}PTP_REL {{A1 5.5}}\n")), to(15.5, None));
+    assert_eq!(of(&format!("{at}PTP {{A1 20,A6 0}}\nSPTP_REL {{A6 -0.001,A1 1}} C_PTP\n")), to(21.0, Some(-0.001)));
+    assert_eq!(of(&format!("{at}PTP_REL {{A6 2}}\nPTP_REL {{A1 5,A6 1}}\n")), to(15.0, Some(3.0)));
+    for lines in [
+        "PTP_REL {A1 5}\n",
+        "PTP {A1 5,A2 -90}\nPTP {A2 -80}\nPTP_REL {A1 5}\n",
+        "PTP {A1 5} C_PTP\nPTP_REL {A1 5}\n",
+        "PTP {A1 5}\nmay_move()\nPTP_REL {A1 5}\n",
+        "PTP {A1 5}\nL1:\nPTP_REL {A1 5}\n",
+        "PTP {A1 5}\nLIN {X 500,Y 0,Z 900,A 0,B 90,C 0}\nPTP_REL {A1 5}\n",
+        "PTP {A1 5}\nPTP_REL {A1 n}\n",
+        "PTP {A1 5}\nPTP_REL {A1 5,E1 3}\n",
+        "PTP {A1 5}\nPTP_REL {Z 5}\n",
+        "PTP {A1 5}\nPTP_REL P1\n",
+        "PTP {A1 5}\nLIN_REL {A1 5}\n",
+    ] {
+        assert!(of(lines).0.is_empty(), "{lines}");
+    }
+    // the point before it stays, and new points are none of its
+    let d = doc(&[format!("DEF p( )\n{at}PTP_REL {{A1 5}}\nPTP {{A1 0}}\nEND\n").as_bytes()]);
+    let m = moves(d.as_ref());
+    assert_eq!(m.iter().map(|m| m.1.fixed.is_some()).collect::<Vec<_>>(), [true, true, false]);
+    assert!(m[1].1.closed.is_some() && m[2].1.closed.is_none());
+}
+
+#[test]
+fn a_relative_motion_leaves_external_axes_where_they_are() {
+    let closed = |lines: &str| {
+        let d = doc(&[format!("DEF p( )\n{lines}END\n").as_bytes()]);
+        moves(d.as_ref()).last().unwrap().1.closed.is_some()
+    };
+    let to = |z: u32, e: &str| format!("LIN {{X 500,Y 0,Z {z},A 0,B 90,C 0{e}}}\n");
+    assert!(!closed(&format!("{}LIN_REL {{Z 10}}\n{}", to(900, ""), to(950, ""))));
+    assert!(!closed(&format!("{}PTP_REL {{A1 10}}\n{}", to(900, ""), to(950, ""))));
+    assert!(!closed(&format!("{}{}LIN_REL {{Z 10}}\n{}", to(900, ",E1 0"), to(900, ",E1 5"), to(950, ",E1 5"))));
+    // it may move to the place after it, or may have been moved before
+    assert!(closed(&format!("{}{}LIN_REL {{Z 10}}\n{}", to(900, ",E1 0"), to(900, ",E1 5"), to(950, ",E1 0"))));
+    assert!(closed(&format!("{}L1:\nLIN_REL {{Z 10}}\n{}", to(900, ",E1 5"), to(950, ",E1 0"))));
+    assert!(closed(&format!("{}LIN_REL {{Z 10,E1 5}}\n{}", to(900, ""), to(950, ""))));
+    assert!(closed(&format!("{}LIN_REL P1\n{}", to(900, ""), to(950, ""))));
+}
+
 /// Which moves of a text stay, with the modules beside it.
 fn fixed(src: &str, beside: &str) -> Vec<bool> {
     let mut texts = vec![Text::new("a.src", src.as_bytes().to_vec())];
