@@ -29,6 +29,7 @@ mod assignments;
 mod calls;
 mod certain;
 mod codes;
+mod cycles;
 mod flow;
 mod frame;
 mod goal;

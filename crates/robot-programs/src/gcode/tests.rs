@@ -1,6 +1,7 @@
 mod arcs;
 mod calls;
 mod codes;
+mod cycles;
 mod doubts;
 mod frames;
 mod lathes;

@@ -136,6 +136,8 @@ impl Reader<'_> {
         }
         let moves = |w: &Word| AXES.contains(&w.letter) || b"E@^".contains(&w.letter);
         let arc = matches!(self.motion, Some(20 | 30)) && block.words.iter().any(|w| b"IJKR".contains(&w.letter));
+        // with R alone a cycle runs, too
+        let drills = self.motion.is_some_and(|c| CANNED.contains(&c)) && block.words.iter().any(|w| w.letter == b'R');
         // its words may be its own: X, Y, Z are no places then
         if codes.is_empty()
             && let Some(m) = block.words.iter().find(|w| w.letter != b'N').filter(|w| lex::is_firmware(w))
@@ -146,7 +148,7 @@ impl Reader<'_> {
         if !own.taken && own.machine_frame && unclear.is_none() && block.words.iter().any(moves) {
             let axes = self.axes_of_machine(&block);
             self.goes_elsewhere(k, axes, Elsewhere::Machine);
-        } else if !own.taken && (block.words.iter().any(moves) || arc) {
+        } else if !own.taken && (block.words.iter().any(moves) || arc || drills) {
             self.movement(k, block, &codes, unclear, own.exact)?;
         }
         self.absolute = last.or(self.absolute);
