@@ -191,7 +191,9 @@ impl Reader<'_> {
 
     /// A program or subprogram starts or ends.
     pub(super) fn start(&mut self, k: usize, block: &Block) {
+        let before = self.modes_before();
         self.join(k, Break::Start);
+        self.route_program(block, before);
         let survey = &self.survey;
         // what is not in the text calls no main program
         let other = survey.lacks && self.script.moves().next().is_some();
