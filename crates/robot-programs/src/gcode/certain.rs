@@ -57,9 +57,12 @@ impl Reader<'_> {
         match axes {
             Some(axes) => {
                 self.lose_axes(axes, why.into());
-                // what counts from there counts from a place of the machine
-                axes.axes().for_each(|a| self.carried[a] = Carried::Nothing);
-                self.settled = true;
+                // a variable without a value leaves its axis where it stands
+                if why != Elsewhere::Expression {
+                    // what counts from there counts from a place of the machine
+                    axes.axes().for_each(|a| self.carried[a] = Carried::Nothing);
+                    self.settled = true;
+                }
             }
             None => self.lose(why.into()),
         }
@@ -191,7 +194,7 @@ impl Reader<'_> {
 
     /// A program or subprogram starts or ends.
     pub(super) fn start(&mut self, k: usize, block: &Block) {
-        let before = self.modes_before();
+        let before = (self.modes_before(), self.frame);
         self.join(k, Break::Start);
         self.route_program(block, before);
         let survey = &self.survey;

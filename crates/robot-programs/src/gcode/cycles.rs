@@ -70,6 +70,11 @@ impl Reader<'_> {
         Some(hole).filter(|_| !others.is_empty())
     }
 
+    /// A level alone makes a cycle run, too.
+    pub(super) fn drills_by_level(&self, block: &Block) -> bool {
+        self.motion.is_some_and(|c| CANNED.contains(&c)) && names(block, b"R")
+    }
+
     /// Whether a word leads to where it says, if it leads anywhere, and the block makes a hole there.
     ///
     /// `word = ("X" | "Y") number | ("L" | "K") number | ...`

@@ -7,7 +7,7 @@
 //!
 //! Nothing is known in a text in which something may lead elsewhere: jumps and labels, `return`, `break`, `continue`, a block that an operator
 //! may switch off with one of these words, M99 or M30 within a loop or a condition, a program that runs into the next one, lines that are
-//! not followed. Of the start of a subprogram nothing is known where a call repeats it (L3).
+//! not followed, several work frames, G52, G92 and G10, because places are counted in the order of the text. Of the start of a subprogram nothing is known where a call repeats it (L3).
 
 use super::survey::Survey;
 use crate::script::joins::through_still;
@@ -91,6 +91,8 @@ pub(super) struct Order {
     joins: Vec<Join>,
     rounds: Vec<Round>,
     open: Vec<Open>,
+    /// Calls so far.
+    calls: usize,
     unknown: bool,
 }
 
@@ -197,8 +199,14 @@ impl Order {
         self.defined.contains(label)
     }
 
+    /// What is read stands between `sub` and `endsub`.
+    pub(super) fn is_in_definition(&self) -> bool {
+        self.sub.is_some()
+    }
+
     /// The break of a step is a call.
     pub(super) fn called(&mut self, at: usize, entry: &Entry) {
+        self.calls += 1;
         if !(entry.certain && entry.once) {
             self.routines.called_otherwise(entry.name.clone());
         }
@@ -267,7 +275,8 @@ impl Order {
             return;
         }
         let mut joins = self.joins;
-        if survey.whole {
+        // a call that stands beside another word of its kind may not be here
+        if survey.whole && self.calls == survey.programs.call_count() {
             joins.extend(self.routines.entered());
             joins.extend(self.routines.joins(script.steps.len()));
         }

@@ -165,8 +165,8 @@ pub(super) struct Reader<'a> {
     pub(super) order: Order,
     /// The modes at the calls so far of each program of the text.
     pub(super) called_in: BTreeMap<String, Vec<Modes>>,
-    /// The modes around the definition of a subprogram.
-    pub(super) around: Option<Modes>,
+    /// The modes around the definition of a subprogram, and the work frame.
+    pub(super) around: Option<(Modes, Option<u32>)>,
 }
 
 impl<'a> Reader<'a> {

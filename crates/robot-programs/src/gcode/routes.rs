@@ -5,7 +5,7 @@
 //! call are what the subprogram sets last, or what was on before if it sets none; at its start those on which all of its calls agree.
 
 use super::assignments::Assignments;
-use super::lex::{self, Block};
+use super::lex::{self, Block, Word};
 use super::order::{Entry, Line};
 use super::read::Reader;
 use super::survey::Survey;
@@ -66,6 +66,11 @@ impl Programs {
         self.are_unsure(&groups);
     }
 
+    /// How many calls of programs of the text there are.
+    pub(super) fn call_count(&self) -> usize {
+        self.calls.values().sum()
+    }
+
     fn are_unsure(&mut self, groups: &[usize]) {
         if let Some(effects) = self.current.as_ref().and_then(|label| self.effects.get_mut(label)) {
             groups.iter().for_each(|n| effects[*n] = Effect::Unsure);
@@ -83,9 +88,14 @@ impl Programs {
 }
 
 impl Survey {
-    /// Nothing jumps, and every line is followed.
+    /// Nothing jumps, every line is followed, and the numbers of an axis count from one origin all along.
     pub(super) fn goes_by_its_text(&self) -> bool {
-        !self.jumps && self.labels.is_empty() && !self.hidden && self.macros == 0
+        !self.jumps && self.labels.is_empty() && !self.hidden && self.macros == 0 && !self.frames()
+    }
+
+    /// The only work frame that the text names is this one, or it names none.
+    fn has_frame(&self, frame: Option<u32>) -> bool {
+        self.codes.range(540..600).all(|c| Some(*c) == frame.or(Some(540)))
     }
 
     /// The same, and all that is called stands in the text.
@@ -169,8 +179,32 @@ impl Reader<'_> {
         if block.optional {
             self.order.is_unknown();
         }
+        self.keeps_frame();
         if let (Some(line), Some(at)) = (line, self.script.steps.len().checked_sub(1)) {
             self.order.line(line, at, &self.script);
+        }
+    }
+
+    /// A line from which control may go elsewhere: a work frame that is named after it would be another one on the way back there. In a
+    /// definition it is that of its calls.
+    fn keeps_frame(&mut self) {
+        if !self.order.is_in_definition() && !self.survey.has_frame(self.frame) {
+            self.order.is_unknown();
+        }
+    }
+
+    /// A block that an operator may switch off.
+    pub(super) fn route_optional(&mut self, block: &Block) {
+        let steers = |w: &Word| w.letter == b'M' && w.value.is_none_or(|v| [2.0, 30.0, 98.0, 99.0].contains(&v.0));
+        if block.words.iter().any(steers) {
+            self.order.is_unknown();
+        }
+    }
+
+    /// The end of a block with M99 (`returns`).
+    pub(super) fn route_return(&mut self, returns: bool) {
+        if let Some(at) = self.script.steps.len().checked_sub(1).filter(|_| returns) {
+            self.order.returns(at);
         }
     }
 
@@ -184,7 +218,7 @@ impl Reader<'_> {
     /// Takes the number of a program, a definition or its end, after its step.
     ///
     /// `program = "O" number | "O" label ("SUB" | "ENDSUB")`
-    pub(super) fn route_program(&mut self, block: &Block, before: Modes) {
+    pub(super) fn route_program(&mut self, block: &Block, before: (Modes, Option<u32>)) {
         let Some(at) = self.script.steps.len().checked_sub(1) else { return };
         match block.flow.as_deref() {
             Some("") => self.order.program(&block.label, at, &self.survey.called, &self.script),
@@ -194,9 +228,10 @@ impl Reader<'_> {
             }
             Some("ENDSUB") => {
                 self.order.end_sub(&block.label, at);
-                if let Some(modes) = self.around.take().filter(|_| self.survey.goes_by_its_text()) {
+                if let Some((modes, frame)) = self.around.take().filter(|_| self.survey.goes_by_its_text()) {
                     // the program around the definition has not run it
                     (self.absolute, self.inch, self.plane) = modes;
+                    self.frame = frame;
                 }
                 return;
             }
@@ -219,6 +254,7 @@ impl Reader<'_> {
     /// Takes a call of a program of the text, after its step; `before`: the modes before it.
     pub(super) fn route_call(&mut self, entry: &Entry, before: Modes) {
         let Some(at) = self.script.steps.len().checked_sub(1) else { return };
+        self.keeps_frame();
         self.order.called(at, entry);
         // of a second run the modes at the start are those at the end of the first
         let at_start = if entry.certain && entry.once { before } else { Modes::default() };

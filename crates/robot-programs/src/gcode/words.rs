@@ -72,10 +72,7 @@ impl Reader<'_> {
     /// A block that an operator may switch off: where it leads is not determined, and modes that it changes are not certain after it.
     fn optional(&mut self, k: usize, block: Block) -> Result<()> {
         let before = self.modes();
-        let steers = |w: &Word| w.letter == b'M' && w.value.is_none_or(|v| [2.0, 30.0, 98.0, 99.0].contains(&v.0));
-        if block.words.iter().any(steers) {
-            self.order.is_unknown();
-        }
+        self.route_optional(&block);
         let (modal_macro, strange, feed_mode) = (self.modal_macro, self.strange, self.feed_mode);
         self.certain_words(k, block, Some(Reason::Optional))?;
         if self.modes() != before {
@@ -144,8 +141,7 @@ impl Reader<'_> {
         }
         let moves = |w: &Word| AXES.contains(&w.letter) || b"E@^".contains(&w.letter);
         let arc = matches!(self.motion, Some(20 | 30)) && block.words.iter().any(|w| b"IJKR".contains(&w.letter));
-        // with R alone a cycle runs, too
-        let drills = self.motion.is_some_and(|c| CANNED.contains(&c)) && block.words.iter().any(|w| w.letter == b'R');
+        let drills = self.drills_by_level(&block);
         // its words may be its own: X, Y, Z are no places then
         if codes.is_empty()
             && let Some(m) = block.words.iter().find(|w| w.letter != b'N').filter(|w| lex::is_firmware(w))
@@ -393,9 +389,7 @@ impl Reader<'_> {
         match ending.call {
             Some(Call::Program(callee)) => {
                 self.calls(k, callee, entry);
-                if ending.returns {
-                    self.order.returns(self.script.steps.len().saturating_sub(1));
-                }
+                self.route_return(ending.returns);
             }
             Some(Call::MayMove) => {
                 self.end(k, Break::Call, After::MayMove);
