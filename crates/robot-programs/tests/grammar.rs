@@ -57,7 +57,20 @@ const READERS: [(&str, &[&str]); 8] = [
         ],
     ),
     ("urscript", &["lex.rs", "arguments.rs", "goals.rs", "moves.rs", "read.rs", "steps.rs", "value.rs"]),
-    ("gcode", &["lex.rs", "assignments.rs", "read.rs", "survey.rs", "variables.rs", "words.rs"]),
+    (
+        "gcode",
+        &[
+            "lex.rs",
+            "assignments.rs",
+            "calls.rs",
+            "cycles.rs",
+            "read.rs",
+            "routes.rs",
+            "survey.rs",
+            "variables.rs",
+            "words.rs",
+        ],
+    ),
     (
         "rapid",
         &[

@@ -6,6 +6,7 @@
 use super::certain::Carried;
 use super::labels::{is_code, is_conditional_call, local_labels, whole};
 use super::lex::Block;
+use super::order::Entry;
 use super::read::Reader;
 use super::reason::After;
 use super::survey::{Survey, is_numbered_call};
@@ -21,14 +22,63 @@ pub(super) enum Callee {
     Nothing,
 }
 
+/// How a block calls, and what: numbers that are not computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Called {
+    /// `M97 P100`, `M98 H100`: a part of the text.
+    Block,
+    /// `M98 P1000`, of the memory of the control.
+    Subprogram(Option<u32>),
+    /// `G65 P1000`, with arguments.
+    Macro(Option<u32>),
+    /// `M198 P1000`, of a folder of the control, which may hold another one of the same number.
+    OfFolder(Option<u32>),
+    /// `L1000`.
+    Numbered(Option<u32>),
+}
+
+/// The call of a block.
+///
+/// `call = "M98" ("P" | "H" | "Q") number | ("M198" | "G65" | "G66" | "G66.1") "P" number | "L" number | ("M96" | "M97") "P" number`
+pub(super) fn called_by(block: &Block) -> Option<Called> {
+    let has = |letter: u8, numbers: &[f64]| block.words.iter().any(|w| is_code(w, letter, numbers));
+    let number = |letter: u8| block.words.iter().find(|w| w.letter == letter).and_then(whole);
+    let named = block.words.iter().any(|w| w.letter == b'P');
+    // `M98 P9100 Q5` begins at a block of that program
+    if has(b'M', &[97.0]) || is_conditional_call(block) || !named && local_labels(block).next().is_some() {
+        return Some(Called::Block);
+    }
+    if is_numbered_call(block) {
+        return Some(Called::Numbered(number(b'L')));
+    }
+    if has(b'M', &[198.0]) {
+        return Some(Called::OfFolder(number(b'P')));
+    }
+    if has(b'G', &[65.0, 66.0, 66.1]) {
+        return Some(Called::Macro(number(b'P')));
+    }
+    has(b'M', &[98.0]).then(|| Called::Subprogram(number(b'P')))
+}
+
+impl Called {
+    /// The number of a subprogram that is certainly the one of this number in the text, if it has one: `P31000` calls O1000 three times on some
+    /// controls.
+    pub(super) fn in_text(self) -> Option<u32> {
+        match self {
+            Self::Subprogram(number) => number.filter(|n| (1..10_000).contains(n)),
+            _ => None,
+        }
+    }
+}
+
 impl Survey {
     /// A block of this number may be jumped to, or called.
     pub(super) fn is_label(&self, number: f64) -> bool {
         self.jumps || !self.labels.is_empty() && number.fract() == 0.0 && self.labels.contains(&(number as u32))
     }
 
-    /// A program of this number stands in the text; `P31000` calls O1000 three times on some controls.
-    fn has_program(&self, number: u32) -> bool {
+    /// A program of this number may stand in the text; `P31000` calls O1000 three times on some controls.
+    fn may_have_program(&self, number: u32) -> bool {
         let has = |n: u32| self.subs.contains(&n.to_string());
         has(number) || number >= 10_000 && has(number % 10_000)
     }
@@ -42,28 +92,38 @@ impl Reader<'_> {
     }
 
     /// What the M98, G65, G66 or `L100` of a block calls.
-    ///
-    /// `call = ("M98" | "M198" | "G65" | "G66" | "G66.1") "P" number | "L" number | local`
     pub(super) fn callee(&self, block: &Block) -> Callee {
-        let named = block.words.iter().any(|w| w.letter == b'P');
-        let local = block.words.iter().any(|w| is_code(w, b'M', &[97.0])) || is_conditional_call(block);
-        // `M98 P9100 Q5` begins at a block of that program
-        if local || !named && local_labels(block).next().is_some() {
-            return Callee::Here;
-        }
-        let numbered = is_numbered_call(block);
-        let letter = if numbered { b'L' } else { b'P' };
-        let Some(number) = block.words.iter().find(|w| w.letter == letter).and_then(whole) else {
-            return Callee::Away;
+        let Some(called) = called_by(block) else { return Callee::Away };
+        let (number, letter) = match called {
+            Called::Block => return Callee::Here,
+            Called::Subprogram(Some(n)) | Called::Macro(Some(n)) if self.survey.may_have_program(n) => {
+                return Callee::Here;
+            }
+            Called::Subprogram(number) | Called::Macro(number) | Called::OfFolder(number) => (number, 'O'),
+            Called::Numbered(number) => (number, 'L'),
         };
-        // in the folder of the control, which may hold another one of the same number
-        let outside = numbered || block.words.iter().any(|w| is_code(w, b'M', &[198.0]));
-        if !outside && self.survey.has_program(number) {
-            return Callee::Here;
-        }
-        let letter = char::from(if numbered { b'L' } else { b'O' });
+        let Some(number) = number else { return Callee::Away };
         let names = [format!("{letter}{number}"), format!("{letter}{number:04}"), number.to_string()];
         if names.iter().any(|name| self.robot.no_motion.has(name)) { Callee::Nothing } else { Callee::Away }
+    }
+
+    /// The call of a program of the text by an M98; L repeats it, and L0 does not run it.
+    ///
+    /// `call = "M98" "P" number ["L" number]`
+    pub(super) fn entry_of(&self, block: &Block) -> Option<Entry> {
+        let number = called_by(block).and_then(Called::in_text)?;
+        let repeats = block.words.iter().find(|w| matches!(w.letter, b'L' | b'K'));
+        let times = repeats.map_or(Some(1), |w| whole(w).filter(|n| *n > 0 && w.letter == b'L'));
+        Some(Entry { name: number.to_string(), certain: times.is_some(), once: times == Some(1) })
+    }
+
+    /// The same by a label: one that is defined below may be looked for in a file of its own.
+    ///
+    /// `call = "O" label "CALL" ...`
+    pub(super) fn entry_of_flow(&self, block: &Block) -> Option<Entry> {
+        let call = block.flow.as_deref() == Some("CALL");
+        let name = block.label.clone();
+        call.then(|| Entry { certain: self.order.is_defined(&name), once: true, name })
     }
 
     /// What `O<name> call` calls.
@@ -88,11 +148,15 @@ impl Reader<'_> {
     }
 
     /// A call on line `k`. Before one of a program that is not in the text no offset may stay.
-    pub(super) fn calls(&mut self, k: usize, callee: Callee) {
+    pub(super) fn calls(&mut self, k: usize, callee: Callee, entry: Option<Entry>) {
         if callee == Callee::Away {
             self.keeps_place(After::CallAway);
         }
+        let before = self.modes_before();
         self.call(k);
+        if let Some(entry) = entry.filter(|_| callee == Callee::Here) {
+            self.route_call(&entry, before);
+        }
         if callee == Callee::Here {
             // what is called ends where it ends
             self.carried.fill(Carried::Anywhere);

@@ -5,7 +5,7 @@
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 
-use super::lex::Block;
+use super::lex::{Block, Word};
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
 use crate::script::{AxisSet, Break, Few, Goal, How, Move, PathKind, StepKind, Value};
@@ -57,9 +57,12 @@ impl Reader<'_> {
         match axes {
             Some(axes) => {
                 self.lose_axes(axes, why.into());
-                // what counts from there counts from a place of the machine
-                axes.axes().for_each(|a| self.carried[a] = Carried::Nothing);
-                self.settled = true;
+                // a variable without a value leaves its axis where it stands
+                if why != Elsewhere::Expression {
+                    // what counts from there counts from a place of the machine
+                    axes.axes().for_each(|a| self.carried[a] = Carried::Nothing);
+                    self.settled = true;
+                }
             }
             None => self.lose(why.into()),
         }
@@ -68,18 +71,21 @@ impl Reader<'_> {
         self.step(k, StepKind::Move(goes), None);
     }
 
-    /// A straight move by words of which some are absolute and others relative: it stays, and where its axes come to is not known; the others
-    /// stand where they stood. `false`: other axes may move too.
+    /// A straight move by words of which some may mean another place than they say: it stays, and where its axes come to is not known; the
+    /// others stand where they stood. `false`: other axes may move too, or its words count from where the machine stands.
     ///
-    /// Beckhoff takes each word by the G90 or G91 before it (TF5200, programming manual, combined programming: "N20 G91 X20 G90 Y20 (relative for X
-    /// axis, absolute for Y axis)"), others take the last one for the whole block or refuse the block. After it the last one is in force.
+    /// Of G90 and G91 in one block Beckhoff takes each word by the one before it (TF5200, programming manual, combined programming: "N20 G91 X20
+    /// G90 Y20 (relative for X axis, absolute for Y axis)"), others take the last one for the whole block or refuse the block. After it the
+    /// last one is in force.
     ///
-    /// `block = "G91" axis_word {axis_word} "G90" axis_word {axis_word}`
-    pub(super) fn leaves_either_way(&mut self, k: usize, block: &Block) -> bool {
-        let straight = matches!(self.motion, Some(0 | 10)) && !block.words.iter().any(|w| b"IJKR".contains(&w.letter));
-        let axes = self.axes_named(block).filter(|axes| straight && !axes.is_empty());
+    /// `block = ["G91" axis_word {axis_word} "G90"] axis_word {axis_word}`
+    pub(super) fn leaves_named(&mut self, k: usize, block: &Block, why: Elsewhere) -> bool {
+        let cuts = |w: &Word| b"IJKR".contains(&w.letter) && w.value.is_none_or(|v| v.0 != 0.0);
+        let straight = matches!(self.motion, Some(0 | 10)) && !block.words.iter().any(cuts);
+        let whole = straight && (self.absolute == Some(true) || why == Elsewhere::BothDistances);
+        let axes = self.axes_named(block).filter(|axes| whole && !axes.is_empty());
         if axes.is_some() {
-            self.goes_elsewhere(k, axes, Elsewhere::BothDistances);
+            self.goes_elsewhere(k, axes, why);
         }
         axes.is_some()
     }
@@ -98,7 +104,7 @@ impl Reader<'_> {
     }
 
     /// Positions of these axes are about to be lost: the offset with which the last move ends stays in what relative words lead to from here.
-    fn carry(&mut self, axes: AxisSet) {
+    pub(super) fn carry(&mut self, axes: AxisSet) {
         let Some(step) = self.last else { return };
         for a in axes.axes().filter(|a| self.position.get(*a).is_some_and(Option::is_some)) {
             self.carried[a] = Carried::After(step);
@@ -188,7 +194,9 @@ impl Reader<'_> {
 
     /// A program or subprogram starts or ends.
     pub(super) fn start(&mut self, k: usize, block: &Block) {
+        let before = (self.modes_before(), self.frame);
         self.join(k, Break::Start);
+        self.route_program(block, before);
         let survey = &self.survey;
         // what is not in the text calls no main program
         let other = survey.lacks && self.script.moves().next().is_some();

@@ -98,17 +98,6 @@ impl Reader<'_> {
         None
     }
 
-    /// A straight move by words of which one may count increments: it stays, and where its axes come to is not known; the others stand where
-    /// they stood. `false`: other axes may move too.
-    fn leaves_uncertain(&mut self, k: usize, block: &Block) -> bool {
-        let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
-        let axes = self.axes_named(block).filter(|axes| straight && !axes.is_empty());
-        if axes.is_some() {
-            self.goes_elsewhere(k, axes, Elsewhere::NoPoint);
-        }
-        axes.is_some()
-    }
-
     /// The first motion says in which frame the axes are counted.
     fn refer(&mut self, block: &Block) {
         self.reference = self.reference.or(self.frame).or(Some(540));
@@ -132,10 +121,19 @@ impl Reader<'_> {
         if unclear.is_none() && self.leaves_across(k, &block) {
             return Ok(());
         }
-        if unclear == Some(Reason::NoPoint) && self.leaves_uncertain(k, &block)
-            || unclear == Some(Reason::BothDistances) && self.leaves_either_way(k, &block)
-        {
+        let elsewhere = match unclear {
+            Some(Reason::NoPoint) => Some(Elsewhere::NoPoint),
+            Some(Reason::BothDistances) => Some(Elsewhere::BothDistances),
+            Some(Reason::Expression) => Some(Elsewhere::Expression),
+            _ => None,
+        };
+        if elsewhere.is_some_and(|why| self.leaves_named(k, &block, why)) {
             return Ok(());
+        }
+        if let Some(Reason::Canned(c)) = unclear
+            && let Some(hole) = self.hole(&block, codes, c)
+        {
+            return self.drills(k, block, codes, exact, hole);
         }
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
             return self.opaque(k, unclear.unwrap_or(Reason::NoMotion));
@@ -183,7 +181,7 @@ impl Reader<'_> {
     }
 
     /// Where the words of a block lead, by axis.
-    fn named_goal(
+    pub(super) fn named_goal(
         &mut self,
         block: &Block,
         start: &[Option<f64>],
@@ -210,12 +208,21 @@ impl Reader<'_> {
 
     /// The step of a motion, and the position after it.
     fn place(&mut self, k: usize, statement: Statement, codes: &[Option<u32>], exact: bool) {
-        let mut m = self.describe(&statement, codes, exact);
+        let m = self.describe(&statement, codes, exact);
+        let step = self.put(k, &statement, m);
+        let mut alike = std::mem::take(&mut self.alike);
+        alike.learn(self, &statement, step);
+        self.alike = alike;
+        self.statements.push(step, statement);
+    }
+
+    /// The same as far as nothing is learned of its block; its statement is still to be kept.
+    pub(super) fn put(&mut self, k: usize, statement: &Statement, mut m: Move) -> usize {
         if self.survey.marker() == Some(k) {
             // its numbers say how those without a point are to be read: one must not go
             m.fixed = Some(Reason::Mixed.into());
         }
-        self.target(&statement);
+        self.target(statement);
         self.position.clear();
         self.position.extend_from_slice(&statement.goal);
         self.relative |= !statement.absolute;
@@ -223,10 +230,7 @@ impl Reader<'_> {
         let step = self.script.steps.len();
         (self.last, self.settled) = (Some(step), false);
         self.step(k, StepKind::Move(m), None);
-        let mut alike = std::mem::take(&mut self.alike);
-        alike.learn(self, &statement, step);
-        self.alike = alike;
-        self.statements.push(step, statement);
+        step
     }
 
     pub(super) fn opaque(&mut self, k: usize, why: Reason) -> Result<()> {
@@ -384,7 +388,7 @@ impl Reader<'_> {
 }
 
 /// The numbers in the memory of the `last` ones, if they are the same: most blocks have those of the block before.
-fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Shared<[f64]> {
+pub(super) fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Shared<[f64]> {
     let same = last.len() == count && last.iter().enumerate().all(|(k, v)| v.to_bits() == new(k).to_bits());
     if same { Shared::clone(last) } else { (0..count).map(new).collect() }
 }

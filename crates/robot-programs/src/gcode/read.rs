@@ -7,7 +7,9 @@ use super::certain::Carried;
 use super::codes::AXES;
 use super::flow::{assignments_of, flow_hides, is_flow};
 use super::lex::{self, Block};
+use super::order::Order;
 use super::reason::{After, Doubt};
+use super::routes::Modes;
 use super::statements::{Program, Statement, Statements, Waits};
 use super::survey::Survey;
 use super::variables::Variables;
@@ -15,6 +17,7 @@ use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::lex::not_too_long;
 use crate::script::{At, AxisSet, Break, Note, Script, Step, StepKind, Targets, Text, pragma};
+use std::collections::BTreeMap;
 use std::sync::Arc as Shared;
 
 /// Reads a program.
@@ -45,7 +48,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     }
     reader.lose(After::End);
     let marker = reader.survey.marker();
-    let Reader { mut script, statements, waits, .. } = reader;
+    let Reader { mut script, statements, waits, order, survey, .. } = reader;
+    order.settle(&survey, &mut script);
     let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     script.texts = texts;
     // without a move nothing depends on them
@@ -157,6 +161,12 @@ pub(super) struct Reader<'a> {
     pub(super) settled: bool,
     /// What lines may be like.
     pub(super) alike: Alike,
+    /// From where control comes to its breaks.
+    pub(super) order: Order,
+    /// The modes at the calls so far of each program of the text.
+    pub(super) called_in: BTreeMap<String, Vec<Modes>>,
+    /// The modes around the definition of a subprogram, and the work frame.
+    pub(super) around: Option<(Modes, Option<u32>)>,
 }
 
 impl<'a> Reader<'a> {
@@ -211,6 +221,9 @@ impl<'a> Reader<'a> {
             counts_anywhere: false,
             settled: false,
             alike: Alike::default(),
+            order: Order::default(),
+            called_in: BTreeMap::new(),
+            around: None,
         };
         reader.begin_lathe();
         reader
@@ -274,10 +287,12 @@ impl Reader<'_> {
         }
         if block.percent {
             self.end(k, Break::Start, After::TapeEnd);
+            self.route_tape();
             return Ok(());
         }
         let assigned = assignments_of(self.text, k, &block);
         let reads = self.reads_place(k);
+        let mut line = self.line_of_flow(k, &block);
         if let Some(flow) = &block.flow {
             match flow.as_str() {
                 "" | "SUB" | "ENDSUB" | "RETURN" => self.start(k, &block),
@@ -285,8 +300,9 @@ impl Reader<'_> {
                 "WHILE" | "ENDWHILE" | "DO" | "REPEAT" | "ENDREPEAT" | "BREAK" | "CONTINUE" => {
                     self.join(k, Break::Loop)
                 }
-                _ => self.calls(k, self.callee_of_flow(&block)),
+                _ => self.calls(k, self.callee_of_flow(&block), self.entry_of_flow(&block)),
             }
+            self.route(&block, line.take());
             self.reads_anywhere(reads, &block);
             if flow_hides(self.text, k, &block) {
                 self.assign(k, &Assignments { hidden: true, ..Assignments::default() });
@@ -298,8 +314,9 @@ impl Reader<'_> {
                 w if is_flow(w) => self.join(k, Break::Jump),
                 // `M117 Printing`, `M0 Clean the nozzle`: a message
                 _ if block.words.iter().any(lex::takes_text) => return self.words(k, block),
-                w => self.calls(k, self.callee_of_keyword(k, w)),
+                w => self.calls(k, self.callee_of_keyword(k, w), None),
             }
+            self.route(&block, line.take());
             self.reads_anywhere(reads, &block);
             if flow_hides(self.text, k, &block) {
                 self.assign(k, &Assignments { hidden: true, ..assigned.clone().unwrap_or_default() });

@@ -97,6 +97,9 @@ pub enum Reason {
     /// No point may come before it in its line.
     #[error("a label or a word to this tool stands before it in its line")]
     SharedLine,
+    /// `G81 X10 Y10`.
+    #[error("a block of a canned cycle: a point before it would be a hole")]
+    WouldDrill,
     /// `A10` after `A350`.
     #[error("a rotary axis turns by 179 deg or more, and a control with rollover takes the shorter way")]
     RollsOver,
@@ -162,6 +165,12 @@ pub enum Elsewhere {
     /// `G91 X10 G90 Y5`.
     #[error("G90 and G91 in one block: which of its words are relative depends on the control")]
     BothDistances,
+    /// `X#1`.
+    #[error("an expression or a variable")]
+    Expression,
+    /// `G81 Z-10 R2`: its words of the hole itself.
+    #[error("canned cycle {}: words of the hole itself stay", code_text(*.0))]
+    Hole(u32),
     /// X of a lathe.
     #[error("X of a lathe may be a diameter or a radius: state it, `--assume diameter` or `control: [diameter]`")]
     Across,

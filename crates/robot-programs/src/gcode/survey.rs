@@ -1,12 +1,14 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
 use super::across::Across;
+use super::calls::{Called, called_by};
 use super::codes::{AXES, CANNED, PROBES, code, is_followed};
 use super::flow::{assignments_of, flow_hides, is_flow};
-use super::labels::{is_conditional_call, local_labels};
+use super::labels::local_labels;
 use super::lex::{self, Block, has_axes, names};
 use super::makers::{Makers, is_corner_mode, is_high_speed, is_numbered_frame, work_frame};
 use super::passed::Passed;
+use super::routes::Programs;
 use super::signs::Signs;
 use crate::error::Result;
 use crate::script::Text;
@@ -15,7 +17,7 @@ use std::collections::BTreeSet;
 /// G words, times ten, that a subprogram in the text may pass and whose modes a look over the text settles.
 const PLAIN: &[u32] = &[
     0, 10, 20, 30, 40, 100, 170, 180, 190, 200, 210, 280, 300, 400, 410, 411, 420, 421, 430, 431, 440, 490, 520, 530,
-    640, 690, 800, 900, 910, 920, 921, 922, 923, 940, 980, 990,
+    640, 690, 730, 740, 760, 800, 900, 910, 920, 921, 922, 923, 940, 980, 990,
 ];
 /// What a look over the whole text tells.
 #[derive(Default)]
@@ -71,6 +73,8 @@ pub(super) struct Survey {
     pub(super) outside: bool,
     /// One that is called is not in the text, and may call others.
     pub(super) lacks: bool,
+    /// Its programs and their calls.
+    pub(super) programs: Programs,
     /// An O word or `%` stands before its first words.
     pub(super) named: bool,
     /// Cutter compensation may be on where control comes from elsewhere. A program starts with G40, as after a reset: where in the order of
@@ -216,9 +220,18 @@ impl Look {
         self.survey.jumps |=
             block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
         match block.flow.as_deref() {
-            Some("" | "SUB") => drop(self.survey.subs.insert(block.label.clone())),
-            Some("CALL") => drop(self.survey.called.insert(block.label.clone())),
-            _ => {}
+            Some("" | "SUB") => {
+                self.survey.programs.begin(Some(&block.label));
+                self.survey.subs.insert(block.label.clone());
+            }
+            Some("ENDSUB") => self.survey.programs.begin(None),
+            Some("CALL") => {
+                self.survey.programs.called(&block.label);
+                self.survey.called.insert(block.label.clone());
+            }
+            Some(_) => self.survey.programs.branch(),
+            None if block.keyword.is_some() => self.survey.programs.branch(),
+            None => {}
         }
         self.survey.outside |=
             block.keyword.as_deref().is_some_and(|w| !is_flow(w) && !block.words.iter().any(lex::takes_text));
@@ -228,9 +241,12 @@ impl Look {
                 None => self.survey.jumps = true,
             }
         }
-        match called_by(block) {
-            Some(Ok(name)) => drop(self.survey.called.insert(name)),
-            Some(Err(())) => self.survey.outside = true,
+        match called_by(block).map(Called::in_text) {
+            Some(Some(number)) => {
+                self.survey.programs.called(&number.to_string());
+                self.survey.called.insert(number.to_string());
+            }
+            Some(None) => self.survey.outside = true,
             None => {}
         }
     }
@@ -266,6 +282,7 @@ impl Look {
 
     fn g_word(&mut self, k: usize, block: &Block, c: u32) {
         self.survey.codes.insert(c);
+        self.survey.programs.g_word(c, block.optional);
         self.survey.macros += usize::from(matches!(c, 660 | 661));
         let across = Across::of_g_word(block, c);
         self.survey.across.extend(across);
@@ -323,25 +340,6 @@ fn leads(block: &Block) -> [bool; 2] {
     let codes = || block.words.iter().filter(|w| w.letter == b'G').filter_map(|w| w.value).map(|v| code(v.0));
     let axes = !codes().any(|c| matches!(c, 40 | 100 | 650 | 660 | 661));
     [axes, !codes().any(|c| CANNED.contains(&c))]
-}
-
-/// The subprogram that a block calls by `M98 P1000`; an error where it cannot be determined which, or where it stands elsewhere.
-///
-/// `call = "M98" "P" number`
-fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
-    let is = |w: &lex::Word, letter: u8, numbers: &[f64]| {
-        w.letter == letter && w.value.is_some_and(|v| numbers.contains(&v.0))
-    };
-    if block.words.iter().any(|w| is(w, b'G', &[65.0, 66.0, 66.1]) || is(w, b'M', &[97.0, 198.0])) {
-        return Some(Err(()));
-    }
-    if is_numbered_call(block) || is_conditional_call(block) {
-        return Some(Err(()));
-    }
-    block.words.iter().find(|w| is(w, b'M', &[98.0]))?;
-    let p = block.words.iter().find(|w| w.letter == b'P').and_then(|w| w.value).map(|v| v.0);
-    // `P31000` calls O1000 three times on some controls
-    Some(p.filter(|p| p.fract() == 0.0 && (1.0..10_000.0).contains(p)).map(|p| format!("{}", p as u32)).ok_or(()))
 }
 
 /// Whether a block does nothing but call a subprogram by its number, as Siemens controls do.

@@ -1,9 +1,12 @@
 mod arcs;
 mod calls;
 mod codes;
+mod cycles;
 mod doubts;
+mod flows;
 mod frames;
 mod lathes;
+mod machine;
 mod numbers;
 mod once;
 mod places;

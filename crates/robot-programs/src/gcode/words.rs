@@ -7,6 +7,7 @@ use super::frame::changes_tool;
 use super::labels::is_conditional_call;
 use super::lex::{self, Block, Word, has_axes};
 use super::makers::{is_corner_mode, is_high_speed, work_frame};
+use super::order::Entry;
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
 use super::signs::unit_of_siemens;
@@ -53,6 +54,8 @@ struct Ending {
     /// M2, M30.
     program: bool,
     call: Option<Call>,
+    /// M99.
+    returns: bool,
 }
 
 impl Reader<'_> {
@@ -69,6 +72,7 @@ impl Reader<'_> {
     /// A block that an operator may switch off: where it leads is not determined, and modes that it changes are not certain after it.
     fn optional(&mut self, k: usize, block: Block) -> Result<()> {
         let before = self.modes();
+        self.route_optional(&block);
         let (modal_macro, strange, feed_mode) = (self.modal_macro, self.strange, self.feed_mode);
         self.certain_words(k, block, Some(Reason::Optional))?;
         if self.modes() != before {
@@ -91,11 +95,12 @@ impl Reader<'_> {
     /// `block = {M_word | G_word | axis_word | "F" number | ...}`
     fn certain_words(&mut self, k: usize, block: Block, unclear: Option<Reason>) -> Result<()> {
         if is_numbered_call(&block) {
-            self.calls(k, self.callee(&block));
+            self.calls(k, self.callee(&block), None);
             return Ok(());
         }
         let mut unclear = unclear.or_else(|| block.special.clone());
         let ending = self.m_words(k, &block, &mut unclear);
+        let entry = self.entry_of(&block);
         let codes: Vec<Option<u32>> =
             block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
         if let Some(across) = block.across {
@@ -136,6 +141,7 @@ impl Reader<'_> {
         }
         let moves = |w: &Word| AXES.contains(&w.letter) || b"E@^".contains(&w.letter);
         let arc = matches!(self.motion, Some(20 | 30)) && block.words.iter().any(|w| b"IJKR".contains(&w.letter));
+        let drills = self.drills_by_level(&block);
         // its words may be its own: X, Y, Z are no places then
         if codes.is_empty()
             && let Some(m) = block.words.iter().find(|w| w.letter != b'N').filter(|w| lex::is_firmware(w))
@@ -146,14 +152,14 @@ impl Reader<'_> {
         if !own.taken && own.machine_frame && unclear.is_none() && block.words.iter().any(moves) {
             let axes = self.axes_of_machine(&block);
             self.goes_elsewhere(k, axes, Elsewhere::Machine);
-        } else if !own.taken && (block.words.iter().any(moves) || arc) {
+        } else if !own.taken && (block.words.iter().any(moves) || arc || drills) {
             self.movement(k, block, &codes, unclear, own.exact)?;
         }
         self.absolute = last.or(self.absolute);
         if changes_tool {
             self.end(k, Break::Frame, After::Tool);
         }
-        self.finish(k, ending);
+        self.finish(k, ending, entry);
         Ok(())
     }
 
@@ -177,7 +183,7 @@ impl Reader<'_> {
                 97 | 98 => ending.call = Some(Call::Program(self.callee(block))),
                 96 if is_conditional_call(block) => ending.call = Some(Call::Program(Callee::Here)),
                 198 if !self.survey.printer => ending.call = Some(Call::Program(self.callee(block))),
-                99 => ending.call = Some(Call::Program(Callee::Nothing)),
+                99 => (ending.call, ending.returns) = (Some(Call::Program(Callee::Nothing)), true),
                 m if SAVES.contains(&m) && !self.survey.printer => ending.call = Some(Call::Program(Callee::Nothing)),
                 6 => {
                     self.variables.forget();
@@ -353,9 +359,9 @@ impl Reader<'_> {
                 self.goes_elsewhere(k, axes, Elsewhere::Reference(c));
                 self.absolute = absolute;
             }
-            650 => self.calls(k, self.callee(block)),
+            650 => self.calls(k, self.callee(block), None),
             660 | 661 => {
-                self.calls(k, self.callee(block));
+                self.calls(k, self.callee(block), None);
                 self.modal_macro = Some(Doubt::MacroOn);
             }
             670 => {
@@ -372,15 +378,19 @@ impl Reader<'_> {
     }
 
     /// What stands after the move of its block.
-    fn finish(&mut self, k: usize, ending: Ending) {
+    fn finish(&mut self, k: usize, ending: Ending, entry: Option<Entry>) {
         for kind in ending.steps {
             self.step(k, kind, None);
         }
         if ending.program {
             self.end(k, Break::Jump, After::End);
+            self.order.ends();
         }
         match ending.call {
-            Some(Call::Program(callee)) => self.calls(k, callee),
+            Some(Call::Program(callee)) => {
+                self.calls(k, callee, entry);
+                self.route_return(ending.returns);
+            }
             Some(Call::MayMove) => {
                 self.end(k, Break::Call, After::MayMove);
                 self.motion = None;

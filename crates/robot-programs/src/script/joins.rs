@@ -58,7 +58,7 @@ impl Labels {
 const FOLLOWED: usize = 64;
 
 /// A place before which nothing has moved since a break is reached as that break is; where that leads through many places, nothing is known.
-pub(super) fn through_still(script: &mut Script) {
+pub(crate) fn through_still(script: &mut Script) {
     let mut joins = std::mem::take(&mut script.joins);
     joins.sort_by_key(|j| j.at);
     // the last move or break before each step, where it is a break

@@ -48,7 +48,7 @@ mod format;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod held;
-mod joins;
+pub(crate) mod joins;
 mod kept;
 pub mod last;
 pub mod lex;
@@ -60,7 +60,7 @@ pub mod processes;
 mod program;
 pub mod reach;
 pub mod reason;
-mod routines;
+pub(crate) mod routines;
 mod shares;
 pub mod sites;
 pub mod step;

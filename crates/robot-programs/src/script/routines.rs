@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The routines of a file, where they end, and the calls of one by another.
 #[derive(Debug, Default)]
-pub(super) struct Routines {
+pub(crate) struct Routines {
     /// Those of each name.
     names: BTreeMap<String, BTreeSet<usize>>,
     /// Where the text of each begins.
@@ -31,7 +31,7 @@ pub(super) struct Routines {
 
 impl Routines {
     /// The text of a routine starts or goes on at a step: the one before has ended.
-    pub(super) fn start(&mut self, id: usize, name: String, at: usize) {
+    pub(crate) fn start(&mut self, id: usize, name: String, at: usize) {
         self.returns(at);
         self.names.entry(name).or_default().insert(id);
         self.begins.entry(id).or_insert(at);
@@ -39,29 +39,29 @@ impl Routines {
     }
 
     /// The routine is left before a step, back to what called it.
-    pub(super) fn returns(&mut self, at: usize) {
+    pub(crate) fn returns(&mut self, at: usize) {
         if let Some(id) = self.current.filter(|_| !self.dead) {
             self.ends.entry(id).or_default().push(at);
         }
     }
 
     /// Whether something leads to the place that is read.
-    pub(super) fn is_reached(&mut self, reached: bool) {
+    pub(crate) fn is_reached(&mut self, reached: bool) {
         self.dead = !reached;
     }
 
     /// Where control comes from after a call is not known in this file.
-    pub(super) fn are_unknown(&mut self) {
+    pub(crate) fn are_unknown(&mut self) {
         self.unknown = true;
     }
 
     /// The break at a step is the call of a routine, and of nothing else that moves.
-    pub(super) fn called(&mut self, at: usize, name: String) {
+    pub(crate) fn called(&mut self, at: usize, name: String) {
         self.calls.push((at, name));
     }
 
     /// All calls of the routine that is read stand in the file (`true`), or where the robot comes from to it is not known.
-    pub(super) fn all_calls_are_here(&mut self, known: bool) {
+    pub(crate) fn all_calls_are_here(&mut self, known: bool) {
         if let Some(id) = self.current {
             if known {
                 self.known.insert(id)
@@ -72,12 +72,12 @@ impl Routines {
     }
 
     /// Something may call a routine from a place that is not known.
-    pub(super) fn called_otherwise(&mut self, name: String) {
+    pub(crate) fn called_otherwise(&mut self, name: String) {
         self.otherwise.insert(name);
     }
 
     /// From which calls the robot comes to the start of each routine of which all of them stand in the file.
-    pub(super) fn entered(&self) -> Vec<Join> {
+    pub(crate) fn entered(&self) -> Vec<Join> {
         let of = |(name, ids): (&String, &BTreeSet<usize>)| {
             let one = ids.first().filter(|id| ids.len() == 1 && self.known.contains(id) && !self.unknown)?;
             let from: Vec<usize> = self.calls.iter().filter(|c| c.1 == *name).map(|c| c.0).collect();
@@ -111,7 +111,7 @@ impl Routines {
     }
 
     /// From where control comes to what stands after calls; `end`: the step after the last.
-    pub(super) fn joins(mut self, end: usize) -> Vec<Join> {
+    pub(crate) fn joins(mut self, end: usize) -> Vec<Join> {
         self.returns(end);
         if self.unknown {
             return Vec::new();

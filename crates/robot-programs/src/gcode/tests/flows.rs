@@ -1,0 +1,469 @@
+//! Subprograms, loops and conditions: what a script says of the order of its steps, and of what stands after calls.
+
+use super::machine::{HALF, run};
+use super::*;
+use crate::script::AxisSet;
+use std::collections::BTreeSet;
+
+const HEAD_OF_TEXT: &str = "G21 G90 G17\nG0 X0.0 Y0.0 Z0.0\n";
+
+/// Lines (from 1) of the breaks that are joins, and of the last moves before the places from which control comes there; 0: none, as it is a
+/// break.
+fn joins(text: &str) -> Vec<(u64, Vec<u64>)> {
+    let script = script_of(&Gcode, text, &robot());
+    let line = |k: usize| script.steps[k].at.line;
+    let last = |k: &usize| match k.checked_sub(1).map(|n| &script.steps[n]) {
+        Some(step) if matches!(step.kind, StepKind::Move(_)) => step.at.line,
+        _ => 0,
+    };
+    script.joins.iter().map(|j| (line(j.at), j.from.iter().map(last).collect())).collect()
+}
+
+/// Lines of loops of which every pass is alike, first and last.
+fn rounds(text: &str) -> Vec<(u64, u64)> {
+    let script = script_of(&Gcode, text, &robot());
+    let line = |k: usize| script.steps[k].at.line;
+    script.rounds.iter().map(|r| (line(r.open), line(r.close))).collect()
+}
+
+#[test]
+fn a_subprogram_is_entered_from_its_calls_and_what_stands_after_them_from_its_end() {
+    let main = format!("{HEAD_OF_TEXT}M98 P100\nG0 X5.0\nM98 P0100\nG0 X6.0 Y1.0\nM30\n");
+    let text = format!("{main}O100\nG1 X1.0 F100\nG1 Y2.0\nM99\n");
+    assert_eq!(joins(&text), [(3, vec![10]), (5, vec![10]), (8, vec![2, 4])]);
+    let text = "G21 G90 G17\no100 sub\nG1 X1.0 F100\no100 endsub\nG0 X0.0 Y0.0 Z0.0\no100 call\nG0 X6.0\nM2\n";
+    assert_eq!(joins(text), [(2, vec![5]), (4, vec![0]), (6, vec![3])]);
+    // a call in a subprogram
+    let text = format!("{HEAD_OF_TEXT}M98 P1\nM30\nO1\nG0 X1.0\nM98 P2\nG0 X2.0\nM99\nO2\nG0 Y1.0\nM99\n");
+    assert_eq!(joins(&text), [(3, vec![8]), (5, vec![2]), (7, vec![11]), (10, vec![6])]);
+}
+
+#[test]
+fn of_a_call_that_may_not_run_once_or_may_run_another_text_nothing_is_known() {
+    let sub = "O100\nG1 X1.0 F100\nM99\n";
+    let of = |call: &str| joins(&format!("{HEAD_OF_TEXT}{call}\nG0 X5.0\nM30\n{sub}"));
+    assert_eq!(of("M98 P100"), [(3, vec![7]), (6, vec![2])]);
+    // it runs from its own end, too
+    assert_eq!(of("M98 P100 L3"), [(3, vec![7])]);
+    assert_eq!(of("M98 P100 L1"), of("M98 P100"));
+    for call in [
+        "M98 P100 L0", "M98 P100 L#1", "M98 P30100", "M98 P200", "M98 P#1", "/M98 P100", "G65 P100", "M98 P100\nG65 P9000",
+        "M98 P100 Q5", "M97 P100", "o100 call", "M98 P100\nN5 GOTO 5", "M98 P100\nIF [#1 EQ 2] GOTO 5", "M198 P100", "M99 P5",
+        "M98 P100\n/M30", "M98 P100\nG66 P9000", "M98 P100\nPOCKET3(1)", "M98 P100\n#3005=1", "M98 P100 M99",
+    ] {
+        assert_eq!(of(call), [], "{call}");
+    }
+    for tail in [
+        // no end, two of one name, an end in a loop, a subprogram into which the program runs
+        "M30\nO100\nG1 X1.0 F100\n",
+        "M30\nO100\nG1 X1.0 F100\nM99\nO100\nG1 X2.0\nM99\n",
+        "M30\nO100\nG1 X1.0 F100\nWHILE [#1 LT 2] DO1\nM99\nEND1\nM99\n",
+        "O100\nG1 X1.0 F100\nM99\n",
+        "M30\nO100\nG1 X1.0 F100\n/M99\nM99\n",
+        "M30\nO100\nG1 X1.0 F100\nM99 P7\n",
+    ] {
+        let text = format!("{HEAD_OF_TEXT}M98 P100\nG0 X5.0\n{tail}");
+        assert!(joins(&text).iter().all(|j| j.0 != 3 && j.0 != 6), "{tail}: {:?}", joins(&text));
+    }
+    // LinuxCNC looks for what it has not met in a file
+    let text = format!("{HEAD_OF_TEXT}o100 call\nG0 X5.0\no100 sub\nG1 X1.0\no100 endsub\nM2\n");
+    assert_eq!(joins(&text), [(7, vec![4])]);
+    for word in ["o100 return", "o1 break", "o1 continue"] {
+        let text = format!("{HEAD_OF_TEXT}o100 sub\nG1 X1.0\n{word}\no100 endsub\no100 call\nG0 X5.0\nM2\n");
+        assert_eq!(joins(&text), [], "{word}");
+    }
+}
+
+#[test]
+fn where_numbers_may_count_from_another_origin_nothing_is_known_of_the_order() {
+    let text = |first: &str, sub: &str, last: &str| {
+        format!("G21 G90 G17{first}\nG0 X0.0 Y0.0 Z0.0\nM98 P100\n{last}G0 X5.0\nM30\nO100\n{sub}G1 X1.0 F100\nM99\n")
+    };
+    for (first, sub, last) in [("", "", ""), (" G54", "", ""), (" G55", "", ""), (" G55", "G55\n", "G55\n"), ("", "G54\n", "")] {
+        assert!(joins(&text(first, sub, last)).iter().any(|j| j.0 == 3), "{first} {sub} {last}");
+    }
+    for (first, sub, last) in [
+        ("", "G55\n", ""), ("", "", "G55\n"), (" G54", "G55\n", ""), ("", "G92 X0.0\n", ""), ("", "G52 X1.0\n", ""),
+        ("", "", "G10 L2 P1 X5.0\n"), (" G54.1 P1", "", "G54.1 P2\n"), ("", "G154 P1\n", ""),
+    ] {
+        assert_eq!(joins(&text(first, sub, last)), [], "{first} {sub} {last}");
+    }
+    // in a definition the work frame is that of its calls
+    let text = |first: &str| {
+        format!("G21 G90 G17\no100 sub\nG55\nG1 X1.0 F100\no100 endsub\n{first}G0 X0.0 Y0.0 Z0.0\no100 call\nG55\nG0 X6.0\nM2\n")
+    };
+    assert_eq!(joins(&text("")), []);
+    assert!(!joins(&text("G55\n")).is_empty());
+    let breaks = |text: &str| {
+        let script = script_of(&Gcode, text, &robot());
+        script.steps.iter().filter(|s| matches!(s.kind, StepKind::Break(Break::Frame))).count()
+    };
+    assert_eq!([breaks(&text("")), breaks(&text("G55\n"))], [2, 2]);
+}
+
+#[test]
+fn loops_are_entered_from_above_and_from_their_ends() {
+    let text = |head: &str, end: &str| format!("{HEAD_OF_TEXT}{head}\nG1 X5.0 F100\n{end}\nG1 X6.0\n");
+    let [line, after] = [3, 5];
+    for (head, end, entered) in [
+        ("WHILE [#1 LT 3] DO1", "END1", false),
+        ("WHILE [1 LT 3] DO1", "END1", true),
+        ("WHILE [3 LT 1] DO2", "END2", false),
+        ("o1 while [#1 lt 3]", "o1 endwhile", false),
+        ("o1 repeat [3]", "o1 endrepeat", true),
+        ("o1 repeat [0]", "o1 endrepeat", false),
+        ("o1 repeat [#1]", "o1 endrepeat", false),
+        ("o1 do", "o1 while [#1 lt 3]", true),
+    ] {
+        let text = text(head, end);
+        let from = if entered { vec![4] } else { vec![2, 4] };
+        assert_eq!(joins(&text), [(line, vec![2, 4]), (after, from)], "{head}");
+        assert_eq!(rounds(&text), if entered { vec![(3, 5)] } else { vec![] }, "{head}");
+    }
+    // the variable is known where the loop begins
+    let text = format!("#1=1\n{}", text("WHILE [#1 LE 3] DO1", "#1=#1+1\nEND1"));
+    assert_eq!(rounds(&text), [(4, 7)]);
+    for (head, end) in [("WHILE [#1 LT 3] DO1", "END2"), ("WHILE [#1 LT 3] DO1", ""), ("o1 while [1]", "o2 endwhile"), ("", "END1")] {
+        let text = format!("{HEAD_OF_TEXT}{head}\nG1 X5.0 F100\n{end}\nG1 X6.0\n");
+        assert_eq!((joins(&text), rounds(&text)), (vec![], vec![]), "{head} {end}");
+    }
+    // a loop with a break in it is none whose passes are known to be alike
+    let text = format!("{HEAD_OF_TEXT}o1 repeat [3]\nG1 X5.0 F100\nM6 T1\no1 endrepeat\n");
+    assert_eq!(rounds(&text), []);
+}
+
+#[test]
+fn branches_are_reached_from_their_condition_and_their_end_from_all_of_them() {
+    let text = format!("{HEAD_OF_TEXT}o1 if [#1 eq 2]\nG1 X5.0 F100\no1 else\nG1 X6.0\no1 endif\nG1 X7.0\n");
+    assert_eq!(joins(&text), [(3, vec![2]), (5, vec![2]), (7, vec![4, 6])]);
+    let text = format!("{HEAD_OF_TEXT}o1 if [#1 eq 2]\nG1 X5.0 F100\no1 elseif [#1 eq 3]\nG1 X6.0\no1 endif\nG1 X7.0\n");
+    assert_eq!(joins(&text)[2], (7, vec![2, 4, 6]));
+    assert_eq!(joins(&format!("{HEAD_OF_TEXT}IF [#1 EQ 2] THEN #2=3\nG1 X7.0\n")), [(3, vec![2])]);
+    for line in ["IF [#1 EQ 2] THEN", "IF [#1 EQ 2] GOTO 3", "IF [#1 EQ 2] THEN G91", "o1 else", "o1 endif", "/IF [#1 EQ 2] THEN #2=3"] {
+        assert_eq!(joins(&format!("{HEAD_OF_TEXT}{line}\nG1 X7.0\n")), [], "{line}");
+    }
+}
+
+#[test]
+fn modes_after_a_call_are_those_that_the_subprogram_sets_last() {
+    let after = |sub: &str, call: &str| {
+        let text = format!("{HEAD_OF_TEXT}{call}\nG0 X5.0 Y1.0 Z1.0\nX6.0\nM30\nO100\n{sub}\nM99\nO200\nG0 X3.0\nM99\n");
+        goals(&text).get(1).cloned().flatten().map(|q| q[0])
+    };
+    assert_eq!(after("G1 X1.0", "M98 P100"), Some(5.0));
+    assert_eq!(after("G91 G1 X1.0\nG90", "M98 P100"), Some(5.0));
+    assert_eq!(after("G91 G1 X1.0\nG90", "M98 P100 L4"), Some(5.0));
+    assert_eq!(after("G20 G1 X1.0", "M98 P100"), Some(127.0));
+    assert_eq!(after("G20 G1 X1.0", "M98 P200"), Some(5.0));
+    for sub in [
+        "G91 G1 X1.0", "/G91\nG90 G1 X1.0\n/G91", "G90\nM98 P200\nG91", "G90 G1 X1.0\nWHILE [#1 LT 2] DO1\nG91\nEND1\nG90",
+        "G91 G1 X1.0\nIF [#1 EQ 1] THEN #2=1\nG90",
+    ] {
+        assert_eq!(after(sub, "M98 P100"), None, "{sub}");
+    }
+    for call in ["M98 P100 L#1", "M98 P100 L0", "M98 P#1", "M98 P100\nG65 P9000"] {
+        assert_eq!(after("G91 G1 X1.0\nG90", call), None, "{call}");
+    }
+    // at its start those of all its calls
+    let first = |before: &str| {
+        let text = format!("{HEAD_OF_TEXT}M98 P100\n{before}M98 P100\nG90\nM30\nO100\nG1 X5.0\nG91\nG1 X1.0\nG90\nM99\n");
+        opaque(&text).is_empty() || goals(&text).iter().rev().nth(1).is_some_and(Option::is_some)
+    };
+    assert!(first("") && !first("G91\n"));
+    // a definition that the program passes leaves its modes
+    let text = "G21 G90 G17\no1 sub\nG91 G1 X1.0\no1 endsub\nG0 X2.0 Y0.0 Z0.0\nM2\n";
+    assert_eq!(goals(text).last().cloned().flatten().map(|q| q[0]), Some(2.0));
+}
+
+#[test]
+fn a_program_starts_behind_its_number_and_behind_definitions() {
+    let entry = |text: &str| {
+        let script = script_of(&Gcode, text, &robot());
+        script.entry.map(|k| script.steps[k].at.line)
+    };
+    assert_eq!(entry("%\nO1000\nG21 G90\nG0 X1.0\nM30\n%\n"), Some(2));
+    assert_eq!(entry("G21 G90\no1 sub\nG0 X1.0\no1 endsub\no2 sub\nG0 X1.0\no2 endsub\nG0 X1.0\nM2\n"), Some(7));
+    assert_eq!(entry("G21 G90\nG0 X1.0\nM30\n%\n"), None);
+    // it runs again, it has moved, another calls it
+    assert_eq!(entry("O1000\nG21 G90\nG0 X1.0\nM99\n"), None);
+    assert_eq!(entry("G21 G90\nG0 X2.0\no1 sub\nG0 X1.0\no1 endsub\nG0 X1.0\nM2\n"), None);
+    assert_eq!(entry("O1\nG21 G90\nG0 X1.0\nM30\nO2\nM98 P1\nM99\n"), None);
+}
+
+/// A random program with calls, loops, conditions and cycles, in the words of one of two makers.
+struct Writing<'a, R> {
+    rng: &'a mut R,
+    fanuc: bool,
+    lines: Vec<String>,
+    loops: u32,
+}
+
+impl<R: Rng> Writing<'_, R> {
+    fn put(&mut self, line: impl Into<String>) {
+        self.lines.push(line.into());
+    }
+
+    fn number(&mut self) -> String {
+        format!("{:.1}", f64::from(self.rng.random_range(-100..100)) * 0.5)
+    }
+
+    fn places(&mut self, axes: &str, share: f64) -> String {
+        let mut out = String::new();
+        for a in axes.chars() {
+            if self.rng.random_bool(share) {
+                out += &format!(" {a}{}", self.number());
+            }
+        }
+        if out.is_empty() { format!(" X{}", self.number()) } else { out }
+    }
+
+    /// `subs`: numbers of what may be called.
+    fn body(&mut self, depth: u32, subs: &[u32]) {
+        for _ in 0..self.rng.random_range(1..5) {
+            match self.rng.random_range(0..12) {
+                0 => {
+                    let words = self.places("XYZ", 0.4);
+                    self.put(format!("G91 G1{words} F100"));
+                    if self.rng.random_bool(0.8) {
+                        self.put("G90");
+                    }
+                }
+                1 | 2 => {
+                    let cycle = ["G81", "G98 G82", "G99 G83", "G85"][self.rng.random_range(0..4)];
+                    let words = self.places("XY", 0.7);
+                    let (depth, level) = (self.rng.random_range(5..9), self.rng.random_range(1..4));
+                    self.put(format!("G90 {cycle}{words} Z-{depth}.0 R{level}.0"));
+                    for _ in 0..self.rng.random_range(0..3) {
+                        let words = self.places("XY", 0.6);
+                        self.put(words.trim());
+                    }
+                    self.put("G80");
+                }
+                3 if depth < 2 => self.round(depth, subs),
+                4 if depth < 2 && !self.fanuc => {
+                    self.loops += 1;
+                    let label = format!("o{}", 900 + self.loops);
+                    let value = self.rng.random_range(0..2);
+                    self.put(format!("{label} if [#9 eq {value}]"));
+                    self.body(depth + 1, subs);
+                    if self.rng.random_bool(0.5) {
+                        self.put(format!("{label} else"));
+                        self.body(depth + 1, subs);
+                    }
+                    self.put(format!("{label} endif"));
+                }
+                4 => self.put("IF [#9 EQ 1] THEN #8=2"),
+                5 | 6 if !subs.is_empty() => {
+                    let name = subs[self.rng.random_range(0..subs.len())];
+                    let times = if self.rng.random_bool(0.2) { " L2" } else { "" };
+                    self.put(if self.fanuc { format!("M98 P{name}{times}") } else { format!("o{name} call") });
+                }
+                7 if self.rng.random_bool(0.2) => {
+                    self.put("G20");
+                    let words = self.places("XYZ", 0.5);
+                    self.put(format!("G1{words} F100"));
+                    self.put("G21");
+                }
+                _ => {
+                    let words = self.places("XYZ", 0.7);
+                    let motion = self.rng.random_range(0..2);
+                    self.put(format!("G{motion}{words} F100"));
+                }
+            }
+        }
+    }
+
+    fn round(&mut self, depth: u32, subs: &[u32]) {
+        self.loops += 1;
+        let (n, passes) = (self.loops, self.rng.random_range(0..3));
+        if !self.fanuc && self.rng.random_bool(0.5) {
+            self.put(format!("o{} repeat [{passes}]", 900 + n));
+            self.body(depth + 1, subs);
+            return self.put(format!("o{} endrepeat", 900 + n));
+        }
+        let counter = format!("#{}", 20 + n);
+        self.put(format!("{counter}=0"));
+        let [open, close] = if self.fanuc {
+            [format!("WHILE [{counter} LT {passes}] DO{n}"), format!("END{n}")]
+        } else {
+            [format!("o{} while [{counter} lt {passes}]", 900 + n), format!("o{} endwhile", 900 + n)]
+        };
+        self.put(open);
+        self.body(depth + 1, subs);
+        self.put(format!("{counter}={counter}+1"));
+        self.put(close);
+    }
+}
+
+fn random_flow(rng: &mut impl Rng) -> String {
+    let fanuc = rng.random_bool(0.5);
+    let titled = rng.random_bool(0.5);
+    let mut writing = Writing { rng, fanuc, lines: Vec::new(), loops: 0 };
+    let subs = [100, 200];
+    let head = |w: &mut Writing<_>| {
+        if titled && fanuc {
+            w.put("%");
+            w.put("O1");
+        }
+        w.put("G21 G90 G17");
+    };
+    head(&mut writing);
+    let define = |w: &mut Writing<_>| {
+        // the second is defined first, as the first may call it
+        for (k, name) in [(1, 200), (0, 100)] {
+            w.put(if fanuc { format!("O{name}") } else { format!("o{name} sub") });
+            w.body(1, &subs[k + 1..]);
+            w.put(if fanuc { "M99".to_string() } else { format!("o{name} endsub") });
+        }
+    };
+    if !fanuc {
+        define(&mut writing);
+    }
+    writing.put("G0 X0.0 Y0.0 Z9.0");
+    writing.body(0, &subs);
+    writing.body(0, &subs);
+    writing.put("M30");
+    if fanuc {
+        define(&mut writing);
+    }
+    writing.lines.join("\n") + "\n"
+}
+
+/// What a script says that the machine does otherwise; how many joins, goals and holes were compared.
+fn compared(text: &str) -> [usize; 3] {
+    let script = script_of(&Gcode, text, &robot());
+    let ran = run(text);
+    let mut counts = [0; 3];
+    for (k, m) in script.moves().filter(|(_, m)| matches!(m.goal, Goal::Joints(_))) {
+        let line = script.steps[k].at.line as usize - 1;
+        for done in ran.done.iter().filter(|d| d.line == line) {
+            for (axis, v) in values(&script, k).iter().enumerate().filter(|(_, v)| !v.is_nan()) {
+                assert!((v * 1e3 - done.to[axis]).abs() < 1e-6, "line {}, axis {axis}\n{text}", line + 1);
+            }
+            counts[1] += 1;
+            counts[2] += usize::from(done.hole.is_some() && m.closed.is_some());
+        }
+    }
+    let last = |k: usize| match k.checked_sub(1).map(|n| &script.steps[n]) {
+        Some(step) if matches!(step.kind, StepKind::Move(_)) => Some(step.at.line as usize - 1),
+        _ => None,
+    };
+    for join in &script.joins {
+        let line = script.steps[join.at].at.line as usize - 1;
+        // a place before which a break stands says nothing
+        let Some(from) = join.from.iter().map(|k| last(*k)).collect::<Option<BTreeSet<usize>>>() else { continue };
+        for landing in ran.landings.iter().filter(|l| l.line == line) {
+            assert!(landing.last_move.is_some_and(|k| from.contains(&k)), "{landing:?}, but {join:?} {from:?}\n{text}");
+            counts[0] += 1;
+        }
+    }
+    for round in &script.rounds {
+        let line = script.steps[round.open].at.line as usize - 1;
+        assert!(!ran.passed_by.contains(&line), "{round:?}\n{text}");
+    }
+    if let (Some(entry), Some(first)) = (script.entry, ran.done.first()) {
+        let next = script.moves().find(|(k, _)| *k > entry).map(|(k, _)| script.steps[k].at.line as usize - 1);
+        assert_eq!(next, Some(first.line), "{text}");
+    }
+    counts
+}
+
+#[test]
+fn a_machine_comes_where_the_script_says_in_the_order_that_it_says() {
+    let mut all = [0; 3];
+    for seed in 0..count("LOSTMOTION_FLOWS", 3000) {
+        let found = compared(&random_flow(&mut generator(seed)));
+        all.iter_mut().zip(found).for_each(|(a, n)| *a += n);
+    }
+    println!("{all:?} joins, goals and holes");
+    assert!(all.iter().all(|n| *n > 1000), "hardly anything was compared: {all:?}");
+}
+
+/// Offsets against lost motion, as far as a script says from which side each axis comes.
+fn against_lost_motion(script: &Script) -> Edits {
+    let mut edits = Edits { digit: vec![1e-9; 3], ..Edits::default() };
+    let (mut at, mut side, mut offset) = ([None::<f64>; 3], [0.0; 3], [0.0; 3]);
+    let lose = |axes: AxisSet, at: &mut [Option<f64>; 3], side: &mut [f64; 3]| {
+        axes.axes().for_each(|a| (at[a], side[a]) = (None, 0.0));
+    };
+    let all: AxisSet = (0..3).collect();
+    for (k, step) in script.steps.iter().enumerate() {
+        let m = match &step.kind {
+            StepKind::Move(m) => m,
+            StepKind::Break(Break::Axes(axes)) => {
+                lose(*axes, &mut at, &mut side);
+                continue;
+            }
+            StepKind::Break(_) => {
+                lose(all, &mut at, &mut side);
+                continue;
+            }
+            _ => continue,
+        };
+        let Goal::Joints(_) = m.goal else {
+            lose(m.moves_alone.unwrap_or(all), &mut at, &mut side);
+            continue;
+        };
+        for (a, v) in values(script, k).into_iter().enumerate().filter(|(_, v)| !v.is_nan()) {
+            let by = at[a].map_or(0.0, |from| v - from);
+            if by.abs() > 1e-9 {
+                side[a] = by.signum();
+            }
+            at[a] = Some(v);
+            offset[a] = if m.fixed.is_some() { 0.0 } else { side[a] * HALF * 1e-3 };
+        }
+        if m.fixed.is_none() {
+            let goal = (0..3).map(|a| at[a].unwrap_or(0.0) + offset[a]).collect();
+            edits.steps.insert(k, Edit { goal: Some(goal), ..Edit::default() });
+        }
+    }
+    edits
+}
+
+/// A random program of moves and holes in one line of events.
+fn random_holes(rng: &mut impl Rng) -> String {
+    let mut writing = Writing { rng, fanuc: true, lines: Vec::new(), loops: 0 };
+    writing.put("G21 G90 G17");
+    writing.put("G0 X0.0 Y0.0 Z9.0");
+    for _ in 0..4 {
+        writing.body(2, &[]);
+    }
+    writing.put("M30");
+    writing.lines.join("\n") + "\n"
+}
+
+#[test]
+fn the_error_at_no_hole_grows_and_no_hole_gets_deeper() {
+    let robot = robot();
+    let (mut before, mut after, mut holes) = (0.0, 0.0, 0);
+    for seed in 0..count("LOSTMOTION_FLOWS", 3000) {
+        let text = random_holes(&mut generator(seed));
+        if text.contains("IF ") {
+            continue;
+        }
+        let edits = against_lost_motion(&script_of(&Gcode, &text, &robot));
+        let out = match edited(&Gcode, text.as_bytes(), &edits, &robot) {
+            Ok(out) => String::from_utf8(out).unwrap(),
+            Err(Error::Refused(why)) => panic!("seed {seed}: {why}\n{text}"),
+            Err(e) => panic!("seed {seed}: {e}\n{text}"),
+        };
+        let (old, new) = (run(&text).done, run(&out).done);
+        assert_eq!(old.len(), new.len(), "{text}\n{out}");
+        for (old, new) in old.iter().zip(&new) {
+            let error = |stands: &[f64; 3], a: usize| (stands[a] - old.to[a]).abs();
+            for a in 0..2 {
+                let [was, is] = [error(&old.stands, a), error(&new.stands, a)];
+                assert!(is < was + 1e-6, "seed {seed}, line {}, axis {a}: {was} {is}\n{text}\n{out}", old.line + 1);
+                if old.hole.is_some() {
+                    (before, after, holes) = (before + was, after + is, holes + 1);
+                }
+            }
+            match (old.hole, new.hole) {
+                (Some(x), Some(y)) => assert!((x[0] - y[0]).abs() < 1e-9 && x[1] == y[1], "seed {seed}\n{text}\n{out}"),
+                (x, y) => assert!(x.is_none() && y.is_none()),
+            }
+        }
+    }
+    println!("{holes} places of holes: {before:.1} mm before, {after:.1} mm after");
+    assert!(holes > 1000 && after < 0.5 * before, "{holes} {before} {after}");
+}
