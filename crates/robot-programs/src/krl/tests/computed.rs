@@ -40,7 +40,7 @@ fn a_copy_of_a_point_with_parts_from_constants_is_known() {
         // both ways give the same
         ("IF $IN[1] THEN\nXUP=XP1\nELSE\nXUP=XP1\nENDIF\nLIN XUP\n", [500.0, 20.5, 900.0]),
         ("XUP=XP1\nXUP.X=P[1].X+1\nLIN XUP\n", [2.0, 20.5, 900.0]),
-        ("XUP=XP1\nBAS(#VEL_PTP,H)\nXUP.Z=ABS(H)\nXUP.Z=H\nLIN XUP\n", [500.0, 20.5, 50.0]),
+        ("XUP=XP1\nBAS(#VEL_PTP,H)\nG=ABS(H)\nXUP.Z=H\nLIN XUP\n", [500.0, 20.5, 50.0]),
     ] {
         assert_eq!(position(of(lines).as_ref(), 0), Some(expected), "{lines}");
     }
@@ -89,16 +89,16 @@ fn what_a_condition_calls_comes_before_all_branches() {
     for lines in [
         "IF fun() THEN\nI=1\nENDIF\nLIN XUP\n",
         "IF fun() THEN\nI=1\nELSE\nLIN XUP\nENDIF\n",
-        "WHILE fun()\nLIN XUP\nXUP.Z=5\nENDWHILE\n",
-        "WHILE fun()\nXUP.Z=5\nENDWHILE\nLIN XUP\n",
-        "REPEAT\nXUP.Z=5\nUNTIL fun()\nLIN XUP\n",
+        "WHILE fun()\nLIN XUP\nXUP=XP1\nENDWHILE\n",
+        "WHILE fun()\nXUP=XP1\nENDWHILE\nLIN XUP\n",
+        "REPEAT\nXUP=XP1\nUNTIL fun()\nLIN XUP\n",
         "SWITCH fun()\nCASE 1\nI=1\nENDSWITCH\nLIN XUP\n",
         "I=fun()\nLIN XUP\n",
         "WAIT FOR fun()\nLIN XUP\n",
     ] {
         assert_eq!(of(lines), Some([500.0, 20.5, 1.0]), "{lines}");
     }
-    assert_eq!(of("WHILE fun()\nEXIT\nXUP.Z=5\nENDWHILE\nWHILE $IN[1]\nXUP.Z=5\nENDWHILE\nLIN XUP\n"), None);
+    assert_eq!(of("WHILE fun()\nEXIT\nXUP=XP1\nENDWHILE\nWHILE $IN[1]\nXUP=XP1\nENDWHILE\nLIN XUP\n"), None);
 }
 
 #[test]
