@@ -15,7 +15,7 @@ const STANDS: f64 = 1e-9;
 
 impl Place {
     /// Axes that a target names: an external axis that carries the arm stays where it stands unless the target places it.
-    pub fn named(&self, goal: &PoseGoal, dof: usize) -> AxisSet {
+    pub fn axes_named(&self, goal: &PoseGoal, dof: usize) -> AxisSet {
         let count = self.tooled.carried.as_ref().map_or(0, |c| c.count);
         (0..dof).filter(|axis| *axis >= count || goal.placed().iter().any(|p| p.axis == *axis)).collect()
     }

@@ -308,7 +308,7 @@ impl Cutter<'_> {
         } else if goal.target.is_none() && !solved {
             self.out.left.insert(step, Cause::NoNumbers);
         }
-        let named = place.named(goal, q.len());
+        let named = place.axes_named(goal, q.len());
         self.run.places.insert(step, place);
         Some(Reached { from, q, named, editable: solved || written && !excluded, solved, tooled: None, via: None })
     }
