@@ -6,7 +6,8 @@
 //! - [`robot`], [`log`], [`program`], [`model`]: what is read: an arm, a motion as measured, a program, a machine with its faults.
 //! - [`effects`]: the catalogue of faults; [`machine`]: from commands to measurements through all of them; [`simulate`]: a predicted log.
 //! - [`identify`]: logs to [`gaps`]; [`fit`]: gaps to a [`compensator`]; [`rewrite`]: a program with its offsets.
-//! - [`diagnose`]: what a model lacks of its logs; [`plan`]: motions that tell more; [`assess`]: programs, circles and lines before and after.
+//! - [`diagnose`]: what a model lacks of its logs; [`plan`]: motions that tell more; [`assess`]: programs, circles and lines before and
+//!   after.
 //! - [`join`]: two recordings on one clock; [`learn`], [`track`]: kinematics by networks, and paths through them.
 //! - [`numerics`], [`io`], [`error`], [`name`], [`schemas`]: fits, files, refusals, file names, schemas of documents.
 //!

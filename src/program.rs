@@ -23,7 +23,8 @@ use std::io::Cursor;
 use std::ops::Range;
 use std::path::Path;
 
-/// Goals of a vendor program at which the robot stops, by the rules of its language: no `C_PTP` or `C_DIS`, `fine`, `FINE`, `PL=0`, no blend.
+/// Goals of a vendor program at which the robot stops, by the rules of its language: no `C_PTP` or `C_DIS`, `fine`, `FINE`, `PL=0`, no
+/// blend.
 pub fn exact_stops(document: &dyn script::Document) -> usize {
     if document.passes_points() {
         return 0;

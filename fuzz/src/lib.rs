@@ -1,8 +1,8 @@
 //! What the fuzz targets share: robots, and what must hold of every input.
 //!
-//! What is looked at besides panics: a zero compensator changes no byte; no refusal names a mistake of ours (the result is read again, step by
-//! step, before it is given out); and, found without the library's own edit plan, the rewritten program leads to every joint target of the
-//! program within the gap, in its order.
+//! What is looked at besides panics: a zero compensator changes no byte; no refusal names a mistake of ours (the result is read again, step
+//! by step, before it is given out); and, found without the library's own edit plan, the rewritten program leads to every joint target of
+//! the program within the gap, in its order.
 
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, JointCompensator};
 use lostmotion::effects::GapCurve;

@@ -2,7 +2,8 @@
 //!
 //! Read in this order:
 //! - [`process`]: arguments in, exit code out; [`global`]: options of every command; [`help`]: help that wraps; [`usage`]: tips
-//!   beside usage errors; `streams`: names of standard input and output; [`exit`]: errors as they are printed, and their exit codes; [`signals`]: what ends a run early;
+//!   beside usage errors; `streams`: names of standard input and output; [`exit`]: errors as they are printed, and their exit codes;
+//!   [`signals`]: what ends a run early;
 //!   [`console`]: standard error, [`print`]: standard output; [`progress`]: that a long run is alive.
 //! - [`paths`], [`logs`]: what is checked before anything is read; logs, read and found plausible.
 //! - The job: [`identify`] with [`identify_path`], [`fit`], [`rewrite`], [`undo`]; [`simulate`] and [`assess`] show what remains;

@@ -28,8 +28,9 @@ use std::path::{Path, PathBuf};
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would record.
 ///
 /// A program runs with linear joint motion between its points, and along its straight lines and arcs where it has Cartesian targets:
-/// at its own times or speeds if it has them, otherwise at a constant TCP speed. A log keeps its rows, times and commands; its measured columns are replaced by predictions.
-/// Without --noise-um the result has no noise. With --robot the TCP is that of the robot file, without errors.
+/// at its own times or speeds if it has them, otherwise at a constant TCP speed. A log keeps its rows, times and commands; its measured
+/// columns are replaced by predictions. Without --noise-um the result has no noise. With --robot the TCP is that of the robot file, without
+/// errors.
 ///
 /// Examples:
 ///   lostmotion simulate --model machine.yaml --input circle.csv --output circle_log.csv

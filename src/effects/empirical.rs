@@ -6,10 +6,10 @@
 //! a natural cubic spline through its knots (de Boor 1978, A Practical Guide to Splines), constant beyond them: linear in its values, so
 //! that a fit of them is, too.
 //!
-//! Arguments: position deg or mm, direction -1 to +1 (0 before the first movement), speed deg/s or mm/s of the joint's command, its acceleration
-//! deg/s2 or mm/s2, torque Nm (N) as logged, else of gravity, time s since the first row. Parameters: the values at the knots, of either
-//! sign, at most 0.1 rad (10 mm); their 95 % intervals `ci95` are carried along. `rewrite` undoes a curve over position point by point,
-//! one over direction or times direction as a gap; the others are no function of the program's positions. Its trials:
+//! Arguments: position deg or mm, direction -1 to +1 (0 before the first movement), speed deg/s or mm/s of the joint's command, its
+//! acceleration deg/s2 or mm/s2, torque Nm (N) as logged, else of gravity, time s since the first row. Parameters: the values at the knots,
+//! of either sign, at most 0.1 rad (10 mm); their 95 % intervals `ci95` are carried along. `rewrite` undoes a curve over position point by
+//! point, one over direction or times direction as a gap; the others are no function of the program's positions. Its trials:
 //! `crate::diagnose::search::unnamed`.
 
 use super::common::*;

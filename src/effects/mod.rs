@@ -12,8 +12,8 @@
 //! - [`info`]: [`EffectInfo`], what holds for all values of an effect; [`catalogue`]: all of them, with one line each.
 //! - `common`: what the file of an effect needs beside itself; `stage`: places in the chain; `output`: what a gear makes of a command;
 //!   `clock`, `decay`: how two clocks differ, and how friction decays after a reversal.
-//! - [`inputs`]: what effects look at; [`target`]: where they act, also in words; [`entry`] and [`fields`]: the same in a model file; [`site`]: units
-//!   and keys of a target.
+//! - [`inputs`]: what effects look at; [`target`]: where they act, also in words; [`entry`] and [`fields`]: the same in a model file;
+//!   [`site`]: units and keys of a target.
 //! - [`candidate`]: what a diagnosis tries of an effect, and what it knows of the logs ([`candidate::Survey`]).
 //! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
 //!   [`curve`]: a half gap as a function of position; [`spline`]: a smooth curve that is linear in its values.

@@ -1,7 +1,8 @@
 //! `thermal_drift`: the TCP drifts to another position: adds `D * (1 - exp(-t/tau))` in the base frame.
 //!
 //! Parameters: the three coordinates of `D`, at most 10 mm each; `tau_s` between 1 s and 1e6 s: faster is a settling servo,
-//! slower is no drift of one log. Where a log does not tell the time constant, a diagnosis holds it. Times count from the first row. Action: warm up before measuring and working; zero again.
+//! slower is no drift of one log. Where a log does not tell the time constant, a diagnosis holds it. Times count from the first row.
+//! Action: warm up before measuring and working; zero again.
 
 use super::common::*;
 use nalgebra::Vector3;

@@ -1,8 +1,9 @@
 //! What an identification found: half gaps per joint and angle, stiction, the registration. Document
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
-//! [`Gaps`] holds the result, [`Distrust`] (`distrust`) why it cannot be trusted. [`estimate`] holds what a joint estimate over all logs of a machine adds; [`after_reversal`] its curve over time.
-//! [`mod@note`] holds what a reader should know. Values are SI (rad or m, s); [`document`] turns them into the document's units, [`mod@file`] into text, [`read`] back.
+//! [`Gaps`] holds the result, [`Distrust`] (`distrust`) why it cannot be trusted. [`estimate`] holds what a joint estimate over all logs of
+//! a machine adds; [`after_reversal`] its curve over time. [`mod@note`] holds what a reader should know. Values are SI (rad or m, s);
+//! [`document`] turns them into the document's units, [`mod@file`] into text, [`read`] back.
 //!
 //! # Example
 //!

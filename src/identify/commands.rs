@@ -6,11 +6,13 @@
 //! from one to the next three times of four, those of a motion hardly ever: with a change in fewer than half, it is a motion.
 //!
 //! Commands that are noisy beyond their last digit are smoothed: straight lines through the rows before and after each row, as long as
-//! the noise allows (intersection of confidence intervals: Goldenshluger and Nemirovski 1997; Katkovnik 1999), so that corners stay. Between reversals
-//! (a movement back of more than [`NOISY`] standard deviations) the result is made monotone by isotonic regression (Ayer et al. 1955).
+//! the noise allows (intersection of confidence intervals: Goldenshluger and Nemirovski 1997; Katkovnik 1999), so that corners stay.
+//! Between reversals (a movement back of more than [`NOISY`] standard deviations) the result is made monotone by isotonic regression (Ayer
+//! et al. 1955).
 //!
-//! What is left after that, or the rounding of the file, widens intervals. A gap of which it is more than [`MOST_OF_GAP`] is not trusted, and
-//! friction of a joint with more than [`MOST_FOR_FRICTION`] is not stated. Assumes noise that is white over rows; slower noise is not seen.
+//! What is left after that, or the rounding of the file, widens intervals. A gap of which it is more than [`MOST_OF_GAP`] is not trusted,
+//! and friction of a joint with more than [`MOST_FOR_FRICTION`] is not stated. Assumes noise that is white over rows; slower noise is not
+//! seen.
 
 use crate::effects::Track;
 use crate::gaps::note::commands::Note;
@@ -34,8 +36,8 @@ const LONGEST: usize = 2000;
 /// Rows of the shortest line, and growth of the next.
 const SHORTEST: usize = 4;
 const GROWTH: f64 = 1.4;
-/// Share of a half gap that may be unknown in the commands: with an interval that reaches to half of the gap, a compensation still takes out
-/// half of it.
+/// Share of a half gap that may be unknown in the commands: with an interval that reaches to half of the gap, a compensation still takes
+/// out half of it.
 const MOST_OF_GAP: f64 = 0.25;
 /// The same where friction is to be told from the gap (`docs/identify-path.md`: to 10 %).
 const MOST_FOR_FRICTION: f64 = 0.1;

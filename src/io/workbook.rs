@@ -17,13 +17,14 @@ const ZIP: &[u8] = b"PK\x03\x04";
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";
 /// Bytes that the sheets of a workbook take at most, unpacked: ten million cells and more.
 const LARGEST: u64 = 1 << 30;
-/// Cells from the first to the last that a sheet may hold, the empty ones between them included: the reader allocates memory for all of them,
-/// 24 bytes each.
+/// Cells from the first to the last that a sheet may hold, the empty ones between them included: the reader allocates memory for all of
+/// them, 24 bytes each.
 const MOST_CELLS: u64 = 20_000_000;
 /// Days are stored as one number, whose last digit is half a microsecond and more: finer digits would be rounding.
 const TENS_OF_MICROSECONDS_PER_DAY: f64 = 86_400e5;
 
-/// The text of a workbook's first sheet that has cells, and `true`; any other input as it is, and `false`. The checksum stays that of the file.
+/// The text of a workbook's first sheet that has cells, and `true`; any other input as it is, and `false`. The checksum stays that of the
+/// file.
 pub fn unpacked(input: Input) -> Result<(Input, bool)> {
     if !input.bytes.starts_with(ZIP) && !input.bytes.starts_with(COMPOUND) {
         return Ok((input, false));

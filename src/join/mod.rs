@@ -1,8 +1,8 @@
 //! A tracker's and a controller's recordings of one motion, on one clock.
 //!
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
-//! from the speeds and the paths), `suspect` (units and axes that cannot be right), `frame` (where a fit begins), `placement` (clock, frame and reflector),
-//! [`mod@fit`] (offset and drift with intervals), `variance` (of sums of correlated terms), `rests` (the same
+//! from the speeds and the paths), `suspect` (units and axes that cannot be right), `frame` (where a fit begins), `placement` (clock, frame
+//! and reflector), [`mod@fit`] (offset and drift with intervals), `variance` (of sums of correlated terms), `rests` (the same
 //! from tests that move one joint after another), [`mod@step`] (a clock that steps), `failure` (why there is no fit),
 //! [`mod@write`] (the rows of the joined log), [`mod@note`] (what a reader should know).
 //!

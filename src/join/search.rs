@@ -4,8 +4,8 @@
 //! cross-correlation by fast Fourier transform gives peaks. A motion of constant speed has none, so offsets on a grid are tried
 //! too. Each is judged by the rigid fit of the two paths ([`crate::numerics::rigid`]), whatever the frame of the tracker.
 //!
-//! Fails: [`Found::alternatives`] names offsets far from the best that fit nearly as well: a motion that repeats. The misfit is relative to the
-//! size of the path, so that a short stretch in which little moves does not win.
+//! Fails: [`Found::alternatives`] names offsets far from the best that fit nearly as well: a motion that repeats. The misfit is relative to
+//! the size of the path, so that a short stretch in which little moves does not win.
 
 use crate::numerics::fourier::{Complex, Fourier};
 use crate::numerics::rigid;

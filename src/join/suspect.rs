@@ -3,8 +3,8 @@
 //! Times first: where one recording lasts far longer than the other, its times are read as milliseconds and as microseconds on trial.
 //!
 //! Method: the faults that a log is checked for ([`crate::log::plausibility`]) are put right one at a time, and the best offset
-//! is sought again. A fault is reported where it explains the misfit to a seventh or less, as there, and leaves little of the path. This costs some seconds, so
-//! it is done only where the paths disagree.
+//! is sought again. A fault is reported where it explains the misfit to a seventh or less, as there, and leaves little of the path. This
+//! costs some seconds, so it is done only where the paths disagree.
 //!
 //! Fails: two faults at once are not found; the recordings then show no motion in common.
 

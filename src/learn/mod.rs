@@ -15,8 +15,8 @@
 //! Assumptions: the TCP is a function of the commands. Lost motion is not: it is averaged over, or taken out beforehand
 //! (compensated runs, with the desired commands as inputs). Outside the range of the training the networks are not valid.
 //!
-//! Fails on logs whose commands are not those of the program that is given for them, on logs without a measured TCP, with fewer rows than weights, without times for the augmented network, and where no
-//! joint moves.
+//! Fails on logs whose commands are not those of the program that is given for them, on logs without a measured TCP, with fewer rows than
+//! weights, without times for the augmented network, and where no joint moves.
 
 #![warn(missing_docs)]
 

@@ -2,11 +2,12 @@
 //!
 //! Method: names are cut at everything that is neither letter nor digit; units come from brackets or from the end of a name
 //! (`Zeit [ms]`, `j1_rad`). Times and coordinates are recognised by common words in English and German, joints by the names of the robot
-//! file or by a number (`Achse 1`, `joint_0`, `A3`), counted from 0 where a 0 occurs. Where several columns show one joint, words tell commands
-//! (`target`, `soll`) from encoders (`actual`, `ist`), before the joint's name or after it. Times of day and dates are recognised by
-//! the cells of the first rows. What is not recognised becomes a commented entry, to be completed by hand.
+//! file or by a number (`Achse 1`, `joint_0`, `A3`), counted from 0 where a 0 occurs. Where several columns show one joint, words tell
+//! commands (`target`, `soll`) from encoders (`actual`, `ist`), before the joint's name or after it. Times of day and dates are recognised
+//! by the cells of the first rows. What is not recognised becomes a commented entry, to be completed by hand.
 //!
-//! It is a draft: units that no name tells are those of the contract, and are marked. [`crate::log::plausibility`] finds most that are wrong.
+//! It is a draft: units that no name tells are those of the contract, and are marked. [`crate::log::plausibility`] finds most that are
+//! wrong.
 
 use super::columns::{ColumnMap, SCHEMA};
 use super::maps;

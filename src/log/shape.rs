@@ -38,8 +38,8 @@ pub(super) fn fit(from: &[Vector3<f64>], to: &[Vector3<f64>], mirrored: bool) ->
     best
 }
 
-/// The same with the TCP free in the flange frame: `to ~ rotation * (from + frame * offset) + translation`. Gauss-Newton steps of offset, rotation
-/// and translation together: on a path along which the flange turns little, one of them alone hardly moves.
+/// The same with the TCP free in the flange frame: `to ~ rotation * (from + frame * offset) + translation`. Gauss-Newton steps of offset,
+/// rotation and translation together: on a path along which the flange turns little, one of them alone hardly moves.
 pub(super) fn fit_with_free_tool(
     from: &[Vector3<f64>],
     frames: &[Rotation3<f64>],

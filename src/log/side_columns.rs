@@ -1,7 +1,7 @@
 //! What sensors, speeds and limits say about a log, mostly as notes: they make a fault likely, the path's shape proves it.
 //!
-//! Method: encoders against commands by the slope of a straight line, and against those of other joints, which tells swapped columns; speeds by the 99th percentile of the differences, so
-//! that one jump is no suspicion; limits row by row.
+//! Method: encoders against commands by the slope of a straight line, and against those of other joints, which tells swapped columns;
+//! speeds by the 99th percentile of the differences, so that one jump is no suspicion; limits row by row.
 
 use super::Log;
 use super::note::Note;

@@ -11,8 +11,8 @@
 //! `d reading / d joint = G J`, with `J` the joint's column of the Jacobian of the TCP and `G` the gradient here. Positions are in
 //! the robot's world frame.
 //!
-//! Each quantity that an instrument does not know is a separate nuisance ([`Instrument::nuisances`]): the frame of a tracker, centre and length
-//! of a ballbar, zero and tilt of a dial gauge.
+//! Each quantity that an instrument does not know is a separate nuisance ([`Instrument::nuisances`]): the frame of a tracker, centre and
+//! length of a ballbar, zero and tilt of a dial gauge.
 
 use nalgebra::{Unit, Vector3};
 

@@ -220,8 +220,8 @@ pub struct Judged {
 /// Works out the verdict on a program: its original, the number of its points, and what is written.
 pub type Judge<'a> = dyn Fn(&Path, u64, &mut dyn FnMut() -> Result<Texts>) -> Option<Judged> + Sync + 'a;
 
-/// Rewrites every program of a folder; `done` hears of each as it finishes. The lines are in the order of `programs`. A program that goes into
-/// a folder is judged before it is put in place, and one that stands there from an earlier run as it stands.
+/// Rewrites every program of a folder; `done` hears of each as it finishes. The lines are in the order of `programs`. A program that goes
+/// into a folder is judged before it is put in place, and one that stands there from an earlier run as it stands.
 pub fn run(
     job: &Job,
     folder: &Path,

@@ -1,7 +1,7 @@
 //! The engine: blocks of points in, points with offsets out.
 //!
-//! Stations: ([`super::statics`] ->) ([`super::densify`] ->) [`super::turning`] -> [`super::path`], on which each axis' command is worked out stroke
-//! by stroke ([`super::stroke`]), -> [`super::limits`] -> out. A station holds back only what its look-ahead needs: two
+//! Stations: ([`super::statics`] ->) ([`super::densify`] ->) [`super::turning`] -> [`super::path`], on which each axis' command is worked
+//! out stroke by stroke ([`super::stroke`]), -> [`super::limits`] -> out. A station holds back only what its look-ahead needs: two
 //! points for turning points, and after a turn with friction the points until the friction has faded.
 
 use super::densify::Densify;

@@ -1,8 +1,8 @@
 //! A program that has been rewritten is not rewritten again.
 //!
 //! Two checks. (1) Beside every file that it writes, `rewrite` leaves a note `FILE.lostmotion.json` with the SHA-256 of the
-//! file (beside the file itself, where it was named by a link); an input whose hash stands in a note of its folder is refused (the file itself may carry no mark: every byte that is
-//! no motion target stays). (2) A file without its note is known by its numbers: joints by
+//! file (beside the file itself, where it was named by a link); an input whose hash stands in a note of its folder is refused (the file
+//! itself may carry no mark: every byte that is no motion target stays). (2) A file without its note is known by its numbers: joints by
 //! [`super::rewritten`], Cartesian targets by `super::script::retraced`.
 
 use crate::error::{BadInput, Error, Place, Result, is_stdio, shown};

@@ -114,8 +114,8 @@ impl<'a> Limits<'a> {
         }
     }
 
-    /// Checks the next point, at which an offset may change; `own` is the program's own. `duration_s` is the time since the last point where it is known
-    /// without `t_s`; else it comes from the way of the TCP.
+    /// Checks the next point, at which an offset may change; `own` is the program's own. `duration_s` is the time since the last point
+    /// where it is known without `t_s`; else it comes from the way of the TCP.
     pub fn check(
         &mut self,
         q: &[f64],

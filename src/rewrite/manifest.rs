@@ -71,7 +71,8 @@ pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> 
 }
 
 /// The programs that a list names, a path below `root` on each line; blank lines and lines that begin with `#` are left out.
-/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`. A line holds the bytes of the path, as `ls` prints them to a file, or the path escaped as in a key.
+/// A path is spelt in one way in the key: `./cell//a.csv` is `cell/a.csv`. A line holds the bytes of the path, as `ls` prints them to a
+/// file, or the path escaped as in a key.
 ///
 /// # Errors
 /// Bad input where a path leads out of the folder, or stands twice.

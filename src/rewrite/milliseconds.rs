@@ -1,8 +1,8 @@
 //! Programs whose times are probably milliseconds in a column `t_s`.
 //!
-//! Rows of a path are some hundredths of a second apart; in milliseconds they are whole numbers from 4 up. What tells is the motion: read as
-//! seconds, no joint comes near a thousandth of its largest speed. Only the first rows are looked at, and none after a time that is no whole
-//! number.
+//! Rows of a path are some hundredths of a second apart; in milliseconds they are whole numbers from 4 up. What tells is the motion: read
+//! as seconds, no joint comes near a thousandth of its largest speed. Only the first rows are looked at, and none after a time that is no
+//! whole number.
 //!
 //! How it fails: a program that really moves so slowly gets a note that does not concern it. It is a note, never a refusal.
 

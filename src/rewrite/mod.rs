@@ -27,8 +27,8 @@
 //! | edits | `robot_programs::decimal` | `stream::render` | `script::edits`, `script::writing`, `script::verify` |
 //! | sink | limits and their words ([`job`]), [`sink`], [`guard`] and its note, [`outcome`] | `stream::golden` | `script::change` |
 //!
-//! [`batch`] takes a folder of programs through (`apart`: no result goes over a program), [`manifest`] a list that many machines share; `remote` does both for an object store
-//! (feature `cloud`); [`refusal`] says why a program is not rewritten, [`summary`] reports.
+//! [`batch`] takes a folder of programs through (`apart`: no result goes over a program), [`manifest`] a list that many machines share;
+//! `remote` does both for an object store (feature `cloud`); [`refusal`] says why a program is not rewritten, [`summary`] reports.
 //!
 //! Files beside:
 //! - `earlier`: results of an earlier rewrite among the programs of a folder

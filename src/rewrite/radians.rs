@@ -1,7 +1,7 @@
 //! Programs whose joint angles are probably radians under names that say degrees.
 //!
-//! That all angles are small proves nothing: a short program near the zero of its joints is like that, too. What tells are right angles: a pose
-//! taught in radians has several joints at +-pi/2, pi/4 or pi. The suspicion needs two joints at such values in the first or the last
+//! That all angles are small proves nothing: a short program near the zero of its joints is like that, too. What tells are right angles: a
+//! pose taught in radians has several joints at +-pi/2, pi/4 or pi. The suspicion needs two joints at such values in the first or the last
 //! row, and no angle of the program beyond a turn in radians. Two of six angles in degrees stand so by chance in 1 of 40,000 rows.
 //!
 //! Or else: an arm of four joints or more, many rows, no angle beyond half a turn in radians, one beyond 1, and more digits than a pendant

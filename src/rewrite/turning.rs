@@ -162,8 +162,8 @@ impl<'a> Turning<'a> {
         }
     }
 
-    /// All joints at an extreme in the leg that ends at point `i`; `all`: every extreme in it. A joint stays between the ends of the leg, or an
-    /// end and its own extreme: beyond the point at which its turn is known to be it would turn twice.
+    /// All joints at an extreme in the leg that ends at point `i`; `all`: every extreme in it. A joint stays between the ends of the leg,
+    /// or an end and its own extreme: beyond the point at which its turn is known to be it would turn twice.
     fn on_the_way(&self, i: usize, (share, axis, p): (f64, usize, f64), all: &[(f64, usize, i8, f64)]) -> Vec<f64> {
         let mut q = self.blended(i - 1, share);
         for (k, v) in q.iter_mut().enumerate() {

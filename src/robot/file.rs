@@ -155,7 +155,8 @@ pub struct RobotFile {
     pub(super) gap_of: IndexMap<String, String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) control: Vec<String>,
-    /// Where the maker calls the wrist flipped: `positive` or `negative` (joint 5 above or below zero), `within-90` or `beyond-90` (joint 4).
+    /// Where the maker calls the wrist flipped: `positive` or `negative` (joint 5 above or below zero), `within-90` or `beyond-90` (joint
+    /// 4).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) wrist_flip: Option<String>,
     /// Programs, macros and routines that move nothing and leave frames and tools as they are.

@@ -1,7 +1,8 @@
 //! Which of the two wrists of an arm its maker calls flipped.
 //!
-//! A pose is reached with two wrists: joint 5 at an angle or at its negative, joints 4 and 6 half a turn further. FANUC (F and N) and Yaskawa
-//! (flip, the first number of `RCONF`) name one of them by a letter, and what it means is a property of the model and its controller.
+//! A pose is reached with two wrists: joint 5 at an angle or at its negative, joints 4 and 6 half a turn further. FANUC (F and N) and
+//! Yaskawa (flip, the first number of `RCONF`) name one of them by a letter, and what it means is a property of the model and its
+//! controller.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

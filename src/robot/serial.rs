@@ -40,8 +40,8 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`file`](mod@super::file). The flange is the frame
-    /// of the last joint; [`Self::with_flange`] gives it another place.
+    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`file`](mod@super::file). The flange is the
+    /// frame of the last joint; [`Self::with_flange`] gives it another place.
     pub fn new(
         name: String,
         convention: Convention,

@@ -1,8 +1,8 @@
 //! From point to point of a path.
 //!
 //! `Qp`: one bounded quadratic program per step, a step longer than [`STEP_M`] in equal parts (the Jacobian is that of its start).
-//! `Inverse`: the same program, again and again at one point until the point is met (a bounded Gauss-Newton), so that a point does not depend
-//! on how finely the path is sampled. The first point is found in that way from the start vector, without a bound on speed.
+//! `Inverse`: the same program, again and again at one point until the point is met (a bounded Gauss-Newton), so that a point does not
+//! depend on how finely the path is sampled. The first point is found in that way from the start vector, without a bound on speed.
 //!
 //! Both take the smallest move of the joints; a redundant robot may therefore come back from a closed path with other joints.
 

@@ -13,8 +13,8 @@
 //! LOSTMOTION_CASES_DIR=dir cargo test --test hidden -- --ignored validate_folder --nocapture our physics against it
 //! ```
 //!
-//! `LOSTMOTION_HIDDEN_CASES` and `LOSTMOTION_HIDDEN_SEED` set number and seed, `LOSTMOTION_HIDDEN_KIND` (`outside`, `elements`, `further`) one
-//! kind alone; `LOSTMOTION_BIN` another built program.
+//! `LOSTMOTION_HIDDEN_CASES` and `LOSTMOTION_HIDDEN_SEED` set number and seed, `LOSTMOTION_HIDDEN_KIND` (`outside`, `elements`, `further`)
+//! one kind alone; `LOSTMOTION_BIN` another built program.
 
 mod alternatives;
 mod badfile;

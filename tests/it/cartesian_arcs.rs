@@ -1,8 +1,8 @@
 //! Circles made of arcs in RAPID and KRL, in several planes and sizes: rewritten, executed by an interpolation of this file alone, and
 //! compared with the verdict of `rewrite`.
 //!
-//! The interpolation shares no code with the rewriter: centre and normal of the circle through three points, steps of a fixed angle, each solved by
-//! the damped numerical inverse from the step before.
+//! The interpolation shares no code with the rewriter: centre and normal of the circle through three points, steps of a fixed angle, each
+//! solved by the damped numerical inverse from the step before.
 
 use super::cartesian_circle::{MODEL, csv, list, pose, verdict_is_that_of_the_joints};
 use super::vendor_circle::robot;

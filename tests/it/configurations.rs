@@ -1,5 +1,5 @@
-//! Targets whose arm configuration is not that of the joints before, and targets that name none: what is written is the pose of the joints with
-//! their offsets, by a formula of this file.
+//! Targets whose arm configuration is not that of the joints before, and targets that name none: what is written is the pose of the joints
+//! with their offsets, by a formula of this file.
 
 use crate::support::{Outcome, WorkFolder, bundled};
 use lostmotion::robot::Robot;
@@ -66,8 +66,8 @@ fn text(work: &WorkFolder, name: &str) -> String {
     std::fs::read_to_string(work.join(name)).unwrap()
 }
 
-/// The wrist turns over and back on joint motions, as status and turn order it: A4 and A6 turn by far more than to the nearer solution, in the
-/// other direction.
+/// The wrist turns over and back on joint motions, as status and turn order it: A4 and A6 turn by far more than to the nearer solution, in
+/// the other direction.
 #[test]
 fn a_joint_move_over_to_the_other_wrist_is_written_with_the_offsets_of_its_own_directions() {
     let joints: [[f64; 6]; 5] = [

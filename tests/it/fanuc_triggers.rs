@@ -75,8 +75,8 @@ fn no_added_point_is_nearer_to_the_end_than_what_a_motion_starts_before_it() {
         .stderr(predicates::str::contains("would start late"));
 }
 
-/// A joint motion of 80 deg of J1 takes 0.38 s at the largest speed of the robot file (210 deg/s): the point just after the reversal of J1 stands far
-/// before the last tenth of a second, and within the last minute.
+/// A joint motion of 80 deg of J1 takes 0.38 s at the largest speed of the robot file (210 deg/s): the point just after the reversal of J1
+/// stands far before the last tenth of a second, and within the last minute.
 #[test]
 fn a_joint_motion_takes_points_from_which_the_joints_need_longer_than_what_starts_before_its_end() {
     let desk = Desk::new(0.0);

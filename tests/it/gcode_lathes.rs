@@ -58,8 +58,8 @@ fn a_step_of_x_is_doubled_in_a_diameter() {
     assert!(radius.contains("X19.950\n") && radius.contains("X60.050\n"), "{radius}");
 }
 
-/// A rotary axis by half a turn, more or less by what offsets add: the result is read again as it was meant, and no way becomes longer than half
-/// a turn.
+/// A rotary axis by half a turn, more or less by what offsets add: the result is read again as it was meant, and no way becomes longer than
+/// half a turn.
 #[test]
 fn ways_of_about_half_a_turn_stay_and_what_follows_them_is_written() {
     let axis = "  - {name: A, kind: revolute, theta_deg: 0, d_mm: 0, a_mm: 0, alpha_deg: 0, direction: 1, limits_deg: [-9999, 9999], max_speed_deg_s: 100, max_accel_deg_s2: 500}\n";

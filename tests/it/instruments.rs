@@ -95,8 +95,8 @@ fn lost(gaps: &Gaps, axis: usize) -> (f64, f64) {
     (gap.half_gap + estimate.response.windup(), 0.5 * (gap.ci95[1] - gap.ci95[0]))
 }
 
-/// A joint's lost motion by single readings within both intervals of that by a tracker, and within a fifth where it is compensated; below 3 um an
-/// offset that leaves less than there was is enough.
+/// A joint's lost motion by single readings within both intervals of that by a tracker, and within a fifth where it is compensated; below 3
+/// um an offset that leaves less than there was is enough.
 fn agrees(name: &str, (want, known): (f64, f64), (is, also): (f64, f64), compensated: bool) {
     let off = (is - want).abs();
     assert!(

@@ -324,8 +324,8 @@ fn val_join_intervals_cover_as_often_as_they_say() {
     }
 }
 
-/// A program of `plan-experiment` at a pose (deg), run on a machine with gaps (joint, deg) and recorded twice: the tracker's clock is behind
-/// by 7.25 s. Stamps to a ten-thousandth of a second, or to `stamp_decimals`.
+/// A program of `plan-experiment` at a pose (deg), run on a machine with gaps (joint, deg) and recorded twice: the tracker's clock is
+/// behind by 7.25 s. Stamps to a ten-thousandth of a second, or to `stamp_decimals`.
 struct Planned<'a> {
     kind: Kind,
     pose_deg: &'a [f64],

@@ -38,9 +38,9 @@ fn has(doc: &Value, effects: &[&str]) -> bool {
 }
 
 /// Figures found: -2.97 ms (A), -2.83 ms (B) with the gravity compliance of A3 beside it, -3.05 ms (both): the masses of the robot file are
-/// rough, the two logs give A3 compliances that differ by half, so it is refused there and its bow bends the delay. Cyclic error, from a fit of
-/// this joint alone (README of the set, second look): 826.3 +- 0.3 cycles and 0.0048 deg (A), 825.7 +- 0.7 and 0.0053 deg (B), each +- 0.0005;
-/// both runs under one phase, which they do not share, make 828 cycles (`tests/oracle/real/kuka.py`); each has its own.
+/// rough, the two logs give A3 compliances that differ by half, so it is refused there and its bow bends the delay. Cyclic error, from a
+/// fit of this joint alone (README of the set, second look): 826.3 +- 0.3 cycles and 0.0048 deg (A), 825.7 +- 0.7 and 0.0053 deg (B), each
+/// +- 0.0005; both runs under one phase, which they do not share, make 828 cycles (`tests/oracle/real/kuka.py`); each has its own.
 #[test]
 #[cfg_attr(not(real_data), ignore = "the measured sets are absent: LOSTMOTION_REAL_DATA names their folder")]
 fn two_encoders_show_a_delay_first_then_a_cyclic_error_and_no_gap() {

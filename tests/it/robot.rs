@@ -246,8 +246,8 @@ fn the_robot_file_keeps_the_forearm_level_while_j2_moves() {
     assert!(robot.tcp_m(&[0.0, 0.0, 0.1, 0.0, 0.0, 0.0]).z > 0.85);
 }
 
-/// The published axes and offsets (github.com/rpiRobotics/dx200_motion_progam_exec), as a product of exponentials. Its last frame has x down
-/// at zero; Yaskawa's flange has x up (a tool that hangs down before the arm reads 180, 0, 0 on the pendant).
+/// The published axes and offsets (github.com/rpiRobotics/dx200_motion_progam_exec), as a product of exponentials. Its last frame has x
+/// down at zero; Yaskawa's flange has x up (a tool that hangs down before the arm reads 180, 0, 0 on the pendant).
 #[test]
 fn the_ma2010_stands_where_its_published_axes_put_it() {
     use nalgebra::{Unit, UnitQuaternion};

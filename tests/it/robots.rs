@@ -134,8 +134,8 @@ fn j2_alone_leaves_the_forearm_level_on_the_arms_whose_controller_counts_it_so()
 }
 
 /// Standard Denavit-Hartenberg parameters that Universal Robots publishes ("DH Parameters for calculations of kinematics and dynamics",
-/// universal-robots.com/articles/ur/application-installation): robot file, `a` of joints 2 and 3, `d` of joints 1, 4, 5 and 6, m. `alpha` is
-/// 90, 0, 0, 90, -90, 0 deg.
+/// universal-robots.com/articles/ur/application-installation): robot file, `a` of joints 2 and 3, `d` of joints 1, 4, 5 and 6, m. `alpha`
+/// is 90, 0, 0, 90, -90, 0 deg.
 const PUBLISHED: [(&str, [f64; 2], [f64; 4]); 4] = [
     ("universal-robots-ur3e", [-0.24355, -0.2132], [0.15185, 0.13105, 0.08535, 0.0921]),
     ("universal-robots-ur5e", [-0.425, -0.3922], [0.1625, 0.1333, 0.0997, 0.0996]),

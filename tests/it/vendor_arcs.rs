@@ -105,8 +105,8 @@ fn bends(circle: &Circle, a: [f64; 3], b: [f64; 3], c: [f64; 3], most: f64) {
     }
 }
 
-/// Every piece lies on the circle once the offset is taken back, in order, and the side changes once inside the arc. Each goes over its middle, unless less
-/// than `after_via_deg` would follow.
+/// Every piece lies on the circle once the offset is taken back, in order, and the side changes once inside the arc. Each goes over its
+/// middle, unless less than `after_via_deg` would follow.
 fn check(circle: &Circle, start: [f64; 3], pieces: &[Piece], digits_mm: f64, after_via_deg: f64) {
     assert!(pieces.len() >= 2, "{pieces:?}");
     let reach = circle.centre[0].hypot(circle.centre[1]) + circle.radius;

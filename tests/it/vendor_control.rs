@@ -1,5 +1,5 @@
-//! What holds along control, not in the order of the text: whether RAPID's configurations are watched, and which move ends where a program reads
-//! the position of the robot. Also names of targets in the modules of a task, and a robot on a track.
+//! What holds along control, not in the order of the text: whether RAPID's configurations are watched, and which move ends where a program
+//! reads the position of the robot. Also names of targets in the modules of a task, and a robot on a track.
 
 use super::vendor_rewrite::Desk;
 use crate::support::bundled;

@@ -1,4 +1,5 @@
-//! RAPID's `main`, which runs again from its end; arguments that the caller of a routine may give; and two branches that lead to one target.
+//! RAPID's `main`, which runs again from its end; arguments that the caller of a routine may give; and two branches that lead to one
+//! target.
 
 use crate::support::bundled;
 use crate::vendor_loops::{desk, program, rewritten, rewritten_with, to};

@@ -1,5 +1,5 @@
-//! Which wrist FANUC's F and N and Yaskawa's flip mean differs by model: what a program or the robot file tells of it, and what is edited where
-//! nothing does.
+//! Which wrist FANUC's F and N and Yaskawa's flip mean differs by model: what a program or the robot file tells of it, and what is edited
+//! where nothing does.
 
 use crate::support::bundled;
 use crate::vendor_rewrite::Desk;

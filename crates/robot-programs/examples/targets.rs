@@ -1,6 +1,7 @@
 //! Lists the joint targets of a program, with their lines: `cargo run -p robot-programs --example targets PROGRAM [AXES]`.
 //!
-//! `AXES` names the axes and their units: `A1:deg,A2:deg,E1:mm`; `A1:pulse` shows joints that a program holds in pulses as they are. Without it the program is read for six revolute axes A1 to A6.
+//! `AXES` names the axes and their units: `A1:deg,A2:deg,E1:mm`; `A1:pulse` shows joints that a program holds in pulses as they are.
+//! Without it the program is read for six revolute axes A1 to A6.
 
 use robot_programs::axes::{Axes, Axis, JointKind};
 use robot_programs::files::Files;

@@ -38,8 +38,8 @@
 //! ```
 //!
 //! # Modules, in the order in which to read them
-//! - [`axes`]: what is known of the robot; [`no_motion`]: routines that move nothing, as the user says; [`registers`], [`bases`]: what the controller
-//!   holds; [`control`]: what it takes for granted; [`error`]: what reading and editing can fail with.
+//! - [`axes`]: what is known of the robot; [`no_motion`]: routines that move nothing, as the user says; [`registers`], [`bases`]: what the
+//!   controller holds; [`control`]: what it takes for granted; [`error`]: what reading and editing can fail with.
 //! - [`script`]: vendor programs: the interface that each of their formats fills. One module each: [`inform`] (Yaskawa),
 //!   [`rapid`] (ABB), [`krl`] (KUKA), [`fanuc`], [`urscript`] (Universal Robots), [`trajectory`] (ROS), [`gcode`].
 //! - [`decimal`]: a number in decimal notation, exactly: read, compared, offset and printed in integers.

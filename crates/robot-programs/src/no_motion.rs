@@ -32,8 +32,8 @@ impl NoMotion {
         out
     }
 
-    /// Whether a text can be the name of a program, a macro or a routine: it has a letter or digit, and none of the marks that stand between
-    /// names.
+    /// Whether a text can be the name of a program, a macro or a routine: it has a letter or digit, and none of the marks that stand
+    /// between names.
     pub fn is_name(name: &str) -> bool {
         name.chars().any(char::is_alphanumeric)
             && !name.contains(|c: char| c.is_control() || ",;()[]{}=\"'".contains(c))

@@ -17,6 +17,7 @@ pub struct Registers {
 pub enum Register {
     /// J1 to J6, deg.
     Joints([f64; 6]),
-    /// X, Y, Z in mm; W, P, R in deg: rotations about fixed X, Y, Z in this order. Frame and tool are those that are selected when it is used.
+    /// X, Y, Z in mm; W, P, R in deg: rotations about fixed X, Y, Z in this order. Frame and tool are those that are selected when it is
+    /// used.
     Pose([f64; 6], Configuration),
 }

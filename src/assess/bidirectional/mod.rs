@@ -1,8 +1,8 @@
 //! Bidirectional assessment: what positions along a line show when they are reached from both sides (Slamani, Nubiola and
 //! Bonev, "Modeling and assessment of the backlash error of an industrial robot", Robotica 30, 2012: Slamani (2012)).
 //!
-//! In the order of the work: [`readings`] (with [`columns`], [`direction`], [`state`]) reads errors at positions, from both directions, repeated,
-//! in one state (speed, payload) or several. [`poses`] gives each pose its repeatabilities and its backlash. [`degree`] finds
+//! In the order of the work: [`readings`] (with [`columns`], [`direction`], [`state`]) reads errors at positions, from both directions,
+//! repeated, in one state (speed, payload) or several. [`poses`] gives each pose its repeatabilities and its backlash. [`degree`] finds
 //! the polynomial of the backlash over position by tests for lack of fit; [`terms`] tests with Student whether a state adds an
 //! offset, a slope, ...; [`model`] fits the whole to the rows of [`data`]; [`equation`] prints it as the paper does. [`gap`] turns the
 //! curve into the half gap of a joint. [`document`] is the JSON.

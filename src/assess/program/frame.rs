@@ -1,8 +1,8 @@
 //! The rigid frame in which measured points lie on a path.
 //!
-//! A step in the commands makes the way longer, and a log's rows are apart: the length of the way gives the place along the path to some tenths
-//! of a millimetre only. A rigid fit to the places by length turns such errors along the path into errors across it wherever the path bends.
-//! So it is only the start. From there the distances across the path are made least, point to line (Chen and Medioni 1992), by
+//! A step in the commands makes the way longer, and a log's rows are apart: the length of the way gives the place along the path to some
+//! tenths of a millimetre only. A rigid fit to the places by length turns such errors along the path into errors across it wherever the
+//! path bends. So it is only the start. From there the distances across the path are made least, point to line (Chen and Medioni 1992), by
 //! damped Gauss-Newton steps. The damping leaves alone what the path does not show: a circle in its own plane may be turned.
 //!
 //! How it fails: points on one line do not determine the frame, and none is returned.

@@ -4,7 +4,8 @@
 //! an offset can undo (gap, friction, hysteresis, ripple, scale, zero, coupling, gravity). Geometry, tool, servo lag and
 //! drift stay in the reference: no joint offset is meant to move them. The error of a point is its distance to that path, looked
 //! for near the same length of path ([`path`]). Both runs are compared point by point along the path ([`runs`]), at the reversals of
-//! the joints, by their cycle time and by their text ([`text`]). [`verdict`] turns the figures into a word; `rewrite` uses the same function.
+//! the joints, by their cycle time and by their text ([`text`]). [`verdict`] turns the figures into a word; `rewrite` uses the same
+//! function.
 //!
 //! A program that grows its largest error is worse, whatever its mean does.
 //!
@@ -89,8 +90,8 @@ impl Assessment {
     }
 }
 
-/// The machine without the joint errors that an offset undoes. Zero offsets and gravity that belong to a calibrated geometry stay: `rewrite`
-/// leaves them to the kinematics.
+/// The machine without the joint errors that an offset undoes. Zero offsets and gravity that belong to a calibrated geometry stay:
+/// `rewrite` leaves them to the kinematics.
 fn reference_machine(model: &Model) -> Model {
     let friction = |e: &Effect| matches!(e.nature(), Nature::Spike | Nature::Presliding);
     let of_joint = |e: &Effect| matches!(e.stage(), Stage::Gear | Stage::Link) || friction(e);

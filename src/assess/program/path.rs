@@ -94,8 +94,8 @@ impl Reference {
         Self { points, t_s, along, smooth: Vec::new(), off_chords_m: 0.0, step_m }
     }
 
-    /// The same path, bent between two points of which one or both are `smooth`: the TCP of a fast arm leaves the chord between rows that are
-    /// millimetres apart by micrometres.
+    /// The same path, bent between two points of which one or both are `smooth`: the TCP of a fast arm leaves the chord between rows that
+    /// are millimetres apart by micrometres.
     pub fn bent(self, smooth: Vec<bool>) -> Self {
         if smooth.len() != self.points.len() {
             return self;

@@ -50,7 +50,8 @@ pub struct Measured {
     pub along_m: Vec<f64>,
     /// Those of its points that are rows, evenly in time.
     pub rows: Vec<usize>,
-    /// Whether the path is smooth at each of its points, which a point of the program is not. Empty: the points are so close that chords do.
+    /// Whether the path is smooth at each of its points, which a point of the program is not. Empty: the points are so close that chords
+    /// do.
     pub smooth: Vec<bool>,
     /// How far the TCP is from where the nominal robot has it, at the requested points, m.
     pub deviations_m: Vec<Vector3<f64>>,

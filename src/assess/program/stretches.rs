@@ -1,10 +1,10 @@
 //! Two programs of which parts are not known, stretch by stretch.
 //!
-//! Method: both programs are read by the same rules, so that a change of numbers leaves their stretches as they are, in their order. A stretch
-//! of the program after may be that of the program before if it starts and ends where that does, as far as offsets move it, and has about its
-//! length. Of all ways to pair them in order, the one with the most pairs counts, and of those the one whose paths lie closest: branches
-//! that lead to one target, one straight and one in the joints, have ends in common and nothing else. A stretch without a partner is left
-//! out, and that is noted. So is one in which the TCP does not move: it has no path.
+//! Method: both programs are read by the same rules, so that a change of numbers leaves their stretches as they are, in their order. A
+//! stretch of the program after may be that of the program before if it starts and ends where that does, as far as offsets move it, and has
+//! about its length. Of all ways to pair them in order, the one with the most pairs counts, and of those the one whose paths lie closest:
+//! branches that lead to one target, one straight and one in the joints, have ends in common and nothing else. A stretch without a partner
+//! is left out, and that is noted. So is one in which the TCP does not move: it has no path.
 
 use super::note::Note;
 use super::path::lengths;
@@ -17,7 +17,8 @@ use std::ops::Range;
 /// Stretches whose starts and ends are closer may be the same one, m; or by as much more as offsets may move them, and that many times.
 const APART_M: f64 = 1e-3;
 const OFFSETS: f64 = 1.2;
-/// Stretches of the other program among which the partner is looked for, besides those by which their numbers differ, as far as these count.
+/// Stretches of the other program among which the partner is looked for, besides those by which their numbers differ, as far as these
+/// count.
 const AHEAD: usize = 16;
 const MORE: usize = 64;
 /// Places at which the paths of stretches are compared, evenly along them.
@@ -95,8 +96,8 @@ fn moved_m(model: &Model, program: &Program, point: usize) -> f64 {
     (0..q.len()).map(by).sum()
 }
 
-/// What is best for the first stretches of both programs: how many of them are pairs, how far these are apart together, m, and whether the last
-/// ones are a pair (0) or the last one of the program before (1) or after (2) has no partner.
+/// What is best for the first stretches of both programs: how many of them are pairs, how far these are apart together, m, and whether the
+/// last ones are a pair (0) or the last one of the program before (1) or after (2) has no partner.
 type Best = (usize, f64, u8);
 
 /// Stretches that belong together, in their order.

@@ -3,8 +3,8 @@
 //! Worse: the largest error, the rms, or the largest error after any reversal grows by more than rounding and simulation
 //! explain. Better: the rms falls and nothing grows. A program whose largest error grows is never better.
 //!
-//! The same is computed for the targets of a vendor program alone ([`AtTargets`]). Of both answers the worse one is that of the program: worse
-//! where either is, else better where either is. Where they differ, the sentence reports both.
+//! The same is computed for the targets of a vendor program alone ([`AtTargets`]). Of both answers the worse one is that of the program:
+//! worse where either is, else better where either is. Where they differ, the sentence reports both.
 
 use super::{ReversalError, Run};
 

@@ -1,7 +1,7 @@
 //! `lostmotion rewrite`: program and compensator in, program with reversal points and offsets out.
 //!
-//! Files, in the order of the work: `args` (arguments and help), `job` (what is read and checked), this one (one program), `folder` (many), `remote`
-//! (many in an object store), `proof` (the page before and after), `text` (the summary in words).
+//! Files, in the order of the work: `args` (arguments and help), `job` (what is read and checked), this one (one program), `folder` (many),
+//! `remote` (many in an object store), `proof` (the page before and after), `text` (the summary in words).
 
 mod args;
 mod folder;

@@ -34,8 +34,8 @@ const ASTRAY_TIMES: f64 = 10.0;
 /// Least error before the change that this growth refers to, m: a program in which hardly any joint reverses has almost none.
 const ASTRAY_FROM_M: f64 = 100e-6;
 
-/// Growth of the rms path error from which on a program is refused: a machine of which one knows the gaps to a tenth or so, and on which the
-/// ways between points may differ, does not tell smaller growth from none for certain.
+/// Growth of the rms path error from which on a program is refused: a machine of which one knows the gaps to a tenth or so, and on which
+/// the ways between points may differ, does not tell smaller growth from none for certain.
 const HARMFUL: f64 = 1.5;
 
 /// The verdict, or why there is none.
@@ -274,8 +274,8 @@ impl Proof {
         }
     }
 
-    /// Why the program must not be written: it leaves the path of the given one, or its error grows; `aside`: it goes over points of approach,
-    /// which are no error.
+    /// Why the program must not be written: it leaves the path of the given one, or its error grows; `aside`: it goes over points of
+    /// approach, which are no error.
     pub(super) fn refused(&self, program: &str, aside: bool) -> Option<String> {
         self.astray(program).or_else(|| self.harmful(program).filter(|_| !aside))
     }

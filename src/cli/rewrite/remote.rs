@@ -1,6 +1,7 @@
 //! `rewrite --manifest` on programs of an object store, or with results in one.
 //!
-//! Programs are copied to disk in parts, rewritten there as in a folder, and results put into the store part by part. The summary comes last.
+//! Programs are copied to disk in parts, rewritten there as in a folder, and results put into the store part by part. The summary comes
+//! last.
 
 use super::Args;
 use super::args::usage;

@@ -1,7 +1,7 @@
 //! Functions over the measured torque of joints that are held, for the test without the catalogue.
 //!
-//! A joint whose command is stationary shows its wind-up alone. Splines over the torque, and the same with the sign of its change, stand for
-//! any curve and any loop of it; of a moving joint the torque follows speed and position, which have their own functions.
+//! A joint whose command is stationary shows its wind-up alone. Splines over the torque, and the same with the sign of its change, stand
+//! for any curve and any loop of it; of a moving joint the torque follows speed and position, which have their own functions.
 
 use crate::diagnose::candidates::basis::{Aspect, BasisGroup, splines_at};
 use crate::diagnose::problem::forward::{Problem, State};

@@ -1,6 +1,7 @@
 //! How the probe that measures the orientation sits on the tool: the mean over the rows of a log.
 //!
-//! Assumptions: one probe for all logs, which does not move on the tool; logs in which it sits otherwise tell no orientation. Logs with further reflectors have their orientation already.
+//! Assumptions: one probe for all logs, which does not move on the tool; logs in which it sits otherwise tell no orientation. Logs with
+//! further reflectors have their orientation already.
 
 use crate::diagnose::note::Note;
 use crate::log::Log;

@@ -1,9 +1,9 @@
 //! The observations of all logs as one long vector, and the way from rows of a log into it.
 //!
-//! A [`Group`] is what one sensor of one log measured: a reflector or the orientation of the tool (three coordinates), a joint, or a reading
-//! of the TCP (one). Its values stand one coordinate after the other. Rows without a measurement are left out. Long logs are averaged over blocks of
-//! consecutive rows: a linear map, applied alike to what was measured and to every sensitivity, so that nothing but time
-//! resolution is lost.
+//! A [`Group`] is what one sensor of one log measured: a reflector or the orientation of the tool (three coordinates), a joint, or a
+//! reading of the TCP (one). Its values stand one coordinate after the other. Rows without a measurement are left out. Long logs are
+//! averaged over blocks of consecutive rows: a linear map, applied alike to what was measured and to every sensitivity, so that nothing but
+//! time resolution is lost.
 
 use crate::diagnose::problem::orientation;
 use nalgebra::Vector3;

@@ -1,4 +1,5 @@
-//! What is estimated beside the effects: frames, places of the further reflectors, how a probe sits on the tool, zeros of joint sensors, own quantities of ballbars and dials.
+//! What is estimated beside the effects: frames, places of the further reflectors, how a probe sits on the tool, zeros of joint sensors,
+//! own quantities of ballbars and dials.
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::layout::Sensor;
@@ -6,7 +7,8 @@ use crate::diagnose::problem::orientation;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 impl Problem {
-    /// Sensitivities of all nuisance: frames, places of the further reflectors, zeros of joint sensors, own quantities of ballbars and dials.
+    /// Sensitivities of all nuisance: frames, places of the further reflectors, zeros of joint sensors, own quantities of ballbars and
+    /// dials.
     pub fn nuisance_columns(&self, h: &Hypothesis, state: &State) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         if self.frames_free {

@@ -4,8 +4,9 @@
 //! over joints where only joints were measured), before with the frame alone, after with all that was found. What an effect
 //! moves is the difference of the predictions with and without it. Along a joint the residual e is projected on the joint's
 //! lever J: `e.J / |J|^2`, an angle; three coordinates cannot give six joints, so errors of other joints show there too, and
-//! samples with a short lever are left out, and what was found on other joints is taken off. Medians over bins of position, for each direction of travel. What may hide is
-//! every candidate at its smallest detectable size (4.13 standard uncertainties), as the rms that it would move the TCP.
+//! samples with a short lever are left out, and what was found on other joints is taken off. Medians over bins of position, for each
+//! direction of travel. What may hide is every candidate at its smallest detectable size (4.13 standard uncertainties), as the rms that it
+//! would move the TCP.
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::problem::forward::{LogData, Problem};

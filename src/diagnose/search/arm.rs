@@ -1,4 +1,5 @@
-//! The rounds of settled poses of a real arm: its geometry as one group, gravity, a gap ([`crate::diagnose::search::geometry`] has the reasons).
+//! The rounds of settled poses of a real arm: its geometry as one group, gravity, a gap ([`crate::diagnose::search::geometry`] has the
+//! reasons).
 
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::note::Note;

@@ -2,7 +2,8 @@
 //! directions. Two guards: a smooth even nuisance (each joint's error a quadratic form in all joints, and its own third and
 //! fourth degree) is fitted beside; and decoys: a joint that runs ahead of its command cannot be play, so the terms of the wrong
 //! sign show what misfit does. A gap is named where its term is four and a half standard uncertainties large and twice the
-//! largest of the wrong sign, from two poses or more per parameter of the nuisance. Uncertainties are by pose (a sandwich): the reflectors of a pose err together.
+//! largest of the wrong sign, from two poses or more per parameter of the nuisance. Uncertainties are by pose (a sandwich): the reflectors
+//! of a pose err together.
 //!
 //! Fails on an arm whose misfit itself depends on the approach (cables, belts): the decoys grow, nothing is named.
 

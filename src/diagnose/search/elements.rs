@@ -3,7 +3,8 @@
 //! A loop that is rounded over more than one travel is found as one hysteresis, then as a second beside it. Elements that slip
 //! one after another (Al-Bender, Lampaert, Swevers 2005) are one effect with as many values: a hysteresis gives the element of its
 //! half width and presliding, a gap that of its size twice over (a play is one such element). As many, and up to two more spread over
-//! the same travels, are refitted; where the best of them explain more than the effects apart, by BIC, they take their place; a further hysteresis in a later round is a further element.
+//! the same travels, are refitted; where the best of them explain more than the effects apart, by BIC, they take their place; a further
+//! hysteresis in a later round is a further element.
 
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::search::Search;

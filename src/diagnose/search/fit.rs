@@ -1,8 +1,9 @@
 //! Generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted together.
 //!
 //! Method: the shared Levenberg-Marquardt ([`crate::numerics::least_squares`]) on whitened residuals with the sensitivities of
-//! [`crate::diagnose::problem::forward`], scaled by the columns' norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
-//! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
+//! [`crate::diagnose::problem::forward`], scaled by the columns' norms, steps held inside the physical bounds. Covariance from the whitened
+//! normal matrix at the end, so intervals account for coloured noise. Fails softly: it says whether it converged, and returns the best
+//! point it saw.
 
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};

@@ -2,8 +2,8 @@
 //!
 //! A log of slow motion does not tell them apart to first order; what differs grows with the acceleration. Where the rounds hold a clock
 //! offset and the joints lag, that difference is left, and a scale, an oscillation or a curve follows it. Method: the same fit with lags by
-//! one time in the place of the offset; where it leaves as little, an effect is believed only if it is also needed beside the lags. Where the
-//! lags are decidedly better ([`across::common_lag`]), they take the place of the offset, each joint's of its own size.
+//! one time in the place of the offset; where it leaves as little, an effect is believed only if it is also needed beside the lags. Where
+//! the lags are decidedly better ([`across::common_lag`]), they take the place of the offset, each joint's of its own size.
 
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};

@@ -2,8 +2,8 @@
 //!
 //! Such a reading shows the sum of what the joints lose. Where two of them reverse at the same places of a path, their gaps look like
 //! one lost motion that is crossed over more than one travel: a hysteresis of either joint. The rounds go one effect at a time, find that
-//! first, and a ridge of the cost separates it from the gaps. Method: instead of the hysteresis, gaps of its joint and of another are refitted
-//! from several shares of its size; the best take its place where BIC prefers them. Where two gaps and one hysteresis explain as
+//! first, and a ridge of the cost separates it from the gaps. Method: instead of the hysteresis, gaps of its joint and of another are
+//! refitted from several shares of its size; the best take its place where BIC prefers them. Where two gaps and one hysteresis explain as
 //! much, each is in the set of the other: the reading cannot tell them.
 
 use crate::diagnose::noise::whitening::Whitening;

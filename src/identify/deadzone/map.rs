@@ -6,8 +6,8 @@
 //! weighted least squares on the sizes themselves, not on "size at position". They are averaged with the weights
 //! `exp(-(chi2 / s2 + K ln n) / 2)` (Schwarz 1978), the constant among them.
 //!
-//! `s2`, by which the sizes scatter more than their standard errors say, comes from the finest spline; above 1 it widens all intervals, where an
-//! F test finds it (p < 0.01). Whether the gap varies: F test of a spline with few knots against the constant, with that scatter.
+//! `s2`, by which the sizes scatter more than their standard errors say, comes from the finest spline; above 1 it widens all intervals,
+//! where an F test finds it (p < 0.01). Whether the gap varies: F test of a spline with few knots against the constant, with that scatter.
 //!
 //! The band at a knot is `sum w (f - mean)^2 + sum w var(f)`: spread between splines and variance within them.
 //! The exported PCHIP has knots so dense that it follows the spline, and is constant beyond the deadzones seen.

@@ -1,5 +1,5 @@
-//! Whether the commands of a run carry a compensator's offsets: a log of the original program beside the run of the rewritten one looks like a
-//! run that left the whole compensation as its error.
+//! Whether the commands of a run carry a compensator's offsets: a log of the original program beside the run of the rewritten one looks
+//! like a run that left the whole compensation as its error.
 //!
 //! Method: at a reversal the offset changes sides, so commands with offsets pass twice the half gap at once, and go on as the program does.
 //! Commands of the program alone never do: from rest with a constant acceleration the first such travel takes 2.4 times as long as the

@@ -1,21 +1,22 @@
-//! Corners of commands: rows at which a joint changes its speed at once, between the ramps of a test with dwells or the points of a program.
+//! Corners of commands: rows at which a joint changes its speed at once, between the ramps of a test with dwells or the points of a
+//! program.
 //!
-//! What a servo makes of a corner lies between two rows and lasts for some of its time constants, so bins with a corner are left out. That is
-//! not possible where corners follow each other closely: a program that is run linearly between points a few tenths of a second apart has one
-//! in most bins, and nothing would be left. There the corners at which a joint passes on stay in: a bin that holds a whole corner has the
-//! mean speed and acceleration of that corner, by which lag and response to acceleration describe it to second order.
+//! What a servo makes of a corner lies between two rows and lasts for some of its time constants, so bins with a corner are left out. That
+//! is not possible where corners follow each other closely: a program that is run linearly between points a few tenths of a second apart
+//! has one in most bins, and nothing would be left. There the corners at which a joint passes on stay in: a bin that holds a whole corner
+//! has the mean speed and acceleration of that corner, by which lag and response to acceleration describe it to second order.
 //!
 //! After a stop a lag still moves the joint for some tenths of a second, which friction does, too. Each joint with corners therefore gets
-//! what a servo of first order adds to a lag at its corners, for the time constants [`SERVOS_S`]: their mixtures follow any such servo between
-//! them (Ljung 1999, Laguerre and Kautz models), and all of them end long before the friction's shortest decay does.
+//! what a servo of first order adds to a lag at its corners, for the time constants [`SERVOS_S`]: their mixtures follow any such servo
+//! between them (Ljung 1999, Laguerre and Kautz models), and all of them end long before the friction's shortest decay does.
 
 use super::bins::BinnedLog;
 use crate::identify::following::rates;
 use crate::log::Log;
 use crate::numerics::robust::median_of;
 
-/// A corner: a change of speed that a lag of [`SERVO_S`] turns into more than [`CORNER_M`] at the TCP, and that is [`CORNER_TIMES`] times that
-/// of the rows around it.
+/// A corner: a change of speed that a lag of [`SERVO_S`] turns into more than [`CORNER_M`] at the TCP, and that is [`CORNER_TIMES`] times
+/// that of the rows around it.
 const SERVO_S: f64 = 0.01;
 const CORNER_M: f64 = 3e-6;
 const CORNER_TIMES: f64 = 5.0;

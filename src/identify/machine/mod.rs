@@ -2,7 +2,8 @@
 //!
 //! Read in this order:
 //! - `spline`, [`law`]: what a joint does to its command, with derivatives.
-//! - [`frame`]: where the tracker stands, for all logs or one; [`readings`]: what a log's instrument reads; [`bins`]: a log in rows and bins; [`corners`]: changes of speed at once.
+//! - [`frame`]: where the tracker stands, for all logs or one; [`readings`]: what a log's instrument reads; [`bins`]: a log in rows and
+//!   bins; [`corners`]: changes of speed at once.
 //! - [`clock`]: clocks of commands and measurement that are far apart, put together first.
 //! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
@@ -15,7 +16,8 @@
 //! - [`unseen`]: joints of which single readings tell nothing.
 //! - [`predict`]: what compensation will leave, without the noise of the instrument.
 //! - [`estimate`]: the document; [`trust`]: whether a joint is compensated.
-//! - [`update`]: a compensator corrected by runs of its own programs; `carried`: are they that; [`crossed`]: does a correction help strokes that did not see it;
+//! - [`update`]: a compensator corrected by runs of its own programs; `carried`: are they that; [`crossed`]: does a correction help strokes
+//!   that did not see it;
 //!   [`measured`]: has the last correction helped.
 //!
 //! Assumes command trajectories that are exact to their rounding, and a machine that does the same at the same place. What the

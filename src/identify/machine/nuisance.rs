@@ -1,9 +1,9 @@
 //! What is not lost motion, as linear columns with weak priors: what the instrument sees of it per bin and column.
 //!
 //! Shared by all logs: small rotations and translations of every body of the arm (they hold every error of geometry, zero
-//! position and tool to first order), the lag of each joint, what its servo adds to that at corners, its answer to acceleration, its compliance under gravity, and
-//! ripples of its gear. Of each log alone: the tracker's frame (of a ballbar its centre and length, of a dial its zero and tilt, of a joint
-//! sensor its zero, its scale and a wave once a turn), a slow
+//! position and tool to first order), the lag of each joint, what its servo adds to that at corners, its answer to acceleration, its
+//! compliance under gravity, and ripples of its gear. Of each log alone: the tracker's frame (of a ballbar its centre and length, of a dial
+//! its zero and tilt, of a joint sensor its zero, its scale and a wave once a turn), a slow
 //! drift of the TCP, the offset and rate of its clock, and where a joint stood before its first movement.
 //!
 //! Priors are normal with the standard deviations below: several times what robots show, so that they decide nothing that the

@@ -15,8 +15,8 @@ use super::problem::Problem;
 use crate::machine::measurement::Instrument;
 use nalgebra::{DMatrix, Vector3};
 
-/// Friction of one direction beyond the mean of both, at most, as a share of that mean. The Coulomb friction both ways of the six joints of a
-/// PUMA 560 in Corke's Robotics Toolbox (after Corke and Armstrong-Helouvry 1994) gives 0.05 to 0.45, rms 0.25.
+/// Friction of one direction beyond the mean of both, at most, as a share of that mean. The Coulomb friction both ways of the six joints of
+/// a PUMA 560 in Corke's Robotics Toolbox (after Corke and Armstrong-Helouvry 1994) gives 0.05 to 0.45, rms 0.25.
 const UNEVEN: f64 = 0.3;
 /// Relative to the mean square lost motion, the scatter of single windows that their weights assume beside noise.
 const UNEQUAL: f64 = 0.3;

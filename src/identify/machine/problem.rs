@@ -205,7 +205,8 @@ impl<'a> Problem<'a> {
         self.whiten_from(log, 0, values, out);
     }
 
-    /// Whitens `values` of the bins from `from`, as if they were zero before; the first of them, as many as the noise has lags, become zero.
+    /// Whitens `values` of the bins from `from`, as if they were zero before; the first of them, as many as the noise has lags, become
+    /// zero.
     pub fn whiten_from(&self, log: usize, from: usize, values: &[Vector3<f64>], out: &mut [f64]) {
         let n = values.len();
         let noise = &self.noise[log];

@@ -12,8 +12,8 @@ pub(super) const OUTLYING: f64 = 4.0;
 const FEW: usize = 6;
 /// Gain must exceed this many standard errors of it.
 const BEYOND_DOUBT: f64 = 2.0;
-/// Error after reversals below which a joint has no lost motion, m at the TCP: what trackers and programs resolve. Where logs hold next to no
-/// noise, the rest of other joints would be taken for it.
+/// Error after reversals below which a joint has no lost motion, m at the TCP: what trackers and programs resolve. Where logs hold next to
+/// no noise, the rest of other joints would be taken for it.
 const LEAST_M: f64 = 0.5e-6;
 /// Share of the error from which what is left counts as no less.
 const LITTLE: f64 = 0.9;
@@ -62,8 +62,8 @@ pub(super) fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     trust
 }
 
-/// Trust where the lost motion as a whole may be zero: single reversals show an error that something else may make. On a motion of one speed a
-/// lag does, and every reversal shows it alike.
+/// Trust where the lost motion as a whole may be zero: single reversals show an error that something else may make. On a motion of one
+/// speed a lag does, and every reversal shows it alike.
 pub(super) fn distrusted_if_zero(mut trust: Trust, lost: Option<(f64, f64)>) -> Trust {
     if trust.compensate && lost.is_some_and(|(lost, sigma)| Z95 * sigma >= lost.abs()) {
         trust.compensate = false;

@@ -1,8 +1,8 @@
 //! Learning from a run of the compensated program: the parameters that a compensator holds, corrected by what the run left.
 //!
 //! The run is fitted with the same laws as an identification, about the values that made the compensator: each may move by a
-//! share of its joint's lost motion ([`super::prior::SHARE`]). A joint whose reversals show several times that share is first brought near them
-//! as a whole ([`far_off`]). A joint whose correction is not significant, or does not help strokes that did not
+//! share of its joint's lost motion ([`super::prior::SHARE`]). A joint whose reversals show several times that share is first brought near
+//! them as a whole ([`far_off`]). A joint whose correction is not significant, or does not help strokes that did not
 //! see it ([`super::crossed`]), keeps its values; of a significant one [`DAMPED`] is applied, so that a run with unusual scatter does not
 //! throw the next one off. A joint whose last correction made its reversals worse gets back the values from before
 //! ([`super::measured`]).

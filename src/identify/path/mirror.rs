@@ -1,7 +1,7 @@
 //! Positions of a mirrored frame: two columns swapped, or one negated.
 //!
-//! On a path in a plane a turn of the frame hides it from the plausibility checks of logs; only the lost motion normal to the plane then has
-//! the wrong sign. Asked only of logs that the model does not describe, since it costs another fit.
+//! On a path in a plane a turn of the frame hides it from the plausibility checks of logs; only the lost motion normal to the plane then
+//! has the wrong sign. Asked only of logs that the model does not describe, since it costs another fit.
 
 use super::prepare::{Binned, rigid_transform};
 use super::problem::Problem;

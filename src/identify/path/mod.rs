@@ -1,16 +1,16 @@
 //! `identify path`: half gaps and stiction of the joints from reversals in continuous motion (Zhang (2023) sections 3 and 5).
 //!
-//! The story: a log becomes bins ([`prepare`] with running `medians`, [`bins`]); every joint that reverses gets the error chain of the effect
-//! catalogue with exact derivatives ([`chain`]); the tracker's frame and rigid errors of the links are projected out
-//! ([`nuisance`], [`problem`], `reduced`) instead of being fitted first, because a lag on a path that goes round in one direction looks like
-//! a turned frame; gaps, spikes and decays are fitted together ([`solve`]); tests say which of them the data ask for ([`select`]);
+//! The story: a log becomes bins ([`prepare`] with running `medians`, [`bins`]); every joint that reverses gets the error chain of the
+//! effect catalogue with exact derivatives ([`chain`]); the tracker's frame and rigid errors of the links are projected out
+//! ([`nuisance`], [`problem`], `reduced`) instead of being fitted first, because a lag on a path that goes round in one direction looks
+//! like a turned frame; gaps, spikes and decays are fitted together ([`solve`]); tests say which of them the data ask for ([`select`]);
 //! intervals ([`interval`]), the gap at each reversal ([`reversal`]) and error traces ([`trace`]) follow. `joints` and `frame`
 //! turn the fit into entries of the document.
 //!
 //! Assumes a joint command that is followed up to lag, play and rigid errors; noise with a correlation of less than some
 //! seconds. Drift of the tracker over minutes breaks the intervals (they cover the truth about half the time at a correlation of
-//! 60 s); an inflation above [`ALARM`] is reported, above [`MISTRUST`] the log is tried in a mirrored frame ([`mirror`]). A joint that never reverses cannot be
-//! judged and is named so.
+//! 60 s); an inflation above [`ALARM`] is reported, above [`MISTRUST`] the log is tried in a mirrored frame ([`mirror`]). A joint that
+//! never reverses cannot be judged and is named so.
 
 pub(crate) mod bins;
 pub(crate) mod chain;

@@ -4,8 +4,8 @@
 //! 3 translations of the body after it, and for all but the last its 3 rotations. To first order these hold every rigid error of
 //! geometry, zero positions and tool, and nothing that depends on direction. A joint that never reverses gets its own level
 //! before and after its first movement; a joint that waits before it moves, one before. Per joint of each log speed and acceleration,
-//! with priors ([`crate::identify::following`]): a lag of the servo, and between all joints a clock that is late. At one speed a lag looks like
-//! a gap; what tells them apart is that a lag grows with the speed and a gap does not.
+//! with priors ([`crate::identify::following`]): a lag of the servo, and between all joints a clock that is late. At one speed a lag looks
+//! like a gap; what tells them apart is that a lag grows with the speed and a gap does not.
 //!
 //! Bins between a joint's first movement and the moment its gap is closed for the first time are left out: where it stood in
 //! its gap at the start is unknown.
@@ -20,8 +20,8 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 /// Norm of the remainder of a unit column that counts as none.
 const DEPENDENT: f64 = 1e-6;
 
-/// What removes the nuisances, one vector of three values per bin, and the weights of the bins: `v - sum q (q v)` is what they leave of `v`.
-/// Orthonormal but for columns with a prior, whose vectors are shorter the less the log says against it.
+/// What removes the nuisances, one vector of three values per bin, and the weights of the bins: `v - sum q (q v)` is what they leave of
+/// `v`. Orthonormal but for columns with a prior, whose vectors are shorter the less the log says against it.
 #[derive(Debug, Clone)]
 pub struct Basis {
     pub vectors: Vec<Vec<Vector3<f64>>>,

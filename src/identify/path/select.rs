@@ -27,8 +27,8 @@ const SHARE_P: f64 = 1e-3;
 const LINKS_P: f64 = 0.05;
 /// The same of lags: higher, as a lag of one joint alone hides among those of all, and lags that are not there cost little.
 const LAGS_P: f64 = 0.1;
-/// Lags are kept whatever the test says where they make the standard error of a gap this many times as large: a lag that the log hardly tells
-/// from a gap passes the test unseen.
+/// Lags are kept whatever the test says where they make the standard error of a gap this many times as large: a lag that the log hardly
+/// tells from a gap passes the test unseen.
 const LAGS_COST: f64 = 1.25;
 /// Spike over gap below which a stiction is not distinguished from the gap's shape.
 const LEAST_SPIKE: f64 = 0.1;

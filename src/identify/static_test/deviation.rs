@@ -182,7 +182,8 @@ fn along(chains: &[Chain], instrument: &Instrument, readings: &Readings, pair: &
     Reading::Lever(half, Lever { lever, tilt, of_row_m2: 0.5 * rows * (going_up.variance + going_down.variance) })
 }
 
-/// Deviation of the joint row by row within a dwell: by its sensor, by a single reading, else by the TCP along the joint's column of the Jacobian.
+/// Deviation of the joint row by row within a dwell: by its sensor, by a single reading, else by the TCP along the joint's column of the
+/// Jacobian.
 pub(super) fn over_time(view: &View, log: &Log, dwell: &Dwell, axis: usize) -> Option<DwellSeries> {
     if let Some(column) = log.meas.get(axis).and_then(|c| c.as_deref()) {
         return DwellSeries::new(log, dwell, |row| Some(column[row]? - dwell.command[axis]));

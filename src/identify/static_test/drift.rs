@@ -1,7 +1,7 @@
 //! Drift within a test: what moves steadily shifts the second approach of every cycle against the first, and looks like a gap.
 //!
-//! The same in every cycle, such a drift scatters nothing. It shows in the middles of the pairs: half the sum of both approaches has no gap in
-//! it, and from cycle to cycle at one place it changes by the drift alone. Method: a straight line over time with a level for each place
+//! The same in every cycle, such a drift scatters nothing. It shows in the middles of the pairs: half the sum of both approaches has no gap
+//! in it, and from cycle to cycle at one place it changes by the drift alone. Method: a straight line over time with a level for each place
 //! of a log; half of what it moves between the two approaches is the bias of the half gap.
 //!
 //! Assumes that the drift is as fast between the approaches as from cycle to cycle. Fails where a joint settles from cycle to cycle for

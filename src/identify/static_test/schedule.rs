@@ -6,9 +6,10 @@
 //! is `sqrt(sum w (f - h)^2 + s2 sum(w K) / (n R))`: spread between curves and mean variance within them, one figure per
 //! place; it is approximate and no pointwise interval.
 //!
-//! Accuracy on the reference simulator's machine (noise 11 um, 4 cycles), every tested angle within 5 % or 0.0001 deg: 20 of 20 seeds of the noise
-//! for its joint A2, 3 of 20 for A5, where an angle's own standard error is 0.00013 deg,
-//! more than that tolerance at its minimum (with the true knots known it would be two of three). Below five places nothing is smoothed: the raw means are the knots.
+//! Accuracy on the reference simulator's machine (noise 11 um, 4 cycles), every tested angle within 5 % or 0.0001 deg: 20 of 20 seeds of
+//! the noise for its joint A2, 3 of 20 for A5, where an angle's own standard error is 0.00013 deg,
+//! more than that tolerance at its minimum (with the true knots known it would be two of three). Below five places nothing is smoothed: the
+//! raw means are the knots.
 
 use super::knots::{Data, Tried, search};
 use super::polynomial::{self, Fit};

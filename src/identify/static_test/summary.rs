@@ -9,8 +9,8 @@
 //! - Gate: F test of the places' means against `s2`, once for any shape (`n - 1` degrees of freedom) and once for slope and
 //!   bow (2), the smaller p value doubled (Bonferroni). At [`ALPHA`] or above the gap is constant.
 //!
-//! Rounding of the readings that the scatter in the dwells does not average out is an error of the place, the same in all its cycles; that of
-//! the direction of a dial is the same in all values. Both are in the intervals, the first in the test, too.
+//! Rounding of the readings that the scatter in the dwells does not average out is an error of the place, the same in all its cycles; that
+//! of the direction of a dial is the same in all values. Both are in the intervals, the first in the test, too.
 //!
 //! Assumptions: cycles are independent and their scatter is the same at all places. With fewer than 3 degrees of freedom
 //! nothing is tested. One cycle only: the spread between places stands for the noise; one place only: the noise inside

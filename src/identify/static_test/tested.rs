@@ -172,9 +172,9 @@ impl TestedJoint {
 
     /// Standard deviation of the error that rounding of the readings leaves in a half gap and that all cycles of a place have in common.
     ///
-    /// Rounding to steps of `q` leaves an error of `q / sqrt(12)` in the mean of a dwell where its readings do not scatter; scatter of a standard
-    /// deviation `s` averages it out: `exp(-2 pi^2 s^2 / q^2)` of it is left (Widrow and Kollar 2008, chapter 4). Half the difference of two dwells
-    /// has `1 / sqrt(2)` of it.
+    /// Rounding to steps of `q` leaves an error of `q / sqrt(12)` in the mean of a dwell where its readings do not scatter; scatter of a
+    /// standard deviation `s` averages it out: `exp(-2 pi^2 s^2 / q^2)` of it is left (Widrow and Kollar 2008, chapter 4). Half the
+    /// difference of two dwells has `1 / sqrt(2)` of it.
     fn common_rounding(&self, logs: &[Log]) -> f64 {
         if self.levers.is_empty() {
             return 0.0;

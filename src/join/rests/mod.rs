@@ -2,14 +2,14 @@
 //!
 //! Method: as [`super::fit`], with what such a test shows and a motion of all joints does not. A joint that waits for its turn stands
 //! somewhere in its gap, which is fitted: left out, it would take the readings of all others along. Friction that fades after a
-//! reversal has faded while a joint rests and lags while it moves, which would be read as time: it is fitted beside the gap, at three paces.
-//! The drift has a prior. Later rounds take less of a step, because sides of a gap flip at single rows.
+//! reversal has faded while a joint rests and lags while it moves, which would be read as time: it is fitted beside the gap, at three
+//! paces. The drift has a prior. Later rounds take less of a step, because sides of a gap flip at single rows.
 //!
 //! Intervals: those of [`super::fit`], and what only a prior tells of a parameter widens them.
 //!
-//! Ordinary recordings, in which all joints move, are not fitted so: friction and late samples look alike there, and intervals held 13 of 20
-//! offsets. How far a fit with another law of friction is from the one that is used widens its interval: of a test, one without friction; of an
-//! ordinary recording, this one.
+//! Ordinary recordings, in which all joints move, are not fitted so: friction and late samples look alike there, and intervals held 13 of
+//! 20 offsets. How far a fit with another law of friction is from the one that is used widens its interval: of a test, one without
+//! friction; of an ordinary recording, this one.
 //!
 //! Fails: as [`super::fit`].
 //!

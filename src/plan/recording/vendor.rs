@@ -1,8 +1,8 @@
 //! A static test as a program of the robot's own language, so that it runs as it is written.
 //!
-//! Every leg is a joint motion that stops exactly, every dwell a wait. FANUC, RAPID and URScript take the time of a leg; KRL and INFORM take a
-//! share of the joints' largest speeds, which is therefore in the robot file. Joints have the decimals that the language holds, and every visit
-//! of a place is written with the same digits. What is written is read again by [`crate::program::Program`] in the tests.
+//! Every leg is a joint motion that stops exactly, every dwell a wait. FANUC, RAPID and URScript take the time of a leg; KRL and INFORM
+//! take a share of the joints' largest speeds, which is therefore in the robot file. Joints have the decimals that the language holds, and
+//! every visit of a place is written with the same digits. What is written is read again by [`crate::program::Program`] in the tests.
 //!
 //! A path or an excitation is no program of few targets: it stays a table for controllers that stream positions.
 

@@ -6,8 +6,8 @@
 //! [`super::stroke`] finds until the friction has faded or the joint turns again. Nodes inside legs are laid fine enough for
 //! the friction's decay and thinned to what the TCP needs ([`Options::shape_m`]).
 //!
-//! `turn` plans one stroke, `nodes` lays its nodes, `respond` finds the command where friction responds to it. Times after a turn come from the program, or from the TCP path at constant speed,
-//! where the step itself takes time too.
+//! `turn` plans one stroke, `nodes` lays its nodes, `respond` finds the command where friction responds to it. Times after a turn come from
+//! the program, or from the TCP path at constant speed, where the step itself takes time too.
 
 mod nodes;
 mod respond;

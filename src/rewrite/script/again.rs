@@ -1,8 +1,8 @@
 //! A program that runs again from its start when it has ended: its first moves are reached from its end, too.
 //!
-//! At the first start the first movement of a joint says from which side it came. In every other cycle it comes from the end of the program.
-//! A target stays as it is where the offset of a joint would then be worse than none. Where nothing is known of the joint at the end, or where
-//! it has no offset at the first start, nothing that is written contradicts the other cycles.
+//! At the first start the first movement of a joint says from which side it came. In every other cycle it comes from the end of the
+//! program. A target stays as it is where the offset of a joint would then be worse than none. Where nothing is known of the joint at the
+//! end, or where it has no offset at the first start, nothing that is written contradicts the other cycles.
 
 use super::collected::Collected;
 use super::fading::ByClock;

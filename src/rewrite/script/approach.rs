@@ -37,7 +37,8 @@ pub struct Sides {
     axes: Vec<(i8, f64)>,
     /// First targets of runs are reached from sides that are chosen where none is wanted.
     unknown: bool,
-    /// Axes that a target does not name are written at its move, too, where a point before it has moved them. Else they would stay at that point.
+    /// Axes that a target does not name are written at its move, too, where a point before it has moved them. Else they would stay at that
+    /// point.
     names_missing: bool,
     /// Steps of targets before which no point can stand: they are reached as the program says.
     without: BTreeSet<usize>,
@@ -47,8 +48,8 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// `signs`: per axis, 0 for any; axes without a lost motion come as they come. `unknown`: first targets of runs are reached over a point.
-    /// `names_missing`: [`Document::names_missing_axes`](crate::program::script::Document::names_missing_axes).
+    /// `signs`: per axis, 0 for any; axes without a lost motion come as they come. `unknown`: first targets of runs are reached over a
+    /// point. `names_missing`: [`Document::names_missing_axes`](crate::program::script::Document::names_missing_axes).
     pub fn new(
         robot: &Robot,
         signs: &[i8],
@@ -95,8 +96,8 @@ impl Sides {
         self.apart.contains(&step) && !self.without.contains(&step)
     }
 
-    /// Takes first targets apart that would need other offsets on each of the ways there or have no side, and gives those up for which that did not help;
-    /// `left`: why steps stay as they are. Returns whether anything is new.
+    /// Takes first targets apart that would need other offsets on each of the ways there or have no side, and gives those up for which that
+    /// did not help; `left`: why steps stay as they are. Returns whether anything is new.
     pub fn take_apart(&mut self, script: &Script, left: &BTreeMap<usize, Cause>) -> bool {
         let counts = |step: &usize| match script.steps.get(*step).map(|s| &s.kind) {
             Some(StepKind::Move(m)) => m.is_open_to_goal() && self.count(m),
@@ -135,9 +136,9 @@ impl Sides {
         moves.then_some(point)
     }
 
-    /// The point before the target `q` of a move ([`Self::point`]). Where it is known that the robot stops as the program waits there, axes that
-    /// the move does not move stay where they are: they may stand in the work, and what stopped them before is not known. So do axes that the
-    /// target does not name: `named` are those that it does.
+    /// The point before the target `q` of a move ([`Self::point`]). Where it is known that the robot stops as the program waits there, axes
+    /// that the move does not move stay where they are: they may stand in the work, and what stopped them before is not known. So do axes
+    /// that the target does not name: `named` are those that it does.
     pub fn point_of(
         &self,
         (m, named): (&Move, AxisSet),
@@ -207,7 +208,8 @@ impl Sides {
         (0..axes).all(|axis| self.moves(m, named, axis))
     }
 
-    /// Whether a move leads to a target that has a side, but does not name all axes for which one is wanted. `commanded`: axes that some target names.
+    /// Whether a move leads to a target that has a side, but does not name all axes for which one is wanted. `commanded`: axes that some
+    /// target names.
     pub fn lacks_axes(&self, script: &Script, m: &Move, commanded: &[bool]) -> bool {
         let Some(target) = m.goal.target().and_then(|t| script.targets.get(t)).filter(|t| t.pose.is_none()) else {
             return false;

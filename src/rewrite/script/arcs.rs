@@ -1,8 +1,8 @@
 //! An arc through three points as several: the points on the way of its pieces.
 //!
 //! Where joints turn inside an arc, it is parted there, and after the short piece in which their step is spread. Each piece goes
-//! through the place in its middle on the arc as it was (of a short piece of RAPID nearer to its start: [`LeastArc`]), moved by the offset between
-//! those at its ends. No piece is shorter than a
+//! through the place in its middle on the arc as it was (of a short piece of RAPID nearer to its start: [`LeastArc`]), moved by the offset
+//! between those at its ends. No piece is shorter than a
 //! controller needs to tell its circle: the point that parts it goes on along the arc, where a step then takes that much longer;
 //! where there is no space the goal alone carries the step.
 //!

@@ -17,8 +17,8 @@ pub enum Cause {
     /// An axis has not been commanded yet.
     #[error("before the position of every axis is known")]
     NotYetKnown,
-    /// The robot may come to it from either side of a gap: after a label, a loop, a call or a move that is not known, or where nothing moves
-    /// before the next of these.
+    /// The robot may come to it from either side of a gap: after a label, a loop, a call or a move that is not known, or where nothing
+    /// moves before the next of these.
     #[error(
         "the first target after a label, a loop, a call or an unknown move: from which side its joints reach it is not known"
     )]
@@ -80,7 +80,8 @@ pub enum Cause {
         /// Names of the tools.
         tools: Vec<String>,
     },
-    /// How the maker's programs count a joint and how the robot file does may differ, so that joint values do not tell where the arm stands.
+    /// How the maker's programs count a joint and how the robot file does may differ, so that joint values do not tell where the arm
+    /// stands.
     #[error("where its joints stand is not known: {0}")]
     UnknownArm(String),
     /// An arc or spline leads to joint values, and where the joints turn on it is not known.

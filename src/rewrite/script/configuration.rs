@@ -66,8 +66,8 @@ pub fn allows_axis(configuration: &Configuration, axis: usize, v: f64, slack: f6
 }
 
 /// Whether a straight way or an arc may end at joints although their configuration is another one, where the controller checks
-/// configurations. ABB's robots go on to the nearest joints on such ways whatever is written, and the check stops the program only where axes 1, 4, 6
-/// are further than a quarter from theirs, or where cfx differs.
+/// configurations. ABB's robots go on to the nearest joints on such ways whatever is written, and the check stops the program only where
+/// axes 1, 4, 6 are further than a quarter from theirs, or where cfx differs.
 pub fn tolerates(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -> bool {
     matches!(configuration, Configuration::Abb { .. })
         && prefers(configuration, arm, q, None)
@@ -80,8 +80,8 @@ pub fn tolerates_axis(configuration: &Configuration, axis: usize, v: f64, slack:
     allows_axis(configuration, axis, v, slack) || (lo + slack..=hi - slack).contains(&v)
 }
 
-/// Where a joint at `v` may stand by what a configuration says of it alone, rad; of two such ranges the one on its side. `on_way`: at the end of a
-/// straight way or an arc, where a joint that stands in a quarter next to that of the configuration is [tolerated](tolerates).
+/// Where a joint at `v` may stand by what a configuration says of it alone, rad; of two such ranges the one on its side. `on_way`: at the
+/// end of a straight way or an arc, where a joint that stands in a quarter next to that of the configuration is [tolerated](tolerates).
 pub fn range(configuration: &Configuration, axis: usize, v: f64, on_way: bool) -> [f64; 2] {
     const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
     const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
@@ -113,7 +113,8 @@ fn side(value: f64, positive: bool, slack: f64) -> bool {
     if positive { value >= -slack } else { value <= slack }
 }
 
-/// What the letter or number of a configuration for the wrist may mean, the most frequent first; empty: it has none, or that is no question.
+/// What the letter or number of a configuration for the wrist may mean, the most frequent first; empty: it has none, or that is no
+/// question.
 pub fn flips(configuration: &Configuration) -> &'static [Flip] {
     match configuration {
         Configuration::Fanuc { .. } => &Flip::OF_FANUC,
@@ -154,7 +155,8 @@ pub fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64], flip: Option
 }
 
 /// The configuration of joints, as the maker of `like` writes it; what `like` leaves out is left out. `None`: an arm without a
-/// spherical wrist, or axes that the configuration does not know. Where models differ and `flip` does not say it, the letter is that of most.
+/// spherical wrist, or axes that the configuration does not know. Where models differ and `flip` does not say it, the letter is that of
+/// most.
 pub fn of(like: &Configuration, arm: &Arm, q: &[f64], flip: Option<Flip>) -> Option<Configuration> {
     let posture = arm.posture(q)?;
     let &[a1, .., a4, a5, a6] = q else { return None };

@@ -1,9 +1,9 @@
 //! Corners that must not overlap, across calls, branches, loops and targets that stay as they are.
 //!
-//! Where one move follows another within a run, [`super::edits`] makes the corner of the first so small that a new point after it fits. Here it
-//! is done for the other pairs: a run that goes on from a place to which another one leads, a run of which nobody knows from where it is reached,
-//! the end of a run, and a move whose numbers stay. Where a corner cannot be made smaller, the new points that stand in it go, and the step is
-//! spread over the move.
+//! Where one move follows another within a run, [`super::edits`] makes the corner of the first so small that a new point after it fits.
+//! Here it is done for the other pairs: a run that goes on from a place to which another one leads, a run of which nobody knows from where
+//! it is reached, the end of a run, and a move whose numbers stay. Where a corner cannot be made smaller, the new points that stand in it
+//! go, and the step is spread over the move.
 
 use super::edits::clear_corner;
 use super::run::{Choice, Role, Run, Vertex};

@@ -13,8 +13,8 @@ use crate::robot::Robot;
 const CLOSE: f64 = 2.0;
 
 /// Adds the edits of one run, all in joints ([`super::poses::write`] makes poses of those of Cartesian targets). Returns what found
-/// no place and how many points were added. `solve`: straight moves to Cartesian targets become joint moves; `least_gain_m`: the points of a
-/// move that gain less stay away.
+/// no place and how many points were added. `solve`: straight moves to Cartesian targets become joint moves; `least_gain_m`: the points of
+/// a move that gain less stay away.
 pub fn collect(
     document: &dyn Document,
     robot: &Robot,
@@ -328,8 +328,8 @@ pub(super) fn clear_corner(edits: &mut Edits, step: usize, far: impl Fn(&NewPoin
     lost
 }
 
-/// Corners that may be cut no wider than to the middle of the way to a new point; where that would delay what the robot does as it enters one,
-/// the point goes. How many went.
+/// Corners that may be cut no wider than to the middle of the way to a new point; where that would delay what the robot does as it enters
+/// one, the point goes. How many went.
 fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits, unplaced: &mut Unplaced) -> u64 {
     let mut taken = 0;
     let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();

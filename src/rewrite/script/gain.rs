@@ -8,8 +8,8 @@ use super::out::Out;
 use super::run::{Run, Vertex};
 use crate::robot::Robot;
 
-/// Whether the new points among `span` on the way to a goal gain `least_m` or more; those of an approach always do. `before`: what comes out
-/// before them, `end`: at the goal.
+/// Whether the new points among `span` on the way to a goal gain `least_m` or more; those of an approach always do. `before`: what comes
+/// out before them, `end`: at the goal.
 pub(super) fn is_enough(
     robot: &Robot,
     run: &Run,

@@ -8,14 +8,16 @@
 //! - [`task`]: what is asked.
 //! - [`coverage`]: how much can be edited, and why not the rest ([`cause`]).
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
-//!   again, [`way`] follows straight TCP paths, `turns`: where joints turn on them; `circles`: arcs through joint targets; [`clock`] tells durations; [`fading`]: friction where none can be determined.
+//!   again, [`way`] follows straight TCP paths, `turns`: where joints turn on them; `circles`: arcs through joint targets; [`clock`] tells
+//!   durations; [`fading`]: friction where none can be determined.
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; `spread`: whether spread steps are worth it; [`stops`]: how long new exact stops take.
 //! - `bands`: dead bands; `collected`: runs through the engine; `demands`: what must hold before anything is written.
 //! - `again`: first moves of a program that runs again from its start.
 //! - `edited`: the edits of a program, from its runs to what the report tells; `reasons`: why steps stay as they are.
-//! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that are split;
-//!   `out`: where such a point stands; `gain`: what it gains; `whole`: goals of moves that stay whole; `corners`: corners that must not overlap.
+//! - [`edits`]: points that came out -> values and new points of the program; `unplaced`: what finds no place; `arcs`: pieces of arcs that
+//!   are split; `out`: where such a point stands; `gain`: what it gains; `whole`: goals of moves that stay whole; `corners`: corners that
+//!   must not overlap.
 //! - `installation`: where the robot stands in the controller's world, and its software limits.
 //! - `wrists`: what is edited alike whatever letters for the wrist mean.
 //! - `asked`: calls that nobody knows and moves wait for.

@@ -36,8 +36,8 @@ fn coupled(format: &dyn Format, robot: &Robot) -> Option<(usize, usize)> {
     Some((*arm.get(axis)?, *arm.get(other)?))
 }
 
-/// Why joint values of a program do not tell where the arm stands: most arms of the format's maker show a joint against the horizontal, and neither a
-/// joint that takes the other one out of it nor a gear that is the joint's own says how the robot file counts it.
+/// Why joint values of a program do not tell where the arm stands: most arms of the format's maker show a joint against the horizontal, and
+/// neither a joint that takes the other one out of it nor a gear that is the joint's own says how the robot file counts it.
 pub fn unknown_arm(format: &dyn Format, robot: &Robot) -> Option<Cause> {
     let (axis, other) = coupled(format, robot).filter(|&(axis, other)| axis.max(other) < robot.dof())?;
     let (own, driver) = (robot.axis_index(axis), robot.axis_index(other));

@@ -1,10 +1,10 @@
 //! A vendor program as one path in the joints, for jobs that run it on a machine: the verdict, `simulate`, `show`.
 //!
 //! Method: the runs of [`run::cut`], which solve Cartesian targets as a rewrite does. Joint moves go straight in the joints. A straight
-//! move of the TCP and an arc through three points are solved at so many places ([`super::way::Line::at`]) that the TCP leaves them by at most
-//! [`WITHIN_M`] between two. Where a move comes from, or the way that it takes, is not known, a new stretch starts at its goal; the
-//! way there is straight in the joints and belongs to no stretch. Programs of joint moves to joint targets alone that do not branch are read move by move
-//! ([`crate::program::joint_path`]).
+//! move of the TCP and an arc through three points are solved at so many places ([`super::way::Line::at`]) that the TCP leaves them by at
+//! most [`WITHIN_M`] between two. Where a move comes from, or the way that it takes, is not known, a new stretch starts at its goal; the
+//! way there is straight in the joints and belongs to no stretch. Programs of joint moves to joint targets alone that do not branch are
+//! read move by move ([`crate::program::joint_path`]).
 //!
 //! Assumptions: corners are not cut (zones, C_DIS, CNT), and a program is read once, in the order of its text. Where a program is so
 //! long that it would have more than [`MOST_POINTS`] points, they stand further apart.

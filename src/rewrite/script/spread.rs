@@ -2,8 +2,8 @@
 //!
 //! While a step is spread the joint first stands by the whole gap, which is twice what it is off without compensation, and catches up
 //! along the ramp. Method: the gap of the joint as a play (Krasnosel'skii and Pokrovskii 1989), once under the commands that come out and
-//! once under those of the program; mean square of the distance to the program's own positions over time. Assumption: straight lines between
-//! the points, and no friction.
+//! once under those of the program; mean square of the distance to the program's own positions over time. Assumption: straight lines
+//! between the points, and no friction.
 
 use super::run::Run;
 use super::task::Task;

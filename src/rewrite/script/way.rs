@@ -267,7 +267,8 @@ impl Line {
         Some(self.track.arc.as_ref()?.left_by(&Circle::through(points[0], points[1], points[2])?))
     }
 
-    /// Directions in which what the gears turn comes to the end, after the last turn by more than `deadband` (rad or m); 0: it does not move.
+    /// Directions in which what the gears turn comes to the end, after the last turn by more than `deadband` (rad or m); 0: it does not
+    /// move.
     pub fn arrivals(&self, deadband: &[f64]) -> Vec<i8> {
         let mut found: Vec<ReversalDetector> = deadband.iter().map(|band| ReversalDetector::new(*band, 0)).collect();
         for (row, (_, gears)) in self.gears().into_iter().enumerate() {

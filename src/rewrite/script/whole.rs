@@ -2,9 +2,9 @@
 //!
 //! With points on its way, a joint crosses its gap after the turn, and the goal carries the offset of the new direction. Without them the
 //! offset goes over from the start to the goal along the whole move, so that at the turn, at the share `s` of the move, only `s` of it is
-//! done. A joint that goes on by `leg` after the turn then stands off its goal by what is left of its gap, `s |step| - leg`. Where that is above
-//! 0 the joint stays where it stood at the turn, and the goal has the offset of the direction before it, less the `leg`: with it the joint
-//! stands at its goal by then.
+//! done. A joint that goes on by `leg` after the turn then stands off its goal by what is left of its gap, `s |step| - leg`. Where that is
+//! above 0 the joint stays where it stood at the turn, and the goal has the offset of the direction before it, less the `leg`: with it the
+//! joint stands at its goal by then.
 
 use super::out::Out;
 use super::run::{Role, Run, Vertex};

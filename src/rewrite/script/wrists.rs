@@ -1,9 +1,9 @@
 //! What is edited alike whatever the letters for the wrist mean.
 //!
-//! Where a letter alone chose the joints of a target (FANUC's F and N, Yaskawa's flip) and more than one meaning of it is possible, the program is
-//! edited once for each meaning ([`super::run::Cut::others`]). For a symmetrical gap a pose with its offset is the same with either wrist, joint
-//! values after such a pose are not. What differs by no more than rounding is written; a target that would get other numbers stays, and
-//! points that would stand elsewhere are not added.
+//! Where a letter alone chose the joints of a target (FANUC's F and N, Yaskawa's flip) and more than one meaning of it is possible, the
+//! program is edited once for each meaning ([`super::run::Cut::others`]). For a symmetrical gap a pose with its offset is the same with
+//! either wrist, joint values after such a pose are not. What differs by no more than rounding is written; a target that would get other
+//! numbers stays, and points that would stand elsewhere are not added.
 
 use super::cause::Cause;
 use super::unplaced::Unplaced;

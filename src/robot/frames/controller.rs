@@ -2,15 +2,16 @@
 //!
 //! - KUKA `$config.dat`: `BASE_DATA[2]={X 1200.0,Y 0.0,Z 400.0,A 90.0,B 0.0,C 0.0}`, `TOOL_DATA[n]` the same; `MACHINE_FRAME_DAT[n]`
 //!   and `MACHINE_DEF[n]`: which bases count from another machine than the world.
-//! - KUKA `$machine.dat`: `$ROBROOT={X ...}`, the place of the robot in the world, and the software limits `$SOFTN_END[n]`, `$SOFTP_END[n]`.
+//! - KUKA `$machine.dat`: `$ROBROOT={X ...}`, the place of the robot in the world, and the software limits `$SOFTN_END[n]`,
+//!   `$SOFTP_END[n]`.
 //! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
 //!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
 //! - FANUC listings of position registers (`POSREG.VA`).
 //! - Yaskawa `UFRAME.CND`: `//UFRAME 2`, in it `////BUSER x,y,z,rx,ry,rz` (user frame 2 in the robot's base); `TOOL.CND`: `//TOOL 1`,
 //!   after its name the first line of six numbers (mm, deg).
 //!
-//! A KUKA value may name its type (`{FRAME: X 1200.0, ...}`). What is not complete (a frame that was never taught, or one of another group) is left out; a file
-//! in which nothing is left is refused.
+//! A KUKA value may name its type (`{FRAME: X 1200.0, ...}`). What is not complete (a frame that was never taught, or one of another group)
+//! is left out; a file in which nothing is left is refused.
 
 use super::Frames;
 use crate::error::{Error, Place, Result};

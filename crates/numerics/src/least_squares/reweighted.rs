@@ -1,7 +1,7 @@
 //! Linear fits in rounds, each with weights that the round before estimated: iteratively reweighted least squares.
 //!
-//! Method: a round solves the linear model at the present estimate (QR, [`super::Dense`]), takes the whole step, and lets the problem estimate
-//! noise, correlation and the rows that count anew (Green 1984). The cost of a round is not that of the next, so no step can be
+//! Method: a round solves the linear model at the present estimate (QR, [`super::Dense`]), takes the whole step, and lets the problem
+//! estimate noise, correlation and the rows that count anew (Green 1984). The cost of a round is not that of the next, so no step can be
 //! judged by it: the problem itself reports when it has settled.
 //!
 //! Fails: [`TerminationReason::NotFinite`] where a step cannot be solved, [`TerminationReason::StepLimit`] where the rounds are used up.
@@ -70,8 +70,8 @@ pub fn rounds<P: Reweighted>(problem: &mut P, most: usize) -> Result<Termination
     Ok(TerminationReason::StepLimit)
 }
 
-/// Weights of rows, one per column with the norm `norms[k]`, that hold the parameters back by `ridge` of what the rows know of each: a direction
-/// that the rows leave open gets a variance `1/ridge` times that of a known one, instead of none.
+/// Weights of rows, one per column with the norm `norms[k]`, that hold the parameters back by `ridge` of what the rows know of each: a
+/// direction that the rows leave open gets a variance `1/ridge` times that of a known one, instead of none.
 pub fn ridge_weights(norms: impl IntoIterator<Item = f64>, ridge: f64) -> Vec<f64> {
     // a column of zeros gets a variance that is large and finite
     norms.into_iter().map(|norm| ridge.sqrt() * norm.max(1e-100)).collect()

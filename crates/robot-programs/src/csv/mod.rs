@@ -4,8 +4,8 @@
 //! - [`header`]: which column is what; the dialects that are refused. [`clock`]: columns of times and durations.
 //! - [`number`]: bytes to a number and its style.
 //! - [`record`]: a row that is not plain: quotes, spaces, exponents.
-//! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`shape`]: rows like the one before; [`piece`]: pieces
-//!   that are parsed side by side and put in their places.
+//! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`shape`]: rows like the one
+//!   before; [`piece`]: pieces that are parsed side by side and put in their places.
 //! - [`mod@print`]: a number in the style of the one it replaces.
 //! - [`edit`]: new values in, rows out; [`slot`]: one changed number; [`plain`]: rows of plain numbers alone, which nearly all are.
 //!

@@ -94,8 +94,8 @@ impl SlotEdit {
         }
     }
 
-    /// Writes the text from `cursor` to the token, then a time or a duration (of a duration the unit of its column, else s), to a microsecond
-    /// where the column is coarser; gives the place after the token.
+    /// Writes the text from `cursor` to the token, then a time or a duration (of a duration the unit of its column, else s), to a
+    /// microsecond where the column is coarser; gives the place after the token.
     pub(super) fn time(
         &mut self,
         block: &Block,

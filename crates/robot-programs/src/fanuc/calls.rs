@@ -1,4 +1,5 @@
-//! Programs that a program calls: whether they move the robot, and what they leave behind: weaving, tracking, offsets, other frames and tools.
+//! Programs that a program calls: whether they move the robot, and what they leave behind: weaving, tracking, offsets, other frames and
+//! tools.
 //!
 //! A called program stands beside the one that calls it, as `NAME.LS`, and says its name in `/PROG`. It moves nothing where it has no
 //! motion, no process, no frame, no monitor, no instruction that is not known (a macro may move), and where all that it calls stand there

@@ -2,8 +2,9 @@
 //!
 //! A jump leaves the next statement reached as before: only the label to which it leads is reached from elsewhere. So
 //! `IF R[1]=1,JMP LBL[2]` ends nothing that is known of the joints, and `IF R[1]=1,CALL GRIP` ends no more than its call.
-//! Grammar read here: `IF <condition>,<action>`, `IF (<condition>) THEN`, `ELSE`, `ENDIF`, `SELECT R[n]=<value>,<action>`, `=<value>,<action>`,
-//! `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an assignment.
+//! Grammar read here: `IF <condition>,<action>`, `IF (<condition>) THEN`, `ELSE`, `ENDIF`, `SELECT R[n]=<value>,<action>`,
+//! `=<value>,<action>`, `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an
+//! assignment.
 
 use super::statement::{Statement, is_comment, name_of, program_name};
 use super::triggers::Action;

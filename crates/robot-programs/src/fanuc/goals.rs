@@ -138,8 +138,9 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether a goal that cannot be determined is a whole position of its own: a register, or a position that is chosen, written or offset while
-    /// the program runs. `besides`: the motion counts from where the robot stands, may end on its way, or is coordinated with another group.
+    /// Whether a goal that cannot be determined is a whole position of its own: a register, or a position that is chosen, written or offset
+    /// while the program runs. `besides`: the motion counts from where the robot stands, may end on its way, or is coordinated with another
+    /// group.
     fn is_absolute(&self, goal: &Goal, besides: (bool, bool, bool)) -> bool {
         let Goal::Opaque(script::Reason::Fanuc(why)) = goal else { return false };
         let places = self.robot.places();

@@ -118,8 +118,8 @@ fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
     }
 }
 
-/// The name of the macro that a statement may be, one blank between its words; upper case. A macro has a name of any words: the statement is
-/// known by none of its own, holds no index and gives nothing a value.
+/// The name of the macro that a statement may be, one blank between its words; upper case. A macro has a name of any words: the statement
+/// is known by none of its own, holds no index and gives nothing a value.
 ///
 /// `macro = word {word} ["(" arguments ")"]`
 pub(super) fn macro_name(text: &Text, words: &[Range<usize>]) -> Option<String> {

@@ -2,17 +2,18 @@
 //!
 //! A program has sections: `/ATTR` (attributes, with the number of lines), `/MN` (numbered statements, each up to its `;`)
 //! and `/POS` (the positions `P[n]`, per motion group, as joints or Cartesian). Moves name positions; one position may serve
-//! several moves. What is edited are the numbers of group 1 (joints, or X Y Z W P R), in their columns with three decimals. A new point is a
-//! new line after whose number all others move up, and a new position after the last one.
+//! several moves. What is edited are the numbers of group 1 (joints, or X Y Z W P R), in their columns with three decimals. A new point is
+//! a new line after whose number all others move up, and a new position after the last one.
 //!
 //! Facts from public programs of R-J3 to R-30iB controllers and FANUC's operator manuals. Attribute names and some
 //! instructions follow the language of the controller: a word that is not known is kept, and ends what is known of the
 //! joints' directions, as it might move or jump.
 //!
 //! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses
-//! them; [`statement`] lines, statements and their words; [`motion`] a motion, [`triggers`] what it runs near its end; [`instruction`] everything else,
-//! [`readings`] which of it reads where the robot stands; [`flow`] jumps, blocks and calls; [`calls`] programs beside it; [`listing`] registers as the controller lists them, [`registers`] which of them hold these values; [`read`] makes the
-//! script, [`goals`] the goals of its motions, [`reason`] why one stays; [`write`] the patches.
+//! them; [`statement`] lines, statements and their words; [`motion`] a motion, [`triggers`] what it runs near its end; [`instruction`]
+//! everything else, [`readings`] which of it reads where the robot stands; [`flow`] jumps, blocks and calls; [`calls`] programs beside it;
+//! [`listing`] registers as the controller lists them, [`registers`] which of them hold these values; [`read`] makes the script, [`goals`]
+//! the goals of its motions, [`reason`] why one stays; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
 //! J3 + J2. Values are taken as they are written, and so a reversal is one of the written J3 (docs/program-fanuc.md).

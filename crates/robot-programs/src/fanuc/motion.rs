@@ -312,8 +312,8 @@ fn read_options(
     }
 }
 
-/// What it runs near its end. A new point stands before that where the way or the time tells how far before the end it starts; else none may be
-/// added.
+/// What it runs near its end. A new point stands before that where the way or the time tells how far before the end it starts; else none
+/// may be added.
 ///
 /// `option = ("TA" | "TB" | "DB") ...`
 fn read_triggers(text: &Text, words: &[Range<usize>], from: usize, said: &mut MotionInstruction) {

@@ -1,7 +1,7 @@
 //! Which position registers hold the values of a listing when a program runs: those that nothing among the files gives a value.
 //!
-//! Any program of the controller may have set a register before this one runs, and a program that is not among the files may set any. So all
-//! programs of the folder are looked over: a register that one of them sets, or may set, has no known value. Neither has any, where
+//! Any program of the controller may have set a register before this one runs, and a program that is not among the files may set any. So
+//! all programs of the folder are looked over: a register that one of them sets, or may set, has no known value. Neither has any, where
 //! one of them sets a register of a computed number, or calls what is not among them; a call without arguments of a name that the
 //! user declares to move nothing is none of these.
 

@@ -65,8 +65,8 @@ impl<'a> Words<'a> {
         self.text.slice(word.clone())
     }
 
-    /// The part of the next word in which the time or the distance of a trigger stands; `None`: no trigger begins here. Says whether it is after
-    /// the end.
+    /// The part of the next word in which the time or the distance of a trigger stands; `None`: no trigger begins here. Says whether it is
+    /// after the end.
     ///
     /// `trigger = "TA" | "TB" | "DB" | "ZEIT" ("VOR" | "NACH") | "WEG" "VOR"`
     fn trigger(&mut self) -> Option<(Range<usize>, bool)> {

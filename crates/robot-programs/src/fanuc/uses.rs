@@ -1,4 +1,5 @@
-//! What a program does to its positions and frames besides moving to them: positions that it reads or writes, frames and tools that it sets.
+//! What a program does to its positions and frames besides moving to them: positions that it reads or writes, frames and tools that it
+//! sets.
 
 use super::motion;
 use super::statement::{Statement, index, is_comment};

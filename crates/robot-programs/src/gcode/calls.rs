@@ -61,8 +61,8 @@ pub(super) fn called_by(block: &Block) -> Option<Called> {
 }
 
 impl Called {
-    /// The number of a subprogram that is certainly the one of this number in the text, if it has one: `P31000` calls O1000 three times on some
-    /// controls.
+    /// The number of a subprogram that is certainly the one of this number in the text, if it has one: `P31000` calls O1000 three times on
+    /// some controls.
     pub(super) fn in_text(self) -> Option<u32> {
         match self {
             Self::Subprogram(number) => number.filter(|n| (1..10_000).contains(n)),

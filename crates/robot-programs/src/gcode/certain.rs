@@ -74,9 +74,9 @@ impl Reader<'_> {
     /// A straight move by words of which some may mean another place than they say: it stays, and where its axes come to is not known; the
     /// others stand where they stood. `false`: other axes may move too, or its words count from where the machine stands.
     ///
-    /// Of G90 and G91 in one block Beckhoff takes each word by the one before it (TF5200, programming manual, combined programming: "N20 G91 X20
-    /// G90 Y20 (relative for X axis, absolute for Y axis)"), others take the last one for the whole block or refuse the block. After it the
-    /// last one is in force.
+    /// Of G90 and G91 in one block Beckhoff takes each word by the one before it (TF5200, programming manual, combined programming: "N20
+    /// G91 X20 G90 Y20 (relative for X axis, absolute for Y axis)"), others take the last one for the whole block or refuse the block.
+    /// After it the last one is in force.
     ///
     /// `block = ["G91" axis_word {axis_word} "G90"] axis_word {axis_word}`
     pub(super) fn leaves_named(&mut self, k: usize, block: &Block, why: Elsewhere) -> bool {
@@ -103,7 +103,8 @@ impl Reader<'_> {
         axes.axes().filter_map(|a| self.position.get_mut(a).map(|p| *p = None)).for_each(drop);
     }
 
-    /// Positions of these axes are about to be lost: the offset with which the last move ends stays in what relative words lead to from here.
+    /// Positions of these axes are about to be lost: the offset with which the last move ends stays in what relative words lead to from
+    /// here.
     pub(super) fn carry(&mut self, axes: AxisSet) {
         let Some(step) = self.last else { return };
         for a in axes.axes().filter(|a| self.position.get(*a).is_some_and(Option::is_some)) {

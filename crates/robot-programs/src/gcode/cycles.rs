@@ -1,20 +1,20 @@
 //! Canned cycles that make holes: the way to a hole is that of a G0, and what happens in the hole is the cycle's own.
 //!
-//! With G17 a cycle traverses X and Y to their words, then Z to the level R, makes the hole, and takes Z back to R (G99) or to where Z stood
-//! before the first hole (G98). Every block with a word of a place makes a hole until a G80 or a motion (NIST RS274NGC, NISTIR 6556, 3.5.16:
-//! "a straight traverse parallel to the XY-plane to the given XY-position", "a straight traverse of the Z-axis only to the R position";
-//! LinuxCNC, G-codes, canned cycles, the same; Weihong NC, programming manual, format of canned cycle: K "in G90 mode ... can specify the
-//! repeated machining times on the same position"). So X and Y are targets that are reached from the place before, and are edited as those
-//! of a G0. No point is added: it would be a hole.
+//! With G17 a cycle traverses X and Y to their words, then Z to the level R, makes the hole, and takes Z back to R (G99) or to where Z
+//! stood before the first hole (G98). Every block with a word of a place makes a hole until a G80 or a motion (NIST RS274NGC, NISTIR 6556,
+//! 3.5.16: "a straight traverse parallel to the XY-plane to the given XY-position", "a straight traverse of the Z-axis only to the R
+//! position"; LinuxCNC, G-codes, canned cycles, the same; Weihong NC, programming manual, format of canned cycle: K "in G90 mode ... can
+//! specify the repeated machining times on the same position"). So X and Y are targets that are reached from the place before, and are
+//! edited as those of a G0. No point is added: it would be a hole.
 //!
-//! Z, R, P, Q stay: the hole is as deep as it was. Where Z comes to depends on G98, on R and on where it stood, with its offset; so it is not
-//! known until a word names it again. The same goes for axes other than X and Y, as no word of them may be added to a cycle.
+//! Z, R, P, Q stay: the hole is as deep as it was. Where Z comes to depends on G98, on R and on where it stood, with its offset; so it is
+//! not known until a word names it again. The same goes for axes other than X and Y, as no word of them may be added to a cycle.
 //!
-//! What stays as a whole: G91 (R counts from where Z stands, and with L or K one block makes several holes), other planes (the axis that drills
-//! is a parameter of the control: Fanuc 5101#0), lathes and printers, on which these are other words, L0 and K0 (no hole, and on some controls
-//! no way either), words of other axes. G76 and G87 shift X and Y in the hole (Fanuc, Series 15i, operator's manual B-63324EN/03, G76: "a
-//! shift is made in an arbitrary direction on the positioning plane"), and G88 stops for the operator to move the machine by hand: from which
-//! side X and Y come after them is not known.
+//! What stays as a whole: G91 (R counts from where Z stands, and with L or K one block makes several holes), other planes (the axis that
+//! drills is a parameter of the control: Fanuc 5101#0), lathes and printers, on which these are other words, L0 and K0 (no hole, and on
+//! some controls no way either), words of other axes. G76 and G87 shift X and Y in the hole (Fanuc, Series 15i, operator's manual
+//! B-63324EN/03, G76: "a shift is made in an arbitrary direction on the positioning plane"), and G88 stops for the operator to move the
+//! machine by hand: from which side X and Y come after them is not known.
 
 use super::across::Across;
 use super::certain::opaque;

@@ -1,9 +1,9 @@
 //! Lathes: how X words count, and whose feed F is. [`signs`](super::signs) has what shows that a program is one of a lathe.
 //!
 //! X of a lathe is mostly a diameter: the axis moves by half of what a word says. R, I, J and K of an arc stay radii. Fanuc, Series 16/18
-//! for lathe, operator's manual B-62754EN/01, table 9.4(a). Which it is, a parameter of the control says (Fanuc 1006#3), or words: G7 and G8
-//! (LinuxCNC), DIAMON, DIAMOF and DIAM90 (Siemens). Assumes that programs without a word of lathes, and those with Y moves, have the places
-//! of the axis.
+//! for lathe, operator's manual B-62754EN/01, table 9.4(a). Which it is, a parameter of the control says (Fanuc 1006#3), or words: G7 and
+//! G8 (LinuxCNC), DIAMON, DIAMOF and DIAM90 (Siemens). Assumes that programs without a word of lathes, and those with Y moves, have the
+//! places of the axis.
 //!
 //! G98 and G99 are feeds per minute and per turn on lathes, and levels of return on mills.
 

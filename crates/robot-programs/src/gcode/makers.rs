@@ -8,7 +8,8 @@
 //! | `G05 P10000`, `G05 P0` | Fanuc, Series 30i, G code list of machining centers, G05 of group 00: "AI contour control (high-precision contour control compatible command)"; a mill programming manual of PowerRoute, p. 21: "G05 P10000 //Start high speed & high interpolation", "G05 P0 // high speed & high precision interpolation off" |
 //!
 //! G110 to G129 are other words on other controls (poles of polar coordinates, tool changes, measurements): they are work frames where the
-//! text has other words of Haas, and is not one of a lathe. G112 is a polar interpolation on newer ones. Other numbers of `G05 P` run cycles.
+//! text has other words of Haas, and is not one of a lathe. G112 is a polar interpolation on newer ones. Other numbers of `G05 P` run
+//! cycles.
 
 use super::codes::{code, is_work_frame};
 use super::lex::{Block, Word, has_axes, names};
@@ -114,8 +115,8 @@ impl Survey {
     }
 }
 
-/// The work frame that such a word on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`, G110 is `G154 P1`. A P that is no
-/// number chooses a frame that is no other line's.
+/// The work frame that such a word on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`, G110 is `G154 P1`. A P that is
+/// no number chooses a frame that is no other line's.
 ///
 /// `frame = "G54" ["P" number] | ("G54.1" | "G154") "P" number | "G" number`
 pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {

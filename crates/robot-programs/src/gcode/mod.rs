@@ -14,8 +14,9 @@
 //! and Fanuc dialects where they differ. Assumes that the work frame in which the first motion stands is the frame of the
 //! axes (its offset is not in the program), G17 until a plane is named, and G91.1.
 //!
-//! Blocks that differ in their numbers alone are read once ([`alike`], [`passed`]); [`codes`] has the G words by what they do, [`makers`] those of single makers, [`flow`] the
-//! words that steer the order of blocks, [`across`] what an X word of a lathe counts and [`signs`] what shows that there is one.
+//! Blocks that differ in their numbers alone are read once ([`alike`], [`passed`]); [`codes`] has the G words by what they do, [`makers`]
+//! those of single makers, [`flow`] the words that steer the order of blocks, [`across`] what an X word of a lathe counts and [`signs`]
+//! what shows that there is one.
 //!
 //! Variables and expressions that have one value whatever runs are folded ([`variables`]); [`assignments`] looks at what a line assigns
 //! and what it may do besides. What cannot be determined stays as it is and says why: units or distance mode that no word has set, other

@@ -5,9 +5,10 @@
 //! LinuxCNC, O codes: `sub`, `endsub`, `call`). The program around a definition passes it. The condition of a loop is looked at where the
 //! machine stands. [`Routines`] puts calls and ends together.
 //!
-//! Nothing is known in a text in which something may lead elsewhere: jumps and labels, `return`, `break`, `continue`, a block that an operator
-//! may switch off with one of these words, M99 or M30 within a loop or a condition, a program that runs into the next one, lines that are
-//! not followed, several work frames, G52, G92 and G10, because places are counted in the order of the text. Of the start of a subprogram nothing is known where a call repeats it (L3).
+//! Nothing is known in a text in which something may lead elsewhere: jumps and labels, `return`, `break`, `continue`, a block that an
+//! operator may switch off with one of these words, M99 or M30 within a loop or a condition, a program that runs into the next one, lines
+//! that are not followed, several work frames, G52, G92 and G10, because places are counted in the order of the text. Of the start of a
+//! subprogram nothing is known where a call repeats it (L3).
 
 use super::survey::Survey;
 use crate::script::joins::through_still;

@@ -1,9 +1,9 @@
 //! Who reads or stores where the machine stands: the moves from which it may have come there end where they always did.
 //!
-//! A place that a line reads (`#1=#5041`, `IF [#5021 GT 3]`, `X[#<_x>+1]`) or stores (G28.1, G30.1, M428) is that of the last move in the order
-//! of the text, and after a label, a loop, a call or at the start of a subprogram that of any move before a label, a jump, a loop or a call.
-//! Parameters: LinuxCNC (5021 and 5041 machine and work position, 5161 to 5189 reference points, 5420 current position), Fanuc custom macro B
-//! (5001 end of block, 5021, 5041, 5061 skip; 100001 to 100350 the same for more axes).
+//! A place that a line reads (`#1=#5041`, `IF [#5021 GT 3]`, `X[#<_x>+1]`) or stores (G28.1, G30.1, M428) is that of the last move in the
+//! order of the text, and after a label, a loop, a call or at the start of a subprogram that of any move before a label, a jump, a loop or
+//! a call. Parameters: LinuxCNC (5021 and 5041 machine and work position, 5161 to 5189 reference points, 5420 current position), Fanuc
+//! custom macro B (5001 end of block, 5021, 5041, 5061 skip; 100001 to 100350 the same for more axes).
 
 use super::assignments::Assignments;
 use super::certain::Carried;
@@ -64,8 +64,9 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether what a G word of a block makes is about where the machine stands, in axes that the block does not name too: a touch of a probe,
-    /// a scaling or a mirror, whose centre may be there, and the cycles of a lathe, which start there. What is not followed may be, too.
+    /// Whether what a G word of a block makes is about where the machine stands, in axes that the block does not name too: a touch of a
+    /// probe, a scaling or a mirror, whose centre may be there, and the cycles of a lathe, which start there. What is not followed may be,
+    /// too.
     pub(super) fn counts_from_here(&self, block: &Block, c: u32) -> bool {
         const OF_LATHES: &[u32] = &[730, 740, 760];
         let cycle = self.survey.diameters && OF_LATHES.contains(&c);
@@ -82,8 +83,8 @@ impl Reader<'_> {
         }
     }
 
-    /// A line that `reads` a place, and to which control may come from elsewhere in the text, as it just joined: the place may be that of any
-    /// way there.
+    /// A line that `reads` a place, and to which control may come from elsewhere in the text, as it just joined: the place may be that of
+    /// any way there.
     pub(super) fn reads_anywhere(&mut self, reads: bool, block: &Block) {
         let label = self.is_label(block);
         // those are passed from above alone

@@ -1,7 +1,8 @@
 //! Rotary axes whose way is not certain: a control with rollover takes the shorter way to an absolute angle.
 //!
-//! `A10` after `A350` turns back by 340 deg as it is counted, and on by 20 deg with rollover (Fanuc parameters 1006#0 and 1008; Haas setting 162).
-//! Below 180 deg both are the same. An axis that cannot turn once around has one way alone. Relative words go as they are written.
+//! `A10` after `A350` turns back by 340 deg as it is counted, and on by 20 deg with rollover (Fanuc parameters 1006#0 and 1008; Haas
+//! setting 162). Below 180 deg both are the same. An axis that cannot turn once around has one way alone. Relative words go as they are
+//! written.
 
 use super::lex::Block;
 use super::read::Reader;
@@ -10,7 +11,8 @@ use crate::axes::JointKind;
 use crate::script::{At, AxisSet, Break, Note, StepKind};
 use std::f64::consts::TAU;
 
-/// From this on the shorter way may be the other one, deg. The rest is for offsets: none turns a way that is shorter into one that is longer.
+/// From this on the shorter way may be the other one, deg. The rest is for offsets: none turns a way that is shorter into one that is
+/// longer.
 const HALF_TURN: f64 = 179.0;
 
 impl Reader<'_> {

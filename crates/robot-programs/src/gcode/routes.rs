@@ -1,5 +1,5 @@
-//! What the reader finds of the order of blocks: lines that steer it ([`order`](super::order)), programs and their calls, and the modes that
-//! a subprogram of the text leaves.
+//! What the reader finds of the order of blocks: lines that steer it ([`order`](super::order)), programs and their calls, and the modes
+//! that a subprogram of the text leaves.
 //!
 //! Modes of words (G90 and G91, G20 and G21, the plane) that one place of the text alone sets are known everywhere. Of others those after a
 //! call are what the subprogram sets last, or what was on before if it sets none; at its start those on which all of its calls agree.

@@ -77,8 +77,8 @@ impl Signs {
 
     /// It may be a program of a lathe, whose X words may be diameters and whose feed may be that of a turn.
     ///
-    /// Without a Y, G18 as the only plane will do, or a word of lathes; T words of four digits, G97, and G98 or G99 without a cycle to return
-    /// from are taken for some where G17 is not there. With a Y (driven tools) it takes both a word of the spindle and a turret.
+    /// Without a Y, G18 as the only plane will do, or a word of lathes; T words of four digits, G97, and G98 or G99 without a cycle to
+    /// return from are taken for some where G17 is not there. With a Y (driven tools) it takes both a word of the spindle and a turret.
     pub(super) fn diameters(&self, codes: &BTreeSet<u32>, changes_tools: bool) -> bool {
         let has = |c: u32| codes.contains(&c);
         let turret = self.turret && !changes_tools;

@@ -334,8 +334,8 @@ impl Look {
     }
 }
 
-/// Whether axis words of a block, and I, J, K and R, may be those of a place to which a move leads: arguments of a macro, a time and an offset
-/// are none, and of a cycle the axis words alone.
+/// Whether axis words of a block, and I, J, K and R, may be those of a place to which a move leads: arguments of a macro, a time and an
+/// offset are none, and of a cycle the axis words alone.
 fn leads(block: &Block) -> [bool; 2] {
     let codes = || block.words.iter().filter(|w| w.letter == b'G').filter_map(|w| w.value).map(|v| code(v.0));
     let axes = !codes().any(|c| matches!(c, 40 | 100 | 650 | 660 | 661));

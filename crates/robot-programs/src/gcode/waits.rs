@@ -1,10 +1,10 @@
 //! Moves after which the program waits: they end exactly at their goals, whatever mode of the feed is in force.
 //!
-//! A dwell keeps the axes where they are (NIST RS274NGC, 3.5.4: "This will keep the axes unmoving for the period of time in seconds specified by
-//! the P number"). LinuxCNC ends the motion before it (`emcTaskCheckPreconditions`: `EMC_TRAJ_DELAY` waits for motion); SEW: "Dwelling begins
-//! only when the previously programmed motion path has been run in its entirety"; Siemens, 840D, ISO milling, 3.3.1: the move of the next block
-//! waits. A point before such a goal is no stop by itself, so the same dwell is written after it. Words that stop a program (M0, M30) and those
-//! that may wait for the machine (M3, M5, M6) have no such form, and controls differ in the latter.
+//! A dwell keeps the axes where they are (NIST RS274NGC, 3.5.4: "This will keep the axes unmoving for the period of time in seconds
+//! specified by the P number"). LinuxCNC ends the motion before it (`emcTaskCheckPreconditions`: `EMC_TRAJ_DELAY` waits for motion); SEW:
+//! "Dwelling begins only when the previously programmed motion path has been run in its entirety"; Siemens, 840D, ISO milling, 3.3.1: the
+//! move of the next block waits. A point before such a goal is no stop by itself, so the same dwell is written after it. Words that stop a
+//! program (M0, M30) and those that may wait for the machine (M3, M5, M6) have no such form, and controls differ in the latter.
 
 use super::lex::{Block, Word};
 use super::read::Reader;
@@ -13,7 +13,8 @@ use super::write::{SAME, Writer};
 use crate::script::{AxisSet, Patch, PathKind, StepKind};
 
 impl Reader<'_> {
-    /// The dwell of a block is one of some time, and its words can stand in a block of their own: the move of the block before ends exactly.
+    /// The dwell of a block is one of some time, and its words can stand in a block of their own: the move of the block before ends
+    /// exactly.
     ///
     /// `dwell = ["N" number] "G4" ("P" | "X" | "U" | "F" | "S") number`
     pub(super) fn waits_at_goal(&mut self, block: &Block) {

@@ -198,8 +198,8 @@ fn switches(text: &Text) -> Option<(String, Vec<Event>)> {
     Some((job_name(text)?, events(text, begin_of(text)?).0))
 }
 
-/// Overlaid motions (bits, in the order of [`OVERLAID`]) that may be on before each line, whichever way the job came there, and whatever the
-/// jobs do that are `run` from it; empty: never.
+/// Overlaid motions (bits, in the order of [`OVERLAID`]) that may be on before each line, whichever way the job came there, and whatever
+/// the jobs do that are `run` from it; empty: never.
 pub(super) fn overlaid_before(text: &Text, begin: usize, run: &[&Text]) -> Vec<u32> {
     let named = |text: &Text, word: &str| memchr::memmem::find(&text.bytes, word.as_bytes()).is_some();
     let any = |text: &Text| OVERLAID.iter().any(|(on, off)| named(text, on) || named(text, off));
@@ -214,8 +214,8 @@ pub(super) fn overlaid_before(text: &Text, begin: usize, run: &[&Text]) -> Vec<u
     first.into_iter().map(|k| states.get(k).copied().unwrap_or_default()).collect()
 }
 
-/// Lines, from 1, of the `moves` after which the job may read where the robot stands, or call one of the `jobs` that do; instructions begin at
-/// line `begin`.
+/// Lines, from 1, of the `moves` after which the job may read where the robot stands, or call one of the `jobs` that do; instructions begin
+/// at line `begin`.
 pub(super) fn last_before(text: &Text, begin: usize, moves: &BTreeSet<u64>, jobs: &Called) -> BTreeSet<u64> {
     let calls = |k: usize| {
         let words = upper_words(text, k);

@@ -79,8 +79,8 @@ impl Reader<'_> {
         line.and_then(|k| header_number(self.text.line(k as usize)))
     }
 
-    /// The user frame (`tool`: the tool) of the header on a line: `MFRAME UF#(1) ...` in the job makes it one that is known only while the job
-    /// runs.
+    /// The user frame (`tool`: the tool) of the header on a line: `MFRAME UF#(1) ...` in the job makes it one that is known only while the
+    /// job runs.
     fn as_set(&self, frame: Frame, line: Option<u32>, tool: bool) -> Frame {
         match self.header(line) {
             Some(n) if self.frames_set.has(tool, n) => frame.made("0", "as the job sets it"),

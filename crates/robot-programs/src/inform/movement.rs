@@ -196,8 +196,8 @@ impl Reader<'_> {
         self.place(k, indent, word, line)
     }
 
-    /// Whether the stations and robots of other groups certainly stand still on the way of the move on line `k`; `own`: its words, `others`: what
-    /// it says of them. The move on the next line after a `+` is theirs, too.
+    /// Whether the stations and robots of other groups certainly stand still on the way of the move on line `k`; `own`: its words,
+    /// `others`: what it says of them. The move on the next line after a `+` is theirs, too.
     fn station_stands(&mut self, k: usize, own: &[Range<usize>], others: &[Range<usize>]) -> bool {
         let next =
             self.line_of_others(k).filter(|_| others.is_empty()).map(|k| words(self.text, k)).unwrap_or_default();

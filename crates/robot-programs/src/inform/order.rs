@@ -1,8 +1,8 @@
 //! Which number of a C line is which joint of the robot file.
 //!
-//! A controller counts S, L, U, R, B, T, and E, the joint between L and U of an arm of seven, last; a robot file lists joints along the arm.
-//! So joints named by these letters (`E`, `joint_3_e`) are found by them, others by the numbers in their names (`J6`), or by their places.
-//! An arm with fewer joints has either as many numbers as joints, in this order, or the list of six with gaps: S, L, U, -, -, T.
+//! A controller counts S, L, U, R, B, T, and E, the joint between L and U of an arm of seven, last; a robot file lists joints along the
+//! arm. So joints named by these letters (`E`, `joint_3_e`) are found by them, others by the numbers in their names (`J6`), or by their
+//! places. An arm with fewer joints has either as many numbers as joints, in this order, or the list of six with gaps: S, L, U, -, -, T.
 //!
 //! Reference: Yaskawa, MotoROS2, `src/CtrlGroup.c`: the orders of the pulses that a controller gives. Assumes that a job lists them alike.
 

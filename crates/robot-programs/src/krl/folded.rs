@@ -5,8 +5,8 @@ use super::lex::{Kind, Token};
 use crate::script::fold::{self, Part};
 use crate::script::{Text, number};
 
-/// The value of an expression, as fine as its finest number; `None`: it is none of plain numbers. A quotient of whole numbers is cut to a whole
-/// number (KUKA System Software, arithmetic operators): none is folded.
+/// The value of an expression, as fine as its finest number; `None`: it is none of plain numbers. A quotient of whole numbers is cut to a
+/// whole number (KUKA System Software, arithmetic operators): none is folded.
 ///
 /// `expression = number {("+" | "-" | "*") number}`, with brackets and signs
 pub(super) fn folded(text: &Text, tokens: &[Token]) -> Option<Plain> {

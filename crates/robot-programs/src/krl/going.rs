@@ -2,9 +2,9 @@
 //! robot holds the part (`IPO_FRAME #TCP`).
 //!
 //! A motion of `#CONSTANT` keeps its orientation whatever its point says; of `#JOINT` the wrist's axes go as in a PTP. Both are
-//! said by `$ORI_TYPE`, by the motion data of inline forms (`LDAT_ACT=LCPDAT1`), or by `WITH` for one motion. Motion data come into force with
-//! `BAS(#CP_PARAMS,...)` or `BAS(#CP_DAT)`, which set `$ORI_TYPE` to what `LDAT_ACT` says, whatever was set since; up to there the motion may
-//! turn either way.
+//! said by `$ORI_TYPE`, by the motion data of inline forms (`LDAT_ACT=LCPDAT1`), or by `WITH` for one motion. Motion data come into force
+//! with `BAS(#CP_PARAMS,...)` or `BAS(#CP_DAT)`, which set `$ORI_TYPE` to what `LDAT_ACT` says, whatever was set since; up to there the
+//! motion may turn either way.
 
 use super::lex::{Kind, Token, tokens, upper};
 use crate::script::Text;

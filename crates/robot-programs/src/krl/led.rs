@@ -2,8 +2,9 @@
 //! (`$JOINT_OFFSET[1]=0.2`), a function generator (`$TECH[1].MODE=#CYCLE`), which weaves, a soft servo, a seam on which ArcTech weaves:
 //! what statements [switch](super::switches).
 //!
-//! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What is on at the end of a routine may hold in
-//! all of them, from their start; what it ends without having begun it, too. What is on where a routine of the program is called is on in it.
+//! It is followed through labels, branches and loops ([`held`]): what one way leaves on is on. What is on at the end of a routine may hold
+//! in all of them, from their start; what it ends without having begun it, too. What is on where a routine of the program is called is on
+//! in it.
 
 use super::calls::calls;
 use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper, word_byte};

@@ -13,8 +13,8 @@
 //! [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines
 //! that move nothing; [`project`] other modules, [`machine`] where the robot stands and how far its axes go; [`motion`] a motion
 //! instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds, sensors; [`settings`] speeds and
-//! frames in force, with [`lists`] of the controller, values of a [`frame`] and bases that are [`carried`] by other axes; [`target`] axis values; points that are
-//! [`made`] of what the program computes; [`product`] products of
+//! frames in force, with [`lists`] of the controller, values of a [`frame`] and bases that are [`carried`] by other axes; [`target`] axis
+//! values; points that are [`made`] of what the program computes; [`product`] products of
 //! frames; [`relative`] relative motions; [`stance`] the configuration of the arm in the project; [`led`] what leads the robot
 //! away from its points, by what statements [switch](switches) and the weld data of a [`seam`]; [`outside`] what routines of other
 //! files leave behind; [`read`] makes the [`program`]; [`write`] the patches; [`clone`] a point's second form; [`reason`]

@@ -1,8 +1,8 @@
 //! What routines of other files of the project leave behind when the program calls them: another base or tool, another way in which the
 //! tool turns, a sensor or a conveyor that leads the robot.
 //!
-//! Read are the routines (`DEF`, `DEFFCT`) that the program's text names before a bracket, and those that they name in turn. A routine of the
-//! program itself goes before one of the same name elsewhere; of several elsewhere any may be meant. A routine that no file of the
+//! Read are the routines (`DEF`, `DEFFCT`) that the program's text names before a bracket, and those that they name in turn. A routine of
+//! the program itself goes before one of the same name elsewhere; of several elsewhere any may be meant. A routine that no file of the
 //! project has leaves everything as it was.
 
 use super::calls::calls;

@@ -1,14 +1,15 @@
 //! Relative motions after a known place: `LIN_REL {X 10,Z -100} #TOOL`, `PTP_REL {A1 5}`.
 //!
 //! Grammar read here: `LIN_REL {X v,Y v,Z v,A v,B v,C v} [C_...] [#BASE | #TOOL]`, any of the components (`SLIN_REL` likewise). They count
-//! from the end of the motion before: along the axes of $BASE without a word and with `#BASE`, along those of the tool as it stands there with
-//! `#TOOL` (KUKA System Software, Operating and Programming Instructions for System Integrators). Where the goal leads is known
+//! from the end of the motion before: along the axes of $BASE without a word and with `#BASE`, along those of the tool as it stands there
+//! with `#TOOL` (KUKA System Software, Operating and Programming Instructions for System Integrators). Where the goal leads is known
 //! where the motion before ends exactly at a known point in the same frame for the same tool, and nothing turns: angles are 0 or
 //! not given. `PTP_REL` (`SPTP_REL`) of axis values counts from those of the motions before, where the last ends exactly.
 //!
 //! Such a goal is known and not written, and neither is the point before it: with an offset that would be another place from which the
 //! motion counts. X, Y and Z cannot take that back, as the offsets of the joints turn the tool, too. The point before a relative motion
-//! that is not known (`PTP_REL {Z 10}`) stays for the same reason, and so does the last one before a call of a routine that may begin with one.
+//! that is not known (`PTP_REL {Z 10}`) stays for the same reason, and so does the last one before a call of a routine that may begin with
+//! one.
 
 use super::aggregate::{Aggregate, Component};
 use super::calls::calls;
@@ -26,8 +27,8 @@ use std::collections::BTreeSet;
 /// Decimals of axis values to which a relative motion leads.
 const FINE: u8 = 6;
 
-/// Names of the routines of a program and its project in which a relative motion stands, themselves or in what they call: it may be the first
-/// that they make, and count from where their caller has led the robot.
+/// Names of the routines of a program and its project in which a relative motion stands, themselves or in what they call: it may be the
+/// first that they make, and count from where their caller has led the robot.
 pub(super) fn routines(texts: &[Text]) -> BTreeSet<String> {
     let counting: Vec<_> = texts.iter().map(|t| t.known(Counting::of)).collect();
     with_callers(texts, counting.iter().flat_map(|c| c.moves.iter().cloned()).collect())
@@ -116,8 +117,8 @@ impl Stands {
         Some(Self::Pose { position_m, rotation, frame: goal.frame.clone(), tool: goal.tool.clone() })
     }
 
-    /// After a motion to axis values. Of axes that it does not name nothing is known: a new point before it names them all. A relative motion
-    /// leaves them where they were `before`.
+    /// After a motion to axis values. Of axes that it does not name nothing is known: a new point before it names them all. A relative
+    /// motion leaves them where they were `before`.
     pub fn of_axes(before: Option<&Self>, target: TargetRef) -> Self {
         let stood = |axis: usize| match before {
             Some(Self::Axes(all)) => all.get(axis).copied().flatten(),

@@ -1,8 +1,8 @@
 //! In which configuration of its arm a project works, by all the points that it declares: for programs that name no joints themselves.
 //!
 //! A `FRAME` has no status, and a motion to it keeps the one before (KUKA System Software, Operating and Programming Instructions for
-//! System Integrators, status and turn). Read are the values in braces of every file of the project: axes that are all given, and status. Left
-//! out are names of the controller (`$H_POS_TOL`), relative motions, values beyond a turn (`A1 999`: not taught) and zeros.
+//! System Integrators, status and turn). Read are the values in braces of every file of the project: axes that are all given, and status.
+//! Left out are names of the controller (`$H_POS_TOL`), relative motions, values beyond a turn (`A1 999`: not taught) and zeros.
 
 use super::aggregate::{Aggregate, aggregate};
 use super::data::Data;

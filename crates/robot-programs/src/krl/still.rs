@@ -1,7 +1,7 @@
 //! Routines of the program and of its project that move nothing: a call of one ends nothing that is known of the joints.
 //!
-//! `DEF name(...)` ... `END` and `DEFFCT type name(...)` ... `ENDFCT`, with what stands between them. A routine moves nothing where it has no
-//! motion word, no interrupt or trigger, gives no value to a variable of the controller but those of outputs, flags and timers (frames,
+//! `DEF name(...)` ... `END` and `DEFFCT type name(...)` ... `ENDFCT`, with what stands between them. A routine moves nothing where it has
+//! no motion word, no interrupt or trigger, gives no value to a variable of the controller but those of outputs, flags and timers (frames,
 //! speeds and orientations are of them), and calls only built-in functions and routines of which the same holds. A name that
 //! several routines have is still where all of them are.
 //!

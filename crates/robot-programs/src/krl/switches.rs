@@ -1,7 +1,7 @@
 //! What statements switch on and off that leads the robot away from its points, as bits of the states that [`led`](super::led) follows.
 //!
-//! A soft servo: `$TORQUE_AXIS` and `$CURR_RED[axis,limit]` of KRC2, `SET_TORQUE_LIMITS(axis,...)` of KRC4, by axis. A sensor: `RSI_ON`, and
-//! `ST_ON` of the RSI of KRC2. Weaving and seam tracking of KUKA.ArcTech, by the [weld data](super::seam) of the seam.
+//! A soft servo: `$TORQUE_AXIS` and `$CURR_RED[axis,limit]` of KRC2, `SET_TORQUE_LIMITS(axis,...)` of KRC4, by axis. A sensor: `RSI_ON`,
+//! and `ST_ON` of the RSI of KRC2. Weaving and seam tracking of KUKA.ArcTech, by the [weld data](super::seam) of the seam.
 
 use super::calls::arc_state;
 use super::frame::written;
@@ -27,8 +27,8 @@ const SEAM: u32 = WEAVES | TRACKS | WELD_DATA;
 const CURRENTS: u32 = 0x001f_ff00;
 const LIMITS: u32 = 0xffe0_0000;
 
-/// States that a text does not begin with although it ends them: a new seam ends what held on the one before, and a program begins with full
-/// currents.
+/// States that a text does not begin with although it ends them: a new seam ends what held on the one before, and a program begins with
+/// full currents.
 pub(super) const ENDED_ANYWAY: u32 = SEAM | CURRENTS;
 
 /// What the texts of a program have in common: weld data, and the bits of axes.

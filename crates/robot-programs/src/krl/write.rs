@@ -26,8 +26,8 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     Ok(out)
 }
 
-/// Goals in other modules, and elements of arrays, that no clone can take the place of: in an inline form the clone needs a data list and all that the form
-/// couples.
+/// Goals in other modules, and elements of arrays, that no clone can take the place of: in an inline form the clone needs a data list and
+/// all that the form couples.
 pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, script::Reason)> {
     let elsewhere = |step: usize| {
         let StepKind::Move(m) = &program.script.steps.get(step)?.kind else { return None };
@@ -214,7 +214,8 @@ fn named(program: &Program) -> Vec<bool> {
     (0..program.axes.len()).map(named).collect()
 }
 
-/// Other points on the way of an arc, and new motions before a motion: before its fold where it stands in an inline form, with the settings of the form.
+/// Other points on the way of an arc, and new motions before a motion: before its fold where it stands in an inline form, with the settings
+/// of the form.
 fn insert(
     program: &Program,
     edits: &Edits,

@@ -1,5 +1,5 @@
-//! Goals that cannot be determined, but are whole places of their own: data of RAPID hold a whole pose, or all joint values, whatever they are, and
-//! so do sums of them. What a routine of the program gives may be made of where the robot stands.
+//! Goals that cannot be determined, but are whole places of their own: data of RAPID hold a whole pose, or all joint values, whatever they
+//! are, and so do sums of them. What a routine of the program gives may be made of where the robot stands.
 
 use super::lex::Kind;
 use super::read::{Item, Span};

@@ -1,7 +1,8 @@
 //! Procedures of which all calls stand in the program: the robot comes to their first target from where it stands before one of these.
 //!
 //! No such one is `main`, a function, a trap, one of two of its name, or one that is called by a name that is computed or stands in a text
-//! (`MoveLSync p1,v100,z10,tool0,"pick"`). One that is not LOCAL is such a one in a program with `main` alone, where nothing beside it names it.
+//! (`MoveLSync p1,v100,z10,tool0,"pick"`). One that is not LOCAL is such a one in a program with `main` alone, where nothing beside it
+//! names it.
 
 use super::facts::{Facts, called};
 use super::lex::Kind;

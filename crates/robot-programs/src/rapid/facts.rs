@@ -302,7 +302,8 @@ impl<'a> Facts<'a> {
         Err(Reason::Global(shown()))
     }
 
-    /// Whether calls of a procedure by its name stand in this text alone. A file that is left out of the program may call one that is not LOCAL.
+    /// Whether calls of a procedure by its name stand in this text alone. A file that is left out of the program may call one that is not
+    /// LOCAL.
     pub fn is_called_here_alone(&self, r: &Routine) -> bool {
         let alone = self.p.routines.iter().filter(|other| other.name == r.name).count() == 1;
         r.procedure && alone && (r.local || self.has_main && !self.left_out.calls(&r.name))

@@ -3,8 +3,8 @@
 //! last before the program reads where the robot stands.
 //!
 //! `ConfJ` and `ConfL` are states of the task (ABB, Technical reference manual, RAPID Instructions: valid until the next of them; on at a
-//! restart), so that they go with control through calls, branches, loops and handlers of all modules. A handler may run after any item of its
-//! routine; `%name%` and `CallByVar` may call any procedure whose name begins as the name is written; a routine that no file has
+//! restart), so that they go with control through calls, branches, loops and handlers of all modules. A handler may run after any item of
+//! its routine; `%name%` and `CallByVar` may call any procedure whose name begins as the name is written; a routine that no file has
 //! may have switched what the task switches. In a task without `main`, routines that none calls may run one after the other.
 //!
 //! Where an error or an interrupt strikes the robot stands anywhere on its way: a reading there is one of no move before it.
@@ -26,7 +26,8 @@ const WATCHES: [&str; 2] = ["confj", "confl"];
 const DISPLACED: usize = 2;
 const LAST: usize = 3;
 const KINDS: usize = 4;
-/// Settings of the first three; with that of [`BEFORE`] configurations are watched, and nothing is displaced: `PP to Main` ends a displacement.
+/// Settings of the first three; with that of [`BEFORE`] configurations are watched, and nothing is displaced: `PP to Main` ends a
+/// displacement.
 const ON: u32 = FIRST;
 const OFF: u32 = FIRST + 1;
 

@@ -157,8 +157,8 @@ impl Builder<'_> {
             .then_some(value)
     }
 
-    /// Whether a value is a displacement of points that are declared without one in the end: not of each other. `seen`: points on the way there,
-    /// and whether they have been followed to the end.
+    /// Whether a value is a displacement of points that are declared without one in the end: not of each other. `seen`: points on the way
+    /// there, and whether they have been followed to the end.
     fn is_displacement(&self, value: &Span, module: usize, seen: &mut BTreeMap<usize, bool>) -> bool {
         /// Points that are declared by other points.
         const MOST: usize = 16;
@@ -245,8 +245,8 @@ impl Builder<'_> {
         Some(self.targets.len() - 1)
     }
 
-    /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name. One that the caller may give (`\WObj?WObj`) is `wobj0` in
-    /// one call and another one in the next.
+    /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name. One that the caller may give (`\WObj?WObj`) is
+    /// `wobj0` in one call and another one in the next.
     ///
     /// `wobjdata = "[" robhold "," ufprog "," ufmec "," pose "," pose "]"`
     fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Frame {
@@ -328,7 +328,8 @@ impl Builder<'_> {
         p.items.iter().filter(|item| waits(item)).any(|item| p.words.within(item.span.clone()).any(|w| w == name))
     }
 
-    /// Frame of a work object that a mechanical unit carries: known for each place of the unit, unless the targets do not tell where it stands.
+    /// Frame of a work object that a mechanical unit carries: known for each place of the unit, unless the targets do not tell where it
+    /// stands.
     ///
     /// `ufmec = string`
     fn on_unit(&self, name: &str, unit: Option<&Node>) -> Frame {

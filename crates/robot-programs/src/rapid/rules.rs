@@ -119,8 +119,8 @@ impl Going {
         matches!(item.kind, ItemKind::Call { alone: true }) || self.depth > self.soft_depth
     }
 
-    /// `SoftAct`: a softness of 0 is the greatest stiffness, with which the axis goes to its targets (RAPID Instructions, SoftAct). It counts
-    /// where nothing may pass it by that did not pass by what made the axis soft.
+    /// `SoftAct`: a softness of 0 is the greatest stiffness, with which the axis goes to its targets (RAPID Instructions, SoftAct). It
+    /// counts where nothing may pass it by that did not pass by what made the axis soft.
     ///
     /// `soft = "SoftAct" ["\" "MechUnit" ":=" name ","] axis "," softness ["\" "Ramp" ":=" number]`
     fn soften(&mut self, text: &Text, p: &Parsed, item: &Item) {

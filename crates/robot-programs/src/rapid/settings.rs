@@ -80,8 +80,8 @@ impl Settings {
         words_of(p, span.clone()).filter_map(number).map(|n| since(*n)).collect()
     }
 
-    /// Tokens of assignments from which on a name is asked for by another one, and that, where one of the words in `asked` (in lower case) is
-    /// made of it.
+    /// Tokens of assignments from which on a name is asked for by another one, and that, where one of the words in `asked` (in lower case)
+    /// is made of it.
     pub fn assignments(&self, asked: &BTreeSet<String>) -> impl Iterator<Item = (usize, String)> {
         let inside = |c: char| c.is_alphanumeric() || c == '_';
         let made = move |words: &str, name: &str| words.split(|c| !inside(c)).any(|word| word == name);

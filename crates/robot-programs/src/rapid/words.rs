@@ -227,8 +227,8 @@ const WAITS: &str = "\
     break stop waitai waitao waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittestandset waittime waituntil \
     tpreadfk tpreadnum tpreaddnum uimsgbox syncmoveon syncmoveoff";
 
-/// Instructions after which it is not known where the arm comes from: they move it, or let others do so, or go on with a way that was interrupted.
-/// In lower case, sorted.
+/// Instructions after which it is not known where the arm comes from: they move it, or let others do so, or go on with a way that was
+/// interrupted. In lower case, sorted.
 const MOVES: &str = "\
     clearpath contactl egmmovec egmmovel egmrunjoint egmrunpose egmstop hollowwristreset indamove indcmove inddmove indreset \
     indrmove loadid manloadidproc mtoolrotcalib mtooltcpcalib pathrecmovebwd pathrecmovefwd procerrrecovery restopath setleadthrough \
@@ -328,9 +328,9 @@ pub fn only_reads(name: &str) -> bool {
     matches!(name, "errwrite" | "socketsend" | "tpshow" | "tpwrite" | "write" | "writestrbin")
 }
 
-/// Arguments of a calibration or a search (by their place among those that are no switches) whose values it takes and does not set: the joints of
-/// `MToolTCPCalib Pos1, Pos2, Pos3, Pos4, Tool, MaxErr, MeanErr` and `MToolRotCalib RefTip, ZPos \XPos, Tool` (ABB, Technical reference manual,
-/// RAPID instructions), the points of `Search_1D Result, StartPoint, SearchPoint, Speed, Tool`.
+/// Arguments of a calibration or a search (by their place among those that are no switches) whose values it takes and does not set: the
+/// joints of `MToolTCPCalib Pos1, Pos2, Pos3, Pos4, Tool, MaxErr, MeanErr` and `MToolRotCalib RefTip, ZPos \XPos, Tool` (ABB, Technical
+/// reference manual, RAPID instructions), the points of `Search_1D Result, StartPoint, SearchPoint, Speed, Tool`.
 pub fn inputs(name: &str) -> std::ops::Range<usize> {
     match name {
         "mtooltcpcalib" | "stooltcpcalib" => 0..4,

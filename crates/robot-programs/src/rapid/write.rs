@@ -4,7 +4,8 @@
 //! declaration after the old one, with its storage class and a fresh name, to which the move is turned. A new point is a copy of
 //! the move's own statement in front of it, with an inline target, the same speed and tool, without `\Conc`, `\Inpos`.
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
-//! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
+//! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own
+//! zone stays.
 
 use super::built::{Built, Owner, SharedSite, Site, Written};
 use super::value;
@@ -284,8 +285,8 @@ impl Writer<'_> {
     }
 }
 
-/// What the names of clones of a target begin with. Modules are written one by one, and names that they share are unique in the task: where the
-/// whole name of a target is not in the new one, a number made of the whole tells it from others that begin alike.
+/// What the names of clones of a target begin with. Modules are written one by one, and names that they share are unique in the task: where
+/// the whole name of a target is not in the new one, a number made of the whole tells it from others that begin alike.
 fn base_of(old: &str, shared: bool) -> String {
     const LONGEST: usize = LONGEST_NAME - 9;
     let mut base: String = old.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();

@@ -1,8 +1,8 @@
 //! Programs that a program calls: whether they move the robot, as far as the files beside it tell, or the user.
 //!
-//! A program moves nothing where nothing in it does and all that it calls is there and moves nothing either; programs that call each other in a
-//! circle move what one of them moves. What is loaded on the controller under a name is taken to be the file beside it, and a note says so. Of a name that no
-//! file has the user may say that it moves nothing ([`NoMotion`]); a file goes before that.
+//! A program moves nothing where nothing in it does and all that it calls is there and moves nothing either; programs that call each other
+//! in a circle move what one of them moves. What is loaded on the controller under a name is taken to be the file beside it, and a note
+//! says so. Of a name that no file has the user may say that it moves nothing ([`NoMotion`]); a file goes before that.
 
 use super::{At, Note, Script};
 use crate::no_motion::NoMotion;

@@ -75,7 +75,8 @@ pub trait Document: Send + Sync {
     fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, Reason)>, Option<Patches>) {
         (self.unwritable(edits), None)
     }
-    /// Whether straight moves to Cartesian targets can be written as moves to joint values ([`Edit::as_joint_moves`](super::Edit::as_joint_moves)).
+    /// Whether straight moves to Cartesian targets can be written as moves to joint values
+    /// ([`Edit::as_joint_moves`](super::Edit::as_joint_moves)).
     fn takes_joints_for_poses(&self) -> bool {
         false
     }
@@ -102,7 +103,8 @@ pub trait Document: Send + Sync {
         None
     }
     /// By step, points on ways that are not straight in the joints, at shares of their time and so close that straight lines between
-    /// them stay at the way, those of [`Move::way`](super::Move::way) among them. A step that is not in it goes straight over [`Move::way`](super::Move::way).
+    /// them stay at the way, those of [`Move::way`](super::Move::way) among them. A step that is not in it goes straight over
+    /// [`Move::way`](super::Move::way).
     fn passed(&self) -> BTreeMap<usize, Vec<Way>> {
         BTreeMap::new()
     }

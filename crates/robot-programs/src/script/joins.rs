@@ -57,7 +57,8 @@ impl Labels {
 /// Places that are followed back from a break at most.
 const FOLLOWED: usize = 64;
 
-/// A place before which nothing has moved since a break is reached as that break is; where that leads through many places, nothing is known.
+/// A place before which nothing has moved since a break is reached as that break is; where that leads through many places, nothing is
+/// known.
 pub(crate) fn through_still(script: &mut Script) {
     let mut joins = std::mem::take(&mut script.joins);
     joins.sort_by_key(|j| j.at);

@@ -6,9 +6,9 @@ use std::collections::BTreeSet;
 
 impl Script {
     /// Keeps the ends of moves where they are from which a relative motion counts: an offset there would be carried along. Where a label, a
-    /// branch, a loop or the start of a routine (or a call, in a text of several routines) stands before the relative motion, the motion may follow
-    /// any move that ends before such a place; `jumps`: jumps of the language are no steps, so that it may follow any. `calls`: lines of calls of routines in
-    /// which one may come first. Gives the steps that it kept.
+    /// branch, a loop or the start of a routine (or a call, in a text of several routines) stands before the relative motion, the motion
+    /// may follow any move that ends before such a place; `jumps`: jumps of the language are no steps, so that it may follow any. `calls`:
+    /// lines of calls of routines in which one may come first. Gives the steps that it kept.
     pub fn keep_before_relative(&mut self, why: &Reason, calls: &BTreeSet<u64>, jumps: bool) -> Vec<usize> {
         let ends = |s: &Step| matches!(s.kind, StepKind::Break(kind) if !kind.is_frame());
         let counts = |s: &Step| match &s.kind {
@@ -50,8 +50,8 @@ impl Script {
         self.fix(kept, why)
     }
 
-    /// Keeps the goals of the moves on these lines of the first text, after which the program may read where the robot stands. Gives the steps that
-    /// it kept.
+    /// Keeps the goals of the moves on these lines of the first text, after which the program may read where the robot stands. Gives the
+    /// steps that it kept.
     pub fn keep_read(&mut self, why: &Reason, lines: &BTreeSet<u64>) -> Vec<usize> {
         let read = |s: &Step| s.at.file == 0 && lines.contains(&s.at.line);
         let all: Vec<usize> = (0..self.steps.len()).filter(|k| read(&self.steps[*k])).collect();

@@ -10,8 +10,8 @@ const LAST: usize = 0;
 /// The name of the program here.
 const PROGRAM: &str = "program";
 
-/// Places, from 0, whose moves may come last before, or at, one of those that are `asked` for, ascending. `events`: what the places mean; `first`: the
-/// first event of each.
+/// Places, from 0, whose moves may come last before, or at, one of those that are `asked` for, ascending. `events`: what the places mean;
+/// `first`: the first event of each.
 pub fn before(events: &[Event], first: &[usize], moves: &BTreeSet<usize>, asked: &[usize]) -> BTreeSet<usize> {
     if asked.is_empty() {
         return BTreeSet::new();

@@ -5,14 +5,14 @@
 //! new points on the way to it) into [`Patch`]es of bytes. Bytes outside the patches cannot change. Nothing here knows of
 //! robots beyond the unit of an axis, nor of compensation.
 //!
-//! Modules: `format` the interface, `program` the [`Script`], `order` what is known of the order of its steps; [`step`] motions and what stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes
-//! for it, all in columns; [`thin`] what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets;
-//! [`reason`] why a move stays as it is;
-//! [`number`] numbers and the style in which they are written, `shares` a time over several legs; [`text`] bytes and lines; [`sites`] what writers of languages with
-//! statements share; [`held`] what may be on where control comes from several places, `reach` which
-//! of several settings may be in force at each place, [`processes`] where a process may be; [`kept`] ends of moves that stay, [`last`] which of them come last before a place; [`cursor`] how
-//! lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps, `by_steps` values of some of them; `joins` and `routines` from where control comes to
-//! them;
+//! Modules: `format` the interface, `program` the [`Script`], `order` what is known of the order of its steps; [`step`] motions and what
+//! stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`]
+//! what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`reason`] why a move stays as it
+//! is; [`number`] numbers and the style in which they are written, `shares` a time over several legs; [`text`] bytes and lines; [`sites`]
+//! what writers of languages with statements share; [`held`] what may be on where control comes from several places, `reach` which
+//! of several settings may be in force at each place, [`processes`] where a process may be; [`kept`] ends of moves that stay, [`last`]
+//! which of them come last before a place; [`cursor`] how lexers read bytes; [`lex`] words, numbers and marks of such languages; [`blocks`]
+//! their steps, `by_steps` values of some of them; `joins` and `routines` from where control comes to them;
 //! [`fold`] expressions of plain numbers; [`called`] programs that a program calls; [`without_joint`] numbers of axes that the robot file
 //! does not have.
 //!

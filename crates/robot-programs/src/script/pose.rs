@@ -9,7 +9,8 @@
 //!
 //! References: KUKA System Software, Operating and Programming Instructions for System Integrators (A, B, C; status and turn);
 //! ABB, RAPID Instructions, Functions and Data types (`orient`, `confdata`); FANUC operator's manuals (W, P, R; configuration);
-//! Yaskawa NX100, Instructions for Relative Job function, section 4.1 (`RCONF`); Universal Robots, The URScript Programming Language (poses).
+//! Yaskawa NX100, Instructions for Relative Job function, section 4.1 (`RCONF`); Universal Robots, The URScript Programming Language
+//! (poses).
 
 mod form;
 mod frame;
@@ -37,8 +38,8 @@ pub struct PoseGoal {
     pub solution: Solution,
     /// The controller takes `solution` as an order on this move; else it only tells how the point was taught.
     pub binding: bool,
-    /// Whether it does so on this move is not certain (`binding` is `true` then): where `solution` is not the one nearest to the joints before,
-    /// the joints are not known.
+    /// Whether it does so on this move is not certain (`binding` is `true` then): where `solution` is not the one nearest to the joints
+    /// before, the joints are not known.
     pub unsure: bool,
     /// What the program adds to the numbers of `target`; `None`: nothing.
     pub shift: Option<Box<Shift>>,

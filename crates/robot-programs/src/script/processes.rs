@@ -1,15 +1,16 @@
 //! Steps at which a process (welding, dispensing) may be on, wherever control comes from.
 //!
-//! It counts as on wherever one way through the program leaves it on: an end of it that may be passed by ends nothing for those who pass by,
-//! a loop may begin with what its last pass left on, and a routine with what was on where it is called.
+//! It counts as on wherever one way through the program leaves it on: an end of it that may be passed by ends nothing for those who pass
+//! by, a loop may begin with what its last pass left on, and a routine with what was on where it is called.
 
 use super::order::Join;
 use super::{Break, Script, Step, StepKind};
 
 /// For each step whether a process may be on before it; empty: none ever is.
 ///
-/// From where control comes to a break is taken from [`Script::ways`]; to a label or a loop of which that is not known it may come from every
-/// break of its routine, to a routine of which that is not known from every call, and to what stands after a call from every end of a routine.
+/// From where control comes to a break is taken from [`Script::ways`]; to a label or a loop of which that is not known it may come from
+/// every break of its routine, to a routine of which that is not known from every call, and to what stands after a call from every end of a
+/// routine.
 pub fn before_each(script: &Script) -> Vec<bool> {
     let steps = &script.steps;
     if !steps.iter().any(|s| matches!(s.kind, StepKind::Process(true))) {

@@ -1,8 +1,8 @@
 //! Which of several settings may be in force at each place of a program: a tool, a base, something that leads the robot. They are followed
 //! through branches, loops, labels and the routines of the file until nothing is added.
 //!
-//! A setting is a number. A routine is followed from what holds at its start, [`ENTRY`], which stands for what holds at the places that call
-//! it. A set may hold more than can be in force, never less: what is certain is a set of one.
+//! A setting is a number. A routine is followed from what holds at its start, [`ENTRY`], which stands for what holds at the places that
+//! call it. A set may hold more than can be in force, never less: what is certain is a set of one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -68,8 +68,8 @@ pub struct Routine {
 }
 
 impl Routine {
-    /// What stands at `at` comes last of its kind, from a place on. The one before it in a row is of no use where none of the places that are
-    /// `asked` for, ascending, stands between them.
+    /// What stands at `at` comes last of its kind, from a place on. The one before it in a row is of no use where none of the places that
+    /// are `asked` for, ascending, stands between them.
     pub fn comes_last(&mut self, place: usize, kind: usize, at: usize, asked: &[usize]) {
         let before = match self.events.last() {
             Some((_, Event::Set(of, to))) if *of == kind => to.checked_sub(FIRST).map(|k| k as usize),

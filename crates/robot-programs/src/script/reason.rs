@@ -1,5 +1,5 @@
-//! Why a move stays as it is, as data: why its goal or a frame cannot be determined, why its numbers may not be changed, why no point may come
-//! before it. Code compares the variants; the words are for readers.
+//! Why a move stays as it is, as data: why its goal or a frame cannot be determined, why its numbers may not be changed, why no point may
+//! come before it. Code compares the variants; the words are for readers.
 //!
 //! What several languages share stands here, what one language alone says in its own folder (`krl/reason.rs`).
 

@@ -210,15 +210,15 @@ pub struct How {
     pub turns_known: bool,
     /// Its goal counts from where the motion before ends: an offset there would be carried along.
     pub relative: bool,
-    /// Its goal cannot be determined, but is a whole pose, or joint values of all axes, wherever the robot stands: nothing of where the motion
-    /// before ends goes into it.
+    /// Its goal cannot be determined, but is a whole pose, or joint values of all axes, wherever the robot stands: nothing of where the
+    /// motion before ends goes into it.
     pub absolute: bool,
     /// Its goal is one of at least three joint targets through which the TCP goes on arcs: the targets, in the order in which they are
     /// passed. To the first the path is straight; between two others it is the arc through three of them that follow each other and hold
     /// both, which of these, if there are two, the language leaves open.
     pub circle: Option<Arc<[usize]>>,
-    /// Axes whose numbers count from an origin that is not in the program (a work frame, a tool length): where the axis stands is not known,
-    /// only how far it moves.
+    /// Axes whose numbers count from an origin that is not in the program (a work frame, a tool length): where the axis stands is not
+    /// known, only how far it moves.
     pub unplaced: AxisSet,
     /// Of them those whose origin is not that of the first motion either.
     pub displaced: AxisSet,
@@ -226,8 +226,8 @@ pub struct How {
     pub moves_alone: Option<AxisSet>,
     /// Why the way to the goal may be another one than that of its path; its goal is known all the same.
     pub other_way: Option<OtherWay>,
-    /// The axes that it moves to a goal at which the program waits for some time: the robot stops there exactly, and at a new point before it
-    /// if the program waits there as well. [`Self::blend_m`] says nothing of it. Empty: the program does not wait.
+    /// The axes that it moves to a goal at which the program waits for some time: the robot stops there exactly, and at a new point before
+    /// it if the program waits there as well. [`Self::blend_m`] says nothing of it. Empty: the program does not wait.
     pub waits: AxisSet,
     /// What the motion starts before it ends. Boxed, as few have one.
     pub end_trigger: Option<Box<EndTrigger>>,

@@ -110,8 +110,8 @@ impl Order {
     }
 }
 
-/// Whether all assignments of a name surely mean one variable: a name without `global` is global only where that was said before, and one of
-/// a function is assigned in it alone.
+/// Whether all assignments of a name surely mean one variable: a name without `global` is global only where that was said before, and one
+/// of a function is assigned in it alone.
 fn is_one(p: &Parsed, key: &Key, assigned: &BTreeSet<usize>) -> bool {
     let items: Vec<&Item> = assigned.iter().filter_map(|k| p.items.get(*k)).collect();
     if key.0.is_some() {

@@ -1,7 +1,8 @@
 //! Expressions whose value is the same whenever the program comes to them.
 //!
-//! Followed are names that are assigned such values ([`certain`](super::certain)), parameters of functions that all calls give the same, functions
-//! of the file that assign names of their own and return a value, and the functions of [`Constant`]. What may differ has no value.
+//! Followed are names that are assigned such values ([`certain`](super::certain)), parameters of functions that all calls give the same,
+//! functions of the file that assign names of their own and return a value, and the functions of [`Constant`]. What may differ has no
+//! value.
 
 use super::arguments::{Arg, arguments};
 use super::certain::{Holding, Key, Order};

@@ -1,5 +1,5 @@
-//! Targets that are computed from constants: a move to one gets the list of numbers itself where it is edited, so that nothing else that reads
-//! a name in it changes.
+//! Targets that are computed from constants: a move to one gets the list of numbers itself where it is edited, so that nothing else that
+//! reads a name in it changes.
 
 use super::constant::{Constant, isometry};
 use super::read::Span;

@@ -37,8 +37,9 @@ fn alike(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
 }
 
 impl Builder<'_> {
-    /// The TCPs that the file sets, into `tcps`, and where they and what leads the robot may be in force; into `read` the items whose moves may
-    /// come last before the place of the robot is read. A TCP that is computed is asked for by what computes it, and by a number where the same words may give another one.
+    /// The TCPs that the file sets, into `tcps`, and where they and what leads the robot may be in force; into `read` the items whose moves
+    /// may come last before the place of the robot is read. A TCP that is computed is asked for by what computes it, and by a number where
+    /// the same words may give another one.
     ///
     /// `tool = "set_tcp" "(" (pose | name | expression) ["," ...] ")"`
     pub fn find_in_force(&mut self) -> Option<InForce> {

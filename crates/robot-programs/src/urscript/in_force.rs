@@ -1,6 +1,7 @@
 //! Which TCP may be in force at each move, what may lead the robot away from its targets there, and which moves may come last before the
-//! program reads where the robot stands, or acts (switches, reads, waits): followed through branches, loops and the functions of the file in the order in which they run
-//! ([`reach`](crate::script::reach)), not in that of the text. A thread reads at any time, and so after no move that is known.
+//! program reads where the robot stands, or acts (switches, reads, waits): followed through branches, loops and the functions of the file
+//! in the order in which they run ([`reach`](crate::script::reach)), not in that of the text. A thread reads at any time, and so after no
+//! move that is known.
 
 use super::arguments::call;
 use super::lex::Kind;
@@ -41,8 +42,8 @@ struct Scan<'a> {
 }
 
 impl InForce {
-    /// Of a file that starts with the function `entry`; `None`: with what stands outside of functions. `tcps`: atom of each item that sets a
-    /// TCP; `asked`: items before which the last move is looked for, ascending.
+    /// Of a file that starts with the function `entry`; `None`: with what stands outside of functions. `tcps`: atom of each item that sets
+    /// a TCP; `asked`: items before which the last move is looked for, ascending.
     pub fn of(
         text: &Text,
         p: &Parsed,
@@ -205,7 +206,8 @@ pub fn may_differ(p: &Parsed, def: Option<usize>, span: std::ops::Range<usize>) 
     })
 }
 
-/// Whether an item takes on where the robot stands, or where its last move leads: into the program, not into a message or to another device.
+/// Whether an item takes on where the robot stands, or where its last move leads: into the program, not into a message or to another
+/// device.
 pub fn reads_place(p: &Parsed, item: &Item) -> bool {
     const PLACES: [&str; 8] = [
         "get_actual_tcp_pose",

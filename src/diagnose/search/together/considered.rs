@@ -1,9 +1,10 @@
 //! Effects that were left out for lack of support, as a part of the uncertainty of those that were not.
 //!
 //! Method: a term that held-out blocks do not support may still be there, and what it does is then taken for something else: a
-//! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool, gravity for lengths of the arm. Such terms are set beside the fit as columns under their weak prior; the
-//! variance of each value is that of this wider fit, and the square of how far the wider fit would move it is added (consider
-//! covariance; Schmidt 1966, Advances in Control Systems 3, with what the data say of the considered terms). Values stay.
+//! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool, gravity for lengths of the arm. Such
+//! terms are set beside the fit as columns under their weak prior; the variance of each value is that of this wider fit, and the square of
+//! how far the wider fit would move it is added (consider covariance; Schmidt 1966, Advances in Control Systems 3, with what the data say
+//! of the considered terms). Values stay.
 //!
 //! Wind-up beside a gap is considered without what the data say of it ([`windup_beside_gaps`]): how it builds up differs from
 //! machine to machine, and a shape that the data tell from a gap is not the shape of the machine.

@@ -153,8 +153,8 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
         .collect()
 }
 
-/// Columns that the held-out blocks support, and the candidates that join with them, in the order in which they join; `starts`: the first column
-/// of each candidate.
+/// Columns that the held-out blocks support, and the candidates that join with them, in the order in which they join; `starts`: the first
+/// column of each candidate.
 fn chosen(table: &Table, list: &[&Candidate], starts: &[usize]) -> (Vec<usize>, Vec<usize>) {
     let mut pick: Vec<usize> = (0..starts[0]).collect();
     let mut joined: Vec<usize> = Vec::new();

@@ -9,7 +9,8 @@
 //! Modules, in the order of the work:
 //! - [`prior`]: typical sizes; [`pool`]: the groups and the terms that may join them; [`blocks`]: held-out blocks by linear
 //!   algebra; [`triage`]: is this such a machine?; [`members`]: which terms join and which leave; [`alternatives`]: what else a gap may be;
-//!   [`beside`]: curves for what has no name; [`considered`]: what was left out, as uncertainty; [`contribution`]: how far each effect moves the TCP; [`share`]: intervals, the story.
+//!   [`beside`]: curves for what has no name; [`considered`]: what was left out, as uncertainty; [`contribution`]: how far each effect
+//!   moves the TCP; [`share`]: intervals, the story.
 //!
 //! Files beside:
 //! - `outcome`: the joint fit as an outcome that the document tells

@@ -7,7 +7,8 @@
 //! stays where it lessens the gap on held-out blocks after the refit, too. It never gets a physical name.
 //!
 //! Fails where structure belongs to one log alone (a slip, a walk): over time a curve is tried where there are several logs,
-//! and must hold on either half of them; none stands for it that half of the log contradicts. A level that a zero offset or the frame has, too, is left to these: intervals are those of the shape.
+//! and must hold on either half of them; none stands for it that half of the log contradicts. A level that a zero offset or the frame has,
+//! too, is left to these: intervals are those of the shape.
 
 pub(crate) mod curves;
 

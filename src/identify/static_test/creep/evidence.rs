@@ -180,8 +180,8 @@ struct Cell {
 /// A cell with its hypotheses and their logarithms.
 type WeightedCell = (Cell, Vec<(f64, Component)>);
 
-/// Cells of the grid, finer where one of them holds most of the weight: readings that hardly scatter tell the pace better than the grid, and
-/// the nearest pace of the grid would then stand as if it were certain.
+/// Cells of the grid, finer where one of them holds most of the weight: readings that hardly scatter tell the pace better than the grid,
+/// and the nearest pace of the grid would then stand as if it were certain.
 fn divided(mut cells: Vec<WeightedCell>, weigh: &dyn Fn(&Cell) -> Option<WeightedCell>) -> Option<Vec<WeightedCell>> {
     let step = (PACE_RANGE_S[1] / PACE_RANGE_S[0]).ln() / (PACES - 1) as f64;
     for _ in 0..DIVISIONS {

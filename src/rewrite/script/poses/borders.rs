@@ -3,8 +3,8 @@
 //! Programs stand on such borders: a tool that points straight down is reached with J4 and J6 at 0, where one quarter of ABB and one
 //! sign of KUKA's turn ends and the next begins. The target orders one of them, so a joint goes no further than to the border, and less
 //! of its offset is written; the other joints get theirs. The joint never comes to stand further from where it would have to be: it is
-//! put between its place in the program and the place with its offset. Only a joint that stands on the border to the last digit is put inside
-//! it by what rounding may move it.
+//! put between its place in the program and the place with its offset. Only a joint that stands on the border to the last digit is put
+//! inside it by what rounding may move it.
 //!
 //! Fails where the joint stands beyond the border already, and where the digits of the pose are too coarse to keep it inside. Borders of
 //! several joints together (front, elbow, wrist) are not for one joint to keep: there the target stays as it is.

@@ -29,8 +29,8 @@ impl Place {
         is.zip(configuration::says_flipped(c)).is_some_and(|(is, says)| is != says)
     }
 
-    /// Whether the joints next to those before have the configuration of a target but for its letter, and those with its letter are further away
-    /// by far.
+    /// Whether the joints next to those before have the configuration of a target but for its letter, and those with its letter are further
+    /// away by far.
     pub fn turns_over_for_letter(&self, goal: &PoseGoal, from: &[f64]) -> bool {
         if let Some((alone, count)) = self.alone_at(goal, Some(from)) {
             return alone.turns_over_for_letter(goal, from.get(count..).unwrap_or_default());

@@ -272,8 +272,8 @@ impl Place {
         turned.filter(|q| allows(c, arm, q, SLACK)).collect()
     }
 
-    /// The joints of a target where those before are not known: of the candidates with its configuration, and of all solutions, in the turns
-    /// that the limits allow and as the arm gives them.
+    /// The joints of a target where those before are not known: of the candidates with its configuration, and of all solutions, in the
+    /// turns that the limits allow and as the arm gives them.
     fn without_start(
         &self,
         arm: &Arm,

@@ -78,9 +78,9 @@ pub(super) fn contradiction(script: &Script, plain: &Tooled, posture: Option<&[f
     Some(Note { place: target.at, text: text.into() })
 }
 
-/// Joints in whose configuration the arm works by the program's project: those of its home position, where all points of the project have its
-/// front and its elbow, clear of their borders. Of the two wrists any will do: for a half gap both need the same offsets, as J5 changes its sign
-/// and its direction at once.
+/// Joints in whose configuration the arm works by the program's project: those of its home position, where all points of the project have
+/// its front and its elbow, clear of their borders. Of the two wrists any will do: for a half gap both need the same offsets, as J5 changes
+/// its sign and its direction at once.
 pub(super) fn by_project(script: &Script, robot: &Robot) -> Option<Vec<f64>> {
     let stance = script.stance.as_ref()?;
     let arm = Arm::of(robot)?;

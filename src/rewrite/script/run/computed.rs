@@ -1,8 +1,8 @@
 //! Frames and tools that the program computes: the user gives one value for each, and the program may have another one.
 //!
-//! A target with its offset and a point between two targets are right for every value, as long as they are written in the same frame and for the
-//! same tool. A point on the way from such a place to another one, or from another one to it, would be written where the value that is given
-//! puts it: the robot would go there first. The step of such a move is spread over its way instead.
+//! A target with its offset and a point between two targets are right for every value, as long as they are written in the same frame and
+//! for the same tool. A point on the way from such a place to another one, or from another one to it, would be written where the value that
+//! is given puts it: the robot would go there first. The step of such a move is spread over its way instead.
 
 use super::{Cutter, LastFrame};
 use crate::program::script::pose::{Frame, PoseGoal};

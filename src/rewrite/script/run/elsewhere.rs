@@ -1,5 +1,5 @@
-//! Axes that stand elsewhere from one step on, or count from elsewhere (a work frame, a tool length, a reference position): where they are is
-//! not known until they are named again. The other axes go on in their run.
+//! Axes that stand elsewhere from one step on, or count from elsewhere (a work frame, a tool length, a reference position): where they are
+//! is not known until they are named again. The other axes go on in their run.
 
 use super::super::cause::Cause;
 use super::{Cutter, Gap, Joints};

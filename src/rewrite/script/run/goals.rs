@@ -12,8 +12,8 @@ use crate::robot::arm::isometry;
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
-/// sagitta of a turn is length * turn^2 / 8.
+/// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as
+/// the sagitta of a turn is length * turn^2 / 8.
 const SAME_TURN_RAD: f64 = 5e-3;
 
 /// Frames that differ by less have the same orientation, rad: 1 um in 10 m.

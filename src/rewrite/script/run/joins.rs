@@ -2,11 +2,11 @@
 //!
 //! The script is cut into runs first, each of which begins where nothing is known of the way there. Then what follows such a break is gone
 //! through again from each place from which control comes to it. The points before that place come first ([`Role::Before`]): they show from
-//! which side joints come, and their own run writes them. Where several ways lead there, no point may be on the way of the first move, which has
-//! several starts, and what comes out of the engine for all of them is compared as the passes of a loop are ([`super::rounds`]).
+//! which side joints come, and their own run writes them. Where several ways lead there, no point may be on the way of the first move,
+//! which has several starts, and what comes out of the engine for all of them is compared as the passes of a loop are ([`super::rounds`]).
 //!
-//! A program that runs again from its start comes to its first moves from its end, too: these runs ([`super::Cut::again`]) write nothing, and what
-//! comes out of the engine for them is compared ([`super::super::again`]).
+//! A program that runs again from its start comes to its first moves from its end, too: these runs ([`super::Cut::again`]) write nothing,
+//! and what comes out of the engine for them is compared ([`super::super::again`]).
 //!
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
@@ -141,8 +141,8 @@ impl Cutter<'_> {
         true
     }
 
-    /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places of which nothing
-    /// is known count for nothing.
+    /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places of
+    /// which nothing is known count for nothing.
     ///
     /// From each the first move comes on another way than at the first start, so that no point may be on its way.
     pub(super) fn run_again(&mut self, script: &Script, places: &Places) {

@@ -1,9 +1,9 @@
 //! Loops that are certainly entered, and whose passes lead to the same joints: the run goes on into them, and through them a second time.
 //!
 //! The first move of such a loop comes from before the loop and from its end, so that no point may be on its way; every other move has one
-//! start. What comes out of the engine on both passes is compared ([`super::super::edits`]): where it is the same, it is right for all of them,
-//! as nothing but the end of the pass before leads into a pass. Loops with a branch, a label, a call or a target that is not known inside
-//! are none of these, nor those in which a way cannot be followed: they end the run, as every other loop does.
+//! start. What comes out of the engine on both passes is compared ([`super::super::edits`]): where it is the same, it is right for all of
+//! them, as nothing but the end of the pass before leads into a pass. Loops with a branch, a label, a call or a target that is not known
+//! inside are none of these, nor those in which a way cannot be followed: they end the run, as every other loop does.
 
 use super::cutter::{Cutter, Pass};
 use super::stretch::Role;

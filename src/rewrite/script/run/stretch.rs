@@ -68,8 +68,8 @@ pub struct Run {
     pub elsewhere: BTreeMap<usize, AxisSet>,
     /// The program starts with it: nothing that moves stands before.
     pub entry: bool,
-    /// Directions in which its gears first move by the program's own points, per axis; 0: they do not. Empty: it does not begin with a point
-    /// that is to be added.
+    /// Directions in which its gears first move by the program's own points, per axis; 0: they do not. Empty: it does not begin with a
+    /// point that is to be added.
     pub first_directions: Vec<i8>,
 }
 

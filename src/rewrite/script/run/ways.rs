@@ -102,8 +102,8 @@ impl Cutter<'_> {
         self.run.vertices.push(goal);
     }
 
-    /// Where the program starts, its own first movement says from which side joints come to the first point, and not the way to a point that is
-    /// to be added after it: the robot waits at the first point until it goes there.
+    /// Where the program starts, its own first movement says from which side joints come to the first point, and not the way to a point
+    /// that is to be added after it: the robot waits at the first point until it goes there.
     fn keep_first_directions(&mut self, goal: &Vertex) {
         let [start, way @ ..] = &self.run.vertices[..] else { return };
         let first = start.role == Role::Goal && way.iter().all(|v| v.role == Role::Way && v.step == goal.step);

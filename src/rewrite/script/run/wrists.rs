@@ -1,9 +1,9 @@
 //! Letters for the wrist (FANUC's F and N, Yaskawa's flip), whose meaning is a property of the model: what of a program tells it.
 //!
-//! The script is cut into runs once for each meaning that the letters may have. A meaning is refuted by what happens only with another one: a
-//! straight way from joint values ends with the other wrist, a target near joint values would turn the wrist over, or the arm would stand on
-//! the border of a turn all the time. The runs of meanings that nothing refutes are all returned: what is edited has to be the same for each
-//! of them ([`super::super::wrists`]).
+//! The script is cut into runs once for each meaning that the letters may have. A meaning is refuted by what happens only with another one:
+//! a straight way from joint values ends with the other wrist, a target near joint values would turn the wrist over, or the arm would stand
+//! on the border of a turn all the time. The runs of meanings that nothing refutes are all returned: what is edited has to be the same for
+//! each of them ([`super::super::wrists`]).
 
 use super::super::cause::Cause;
 use super::cuts::cut_by;
@@ -36,7 +36,8 @@ fn meanings(script: &Script) -> Option<(At, &'static [Flip])> {
     })
 }
 
-/// The runs of a script, and where directions are lost, for what the letters of the wrist most probably mean; beside them those for other meanings that are as possible.
+/// The runs of a script, and where directions are lost, for what the letters of the wrist most probably mean; beside them those for other
+/// meanings that are as possible.
 pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let Some((at, meanings)) = meanings(script) else { return cut_by(script, choice, poses) };
     let given = poses.flip;
@@ -100,8 +101,8 @@ impl Cutter<'_> {
         }
     }
 
-    /// The same of a target that the joints before do not lead to: its configuration is another one than that next to them, or the wrist comes
-    /// beyond its limits.
+    /// The same of a target that the joints before do not lead to: its configuration is another one than that next to them, or the wrist
+    /// comes beyond its limits.
     pub(super) fn see_other_arm(&mut self, goal: &PoseGoal, why: &Cause, path: PathKind, from: Option<&[f64]>) {
         let Some(from) = from.filter(|_| !self.again) else { return };
         // for both wrists it is the same way but for the borders of turns and limits

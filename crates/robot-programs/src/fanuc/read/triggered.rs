@@ -1,4 +1,5 @@
-//! What a motion runs near its end, as if it stood on a line of its own after the motion; and where the program reads where the robot stands.
+//! What a motion runs near its end, as if it stood on a line of its own after the motion; and where the program reads where the robot
+//! stands.
 
 use super::{Parsed, Reader};
 use crate::fanuc::flow::{self, Flow};
@@ -10,7 +11,8 @@ use crate::fanuc::triggers::Action;
 use crate::script::{At, Break, StepKind};
 
 impl Reader<'_> {
-    /// An instruction that a motion runs near its end: what it sets and what it calls counts as after the motion. The robot does not wait for it.
+    /// An instruction that a motion runs near its end: what it sets and what it calls counts as after the motion. The robot does not wait
+    /// for it.
     pub(super) fn triggered(&mut self, at: At, action: &Action) {
         let words = &action.words;
         self.selects(words, false);

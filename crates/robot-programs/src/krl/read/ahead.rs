@@ -127,8 +127,8 @@ pub(super) fn is_place(word: &str) -> bool {
     PLACES.iter().any(|place| strip_word(word.as_bytes(), place).is_some())
 }
 
-/// Lines that take on where the robot stands, from 0: `HERE=$POS_ACT`, `IF $AXIS_ACT.A1>5 THEN`. Messages take nothing on, nor does what declares an
-/// interrupt; what a [trigger](super::triggers) reads is another place.
+/// Lines that take on where the robot stands, from 0: `HERE=$POS_ACT`, `IF $AXIS_ACT.A1>5 THEN`. Messages take nothing on, nor does what
+/// declares an interrupt; what a [trigger](super::triggers) reads is another place.
 ///
 /// `reading = name "=" {any} place | ("IF" | "WHILE" | "UNTIL" | "SWITCH" | "WAIT" | "RETURN" | name "(") {any} place`,
 /// `place = "$" ("POS" | "AXIS") "_" ("ACT" | "INT" | "FOR" | "RET" | "BACK")`

@@ -1,12 +1,13 @@
 //! Points that the program computes, where the text tells their values all the same: `XUP=XP1`, `XUP.Z=XUP.Z+H`, and then `LIN XUP`.
 //!
 //! Which assignments may have been the last before a line is followed along control ([`reach`](crate::script::reach)), as far as
-//! routines of the file go. A value is certain where all that may have been the last give the same one, and each computes it from values that
-//! are certain: declared points and numbers that nothing assigns, and values of other such assignments. What a variable holds where
+//! routines of the file go. A value is certain where all that may have been the last give the same one, and each computes it from values
+//! that are certain: declared points and numbers that nothing assigns, and values of other such assignments. What a variable holds where
 //! the program starts is not known where the program assigns it: data lists keep values from one run to the next.
 //!
-//! Nothing is certain of variables that something else may change at any time: by a routine that an interrupt or a TRIGGER calls, by one that
-//! gets them as an argument, by another module; nor of parameters. A line that computes its value from its own one in a loop has no value.
+//! Nothing is certain of variables that something else may change at any time: by a routine that an interrupt or a TRIGGER calls, by one
+//! that gets them as an argument, by another module; nor of parameters. A line that computes its value from its own one in a loop has no
+//! value.
 //!
 //! Expressions: numbers, `+`, `-`, `*`, `/` and brackets. A quotient of whole numbers is cut to a whole number by the controller: none
 //! is computed. Values of points are copied between variables of one type.

@@ -1,8 +1,8 @@
 //! Which base and tool may be in force after each line, and what makes any base mean something else: followed through branches, loops,
 //! labels and the routines of the file ([`reach`](crate::script::reach)).
 //!
-//! A line that sets a base, a tool, `$IPO_MODE` or `$WORLD` is a setting of its kind. What a frame is computed from (`N` of `BASE_DATA[N]`) is
-//! followed alike, by the lines that assign it: see [`versions`](super::versions).
+//! A line that sets a base, a tool, `$IPO_MODE` or `$WORLD` is a setting of its kind. What a frame is computed from (`N` of `BASE_DATA[N]`)
+//! is followed alike, by the lines that assign it: see [`versions`](super::versions).
 
 use super::ahead::passed;
 use super::scan::{Found, Scan, own_routines};

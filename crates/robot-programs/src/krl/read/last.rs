@@ -1,7 +1,8 @@
-//! Which moves may come last before the program reads where the robot stands, or goes on from there in some parts only, along control ([`reach`](crate::script::reach)).
+//! Which moves may come last before the program reads where the robot stands, or goes on from there in some parts only, along control
+//! ([`reach`](crate::script::reach)).
 //!
-//! Routines that none of the file calls run one after the other, in any order. An interrupt strikes anywhere on a way: its routine reads after
-//! no move that is known.
+//! Routines that none of the file calls run one after the other, in any order. An interrupt strikes anywhere on a way: its routine reads
+//! after no move that is known.
 
 use super::ahead::{Ahead, passed, reads_place};
 use super::in_force::ASSIGNED;

@@ -110,7 +110,8 @@ impl Scan<'_> {
         }
     }
 
-    /// Control comes from elsewhere, too: which frame data are in force is not known. `unset`: nothing above may have run; `None`: a branch.
+    /// Control comes from elsewhere, too: which frame data are in force is not known. `unset`: nothing above may have run; `None`: a
+    /// branch.
     fn joined(&self, set: &mut Settings, unset: Option<bool>) {
         if let Some(unset) = unset {
             set.lists.merge_all(self.lists, unset);

@@ -1,8 +1,8 @@
 //! Where a TRIGGER reads where the robot stands, itself (`DO XQ=$AXIS_ACT`) or by a routine.
 //!
-//! With `DISTANCE=0` it strikes where the motion before ends, with `DISTANCE=1` where the next one does, and with `PATH` at a distance from there
-//! (with `ONSTART`, from where the motion before ends); a delay, or a distance, moves that along the way (KUKA System Software, Operating and
-//! Programming Instructions for System Integrators, TRIGGER). Both ends of a way on which it may strike count as read.
+//! With `DISTANCE=0` it strikes where the motion before ends, with `DISTANCE=1` where the next one does, and with `PATH` at a distance from
+//! there (with `ONSTART`, from where the motion before ends); a delay, or a distance, moves that along the way (KUKA System Software,
+//! Operating and Programming Instructions for System Integrators, TRIGGER). Both ends of a way on which it may strike count as read.
 
 use super::ahead::is_place;
 use crate::krl::calls::{calls, quiet};

@@ -1,4 +1,5 @@
-//! Motions that the lexer passed over, as they differ from the one before them in their joint values alone ([`alike`](crate::script::alike)).
+//! Motions that the lexer passed over, as they differ from the one before them in their joint values alone
+//! ([`alike`](crate::script::alike)).
 //!
 //! They are read with the last of the two that have tokens, if both were found to go in the same way to joint values in them, with the same
 //! external axes, and to leave nothing behind: no step beside them, no note.

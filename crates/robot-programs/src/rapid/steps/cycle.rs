@@ -1,8 +1,8 @@
 //! Where `main` ends: in the run mode Continuous it starts again from there (ABB, Operating manual, IRC5 with FlexPendant: run mode), and
 //! so it does after `ExitCycle`.
 //!
-//! Grammar: `end = "ENDPROC" | "RETURN" | "ExitCycle"`, the first two of `main`. Nothing leads to the end after `WHILE TRUE`, `EXIT`, `RAISE`
-//! and `GOTO` outside of blocks, nor does a `Stop` after which nothing moves: the program waits for its user there.
+//! Grammar: `end = "ENDPROC" | "RETURN" | "ExitCycle"`, the first two of `main`. Nothing leads to the end after `WHILE TRUE`, `EXIT`,
+//! `RAISE` and `GOTO` outside of blocks, nor does a `Stop` after which nothing moves: the program waits for its user there.
 
 use super::super::facts;
 use super::super::read::{Item, ItemKind};
@@ -24,8 +24,8 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Goes on to an item with a first word; `main`: it is one of `main`; `endless`: its head is that of a loop without an end; `moves`: it may
-    /// move. Returns whether the program runs again from its start instead.
+    /// Goes on to an item with a first word; `main`: it is one of `main`; `endless`: its head is that of a loop without an end; `moves`: it
+    /// may move. Returns whether the program runs again from its start instead.
     pub fn ends_before(&mut self, item: &Item, word: &str, main: bool, endless: bool, moves: bool) -> bool {
         if item.kind == ItemKind::Start {
             let ends = self.ends();

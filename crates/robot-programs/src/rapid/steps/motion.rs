@@ -1,8 +1,8 @@
 //! A motion instruction as a step: its target, speed, zone and tool, and why no point may be added before it.
 //!
-//! Grammar (ABB, Technical reference manual, RAPID Instructions, Functions and Data types): `MoveJ [\Conc] ToPoint [\ID] Speed [\V] | [\T] Zone [\Z]
-//! [\Inpos] Tool [\WObj]`; `MoveC` has `CirPoint` before `ToPoint`; process instructions (`ArcL`, `SpotL`) have their own arguments
-//! between speed and tool.
+//! Grammar (ABB, Technical reference manual, RAPID Instructions, Functions and Data types):
+//! `MoveJ [\Conc] ToPoint [\ID] Speed [\V] | [\T] Zone [\Z] [\Inpos] Tool [\WObj]`; `MoveC` has `CirPoint` before `ToPoint`; process
+//! instructions (`ArcL`, `SpotL`) have their own arguments between speed and tool.
 
 use super::super::arguments::{Arg, Switch, positional};
 use super::super::facts;

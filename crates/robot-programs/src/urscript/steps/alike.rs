@@ -1,7 +1,8 @@
-//! Motions that the lexer passed over, as they differ from the one before them in their joint values alone ([`alike`](crate::script::alike)).
+//! Motions that the lexer passed over, as they differ from the one before them in their joint values alone
+//! ([`alike`](crate::script::alike)).
 //!
-//! They are read with the last of the two that have tokens, if both were found to go in the same way to joint values in them, and to leave no
-//! step beside them.
+//! They are read with the last of the two that have tokens, if both were found to go in the same way to joint values in them, and to leave
+//! no step beside them.
 
 use super::{Builder, Literal, Site};
 use crate::script::alike::{Anchors, Moves, Passed};

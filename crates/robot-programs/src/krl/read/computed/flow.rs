@@ -31,8 +31,8 @@ const STRANGE: &str = "?";
 const BACK: &str = "??";
 
 impl Flow {
-    /// Of a program. `own`: its routines. `None`: where it goes on is not certain, after an interrupt whose routine resumes it elsewhere, or which no
-    /// file has.
+    /// Of a program. `own`: its routines. `None`: where it goes on is not certain, after an interrupt whose routine resumes it elsewhere,
+    /// or which no file has.
     pub fn of(texts: &[Text], own: BTreeSet<String>, around: Around, assigned: &Assigned) -> Option<Self> {
         let text = texts.first()?;
         let names = Names::default();
@@ -137,8 +137,8 @@ impl Flow {
     }
 }
 
-/// Puts what the head of a block calls before the block, as all its branches come after that; the head of `WHILE` is passed after each pass,
-/// too.
+/// Puts what the head of a block calls before the block, as all its branches come after that; the head of `WHILE` is passed after each
+/// pass, too.
 ///
 /// `head = ("IF" | "SWITCH" | "FOR" | "WHILE") ... call ...`
 fn conditions_first(text: &Text, events: Vec<(usize, Event)>) -> Vec<(usize, Event)> {
