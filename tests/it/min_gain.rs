@@ -42,11 +42,11 @@ fn a_point_stays_if_the_lost_motion_at_the_tool_is_larger() {
     // the targets have their offsets all the same
     assert_eq!(few, [&all[0], &all[1], &all[3]].map(String::clone));
     assert!(said.contains("left out by --min-gain: 1 new point;"), "{said}");
-    desk.run("undo out.src --output back.src --replace").success();
+    desk.run("undo out.src --output back.src").success();
     assert_eq!(desk.read("back.src"), PROGRAM.as_bytes());
 }
 
-/// Straight moves: A1 turns in their middle far from its axis, A6 with the tool in its axis.
+/// Straight moves on which A1 turns 1.5 m from the TCP (210 um of lost motion there), and joint moves of A6, 0.16 m from it (22 um).
 #[test]
 fn points_of_joints_that_the_tool_hardly_feels_stay_away() {
     let desk = Desk::new(0.004);
@@ -61,7 +61,7 @@ PTP {A1 0,A2 -90,A3 90,A4 0,A5 60,A6 20}\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 60,A6 -
     };
     model("A1 A6");
     let (all, _) = moves(&desk, "");
-    let (some, _) = moves(&desk, " --min-gain 20");
+    let (some, _) = moves(&desk, " --min-gain 40");
     let (none, _) = moves(&desk, " --min-gain 100000");
     assert_eq!(none.len(), straight.lines().filter(|l| l.starts_with("PTP") || l.starts_with("LIN")).count());
     assert!(all.len() > some.len() && some.len() > none.len(), "{} {} {}", all.len(), some.len(), none.len());

@@ -70,6 +70,7 @@ fn the_point_before_a_goal_without_an_orientation_stays() {
         ),
     );
     desk.write("a.dat", "DEFDAT a\nDECL POS XP={X 1500,Y 200,Z 1500}\nENDDAT\n");
+    std::fs::create_dir(desk.path("out")).unwrap();
     let out = desk.run("rewrite --model model.yaml a.src --output out/a.src").success();
     let said = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
     assert!(said.contains("lacks parts, which stay as they are here"), "{said}");
