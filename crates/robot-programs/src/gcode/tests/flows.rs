@@ -47,9 +47,26 @@ fn of_a_call_that_may_not_run_once_or_may_run_another_text_nothing_is_known() {
     assert_eq!(of("M98 P100 L3"), [(3, vec![7])]);
     assert_eq!(of("M98 P100 L1"), of("M98 P100"));
     for call in [
-        "M98 P100 L0", "M98 P100 L#1", "M98 P30100", "M98 P200", "M98 P#1", "/M98 P100", "G65 P100", "M98 P100\nG65 P9000",
-        "M98 P100 Q5", "M97 P100", "o100 call", "M98 P100\nN5 GOTO 5", "M98 P100\nIF [#1 EQ 2] GOTO 5", "M198 P100", "M99 P5",
-        "M98 P100\n/M30", "M98 P100\nG66 P9000", "M98 P100\nPOCKET3(1)", "M98 P100\n#3005=1", "M98 P100 M99",
+        "M98 P100 L0",
+        "M98 P100 L#1",
+        "M98 P30100",
+        "M98 P200",
+        "M98 P#1",
+        "/M98 P100",
+        "G65 P100",
+        "M98 P100\nG65 P9000",
+        "M98 P100 Q5",
+        "M97 P100",
+        "o100 call",
+        "M98 P100\nN5 GOTO 5",
+        "M98 P100\nIF [#1 EQ 2] GOTO 5",
+        "M198 P100",
+        "M99 P5",
+        "M98 P100\n/M30",
+        "M98 P100\nG66 P9000",
+        "M98 P100\nPOCKET3(1)",
+        "M98 P100\n#3005=1",
+        "M98 P100 M99",
     ] {
         assert_eq!(of(call), [], "{call}");
     }
@@ -79,18 +96,28 @@ fn where_numbers_may_count_from_another_origin_nothing_is_known_of_the_order() {
     let text = |first: &str, sub: &str, last: &str| {
         format!("G21 G90 G17{first}\nG0 X0.0 Y0.0 Z0.0\nM98 P100\n{last}G0 X5.0\nM30\nO100\n{sub}G1 X1.0 F100\nM99\n")
     };
-    for (first, sub, last) in [("", "", ""), (" G54", "", ""), (" G55", "", ""), (" G55", "G55\n", "G55\n"), ("", "G54\n", "")] {
+    for (first, sub, last) in
+        [("", "", ""), (" G54", "", ""), (" G55", "", ""), (" G55", "G55\n", "G55\n"), ("", "G54\n", "")]
+    {
         assert!(joins(&text(first, sub, last)).iter().any(|j| j.0 == 3), "{first} {sub} {last}");
     }
     for (first, sub, last) in [
-        ("", "G55\n", ""), ("", "", "G55\n"), (" G54", "G55\n", ""), ("", "G92 X0.0\n", ""), ("", "G52 X1.0\n", ""),
-        ("", "", "G10 L2 P1 X5.0\n"), (" G54.1 P1", "", "G54.1 P2\n"), ("", "G154 P1\n", ""),
+        ("", "G55\n", ""),
+        ("", "", "G55\n"),
+        (" G54", "G55\n", ""),
+        ("", "G92 X0.0\n", ""),
+        ("", "G52 X1.0\n", ""),
+        ("", "", "G10 L2 P1 X5.0\n"),
+        (" G54.1 P1", "", "G54.1 P2\n"),
+        ("", "G154 P1\n", ""),
     ] {
         assert_eq!(joins(&text(first, sub, last)), [], "{first} {sub} {last}");
     }
     // in a definition the work frame is that of its calls
     let text = |first: &str| {
-        format!("G21 G90 G17\no100 sub\nG55\nG1 X1.0 F100\no100 endsub\n{first}G0 X0.0 Y0.0 Z0.0\no100 call\nG55\nG0 X6.0\nM2\n")
+        format!(
+            "G21 G90 G17\no100 sub\nG55\nG1 X1.0 F100\no100 endsub\n{first}G0 X0.0 Y0.0 Z0.0\no100 call\nG55\nG0 X6.0\nM2\n"
+        )
     };
     assert_eq!(joins(&text("")), []);
     assert!(!joins(&text("G55\n")).is_empty());
@@ -123,7 +150,9 @@ fn loops_are_entered_from_above_and_from_their_ends() {
     // the variable is known where the loop begins
     let text = format!("#1=1\n{}", text("WHILE [#1 LE 3] DO1", "#1=#1+1\nEND1"));
     assert_eq!(rounds(&text), [(4, 7)]);
-    for (head, end) in [("WHILE [#1 LT 3] DO1", "END2"), ("WHILE [#1 LT 3] DO1", ""), ("o1 while [1]", "o2 endwhile"), ("", "END1")] {
+    for (head, end) in
+        [("WHILE [#1 LT 3] DO1", "END2"), ("WHILE [#1 LT 3] DO1", ""), ("o1 while [1]", "o2 endwhile"), ("", "END1")]
+    {
         let text = format!("{HEAD_OF_TEXT}{head}\nG1 X5.0 F100\n{end}\nG1 X6.0\n");
         assert_eq!((joins(&text), rounds(&text)), (vec![], vec![]), "{head} {end}");
     }
@@ -136,10 +165,18 @@ fn loops_are_entered_from_above_and_from_their_ends() {
 fn branches_are_reached_from_their_condition_and_their_end_from_all_of_them() {
     let text = format!("{HEAD_OF_TEXT}o1 if [#1 eq 2]\nG1 X5.0 F100\no1 else\nG1 X6.0\no1 endif\nG1 X7.0\n");
     assert_eq!(joins(&text), [(3, vec![2]), (5, vec![2]), (7, vec![4, 6])]);
-    let text = format!("{HEAD_OF_TEXT}o1 if [#1 eq 2]\nG1 X5.0 F100\no1 elseif [#1 eq 3]\nG1 X6.0\no1 endif\nG1 X7.0\n");
+    let text =
+        format!("{HEAD_OF_TEXT}o1 if [#1 eq 2]\nG1 X5.0 F100\no1 elseif [#1 eq 3]\nG1 X6.0\no1 endif\nG1 X7.0\n");
     assert_eq!(joins(&text)[2], (7, vec![2, 4, 6]));
     assert_eq!(joins(&format!("{HEAD_OF_TEXT}IF [#1 EQ 2] THEN #2=3\nG1 X7.0\n")), [(3, vec![2])]);
-    for line in ["IF [#1 EQ 2] THEN", "IF [#1 EQ 2] GOTO 3", "IF [#1 EQ 2] THEN G91", "o1 else", "o1 endif", "/IF [#1 EQ 2] THEN #2=3"] {
+    for line in [
+        "IF [#1 EQ 2] THEN",
+        "IF [#1 EQ 2] GOTO 3",
+        "IF [#1 EQ 2] THEN G91",
+        "o1 else",
+        "o1 endif",
+        "/IF [#1 EQ 2] THEN #2=3",
+    ] {
         assert_eq!(joins(&format!("{HEAD_OF_TEXT}{line}\nG1 X7.0\n")), [], "{line}");
     }
 }
@@ -147,7 +184,8 @@ fn branches_are_reached_from_their_condition_and_their_end_from_all_of_them() {
 #[test]
 fn modes_after_a_call_are_those_that_the_subprogram_sets_last() {
     let after = |sub: &str, call: &str| {
-        let text = format!("{HEAD_OF_TEXT}{call}\nG0 X5.0 Y1.0 Z1.0\nX6.0\nM30\nO100\n{sub}\nM99\nO200\nG0 X3.0\nM99\n");
+        let text =
+            format!("{HEAD_OF_TEXT}{call}\nG0 X5.0 Y1.0 Z1.0\nX6.0\nM30\nO100\n{sub}\nM99\nO200\nG0 X3.0\nM99\n");
         goals(&text).get(1).cloned().flatten().map(|q| q[0])
     };
     assert_eq!(after("G1 X1.0", "M98 P100"), Some(5.0));
@@ -156,7 +194,10 @@ fn modes_after_a_call_are_those_that_the_subprogram_sets_last() {
     assert_eq!(after("G20 G1 X1.0", "M98 P100"), Some(127.0));
     assert_eq!(after("G20 G1 X1.0", "M98 P200"), Some(5.0));
     for sub in [
-        "G91 G1 X1.0", "/G91\nG90 G1 X1.0\n/G91", "G90\nM98 P200\nG91", "G90 G1 X1.0\nWHILE [#1 LT 2] DO1\nG91\nEND1\nG90",
+        "G91 G1 X1.0",
+        "/G91\nG90 G1 X1.0\n/G91",
+        "G90\nM98 P200\nG91",
+        "G90 G1 X1.0\nWHILE [#1 LT 2] DO1\nG91\nEND1\nG90",
         "G91 G1 X1.0\nIF [#1 EQ 1] THEN #2=1\nG90",
     ] {
         assert_eq!(after(sub, "M98 P100"), None, "{sub}");
@@ -166,7 +207,8 @@ fn modes_after_a_call_are_those_that_the_subprogram_sets_last() {
     }
     // at its start those of all its calls
     let first = |before: &str| {
-        let text = format!("{HEAD_OF_TEXT}M98 P100\n{before}M98 P100\nG90\nM30\nO100\nG1 X5.0\nG91\nG1 X1.0\nG90\nM99\n");
+        let text =
+            format!("{HEAD_OF_TEXT}M98 P100\n{before}M98 P100\nG90\nM30\nO100\nG1 X5.0\nG91\nG1 X1.0\nG90\nM99\n");
         opaque(&text).is_empty() || goals(&text).iter().rev().nth(1).is_some_and(Option::is_some)
     };
     assert!(first("") && !first("G91\n"));
