@@ -179,8 +179,8 @@ impl Reader<'_> {
         if block.optional {
             self.order.is_unknown();
         }
-        self.keeps_frame();
         if let (Some(line), Some(at)) = (line, self.script.steps.len().checked_sub(1)) {
+            self.keeps_frame();
             self.order.line(line, at, &self.script);
         }
     }
