@@ -179,8 +179,8 @@ impl Reader<'_> {
         if block.optional {
             self.order.is_unknown();
         }
-        self.keeps_frame();
         if let (Some(line), Some(at)) = (line, self.script.steps.len().checked_sub(1)) {
+            self.keeps_frame();
             self.order.line(line, at, &self.script);
         }
     }
@@ -252,6 +252,8 @@ impl Reader<'_> {
     }
 
     /// Takes a call of a program of the text, after its step; `before`: the modes before it.
+    ///
+    /// `plane = "G17" | "G18" | "G19"`
     pub(super) fn route_call(&mut self, entry: &Entry, before: Modes) {
         let Some(at) = self.script.steps.len().checked_sub(1) else { return };
         self.keeps_frame();

@@ -188,7 +188,21 @@ impl Machine {
                             self.land(k);
                         }
                     }
-                    "ENDREPEAT" => k = open.last().expect("a loop").0 - 1,
+                    "WHILE" => {
+                        if self.holds(&bracket) {
+                            self.land(k);
+                            if open.last().is_none_or(|o| o.0 != k) {
+                                open.push((k, None));
+                            }
+                        } else {
+                            if open.pop_if(|o| o.0 == k).is_none() {
+                                self.ran.passed_by.push(k);
+                            }
+                            k = self.find(k, |l| l == format!("{label} ENDWHILE"));
+                            self.land(k);
+                        }
+                    }
+                    "ENDREPEAT" | "ENDWHILE" => k = open.last().expect("a loop").0 - 1,
                     "IF" => {
                         if self.holds(&bracket) {
                             self.land(k);
