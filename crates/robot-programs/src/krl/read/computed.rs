@@ -299,6 +299,8 @@ impl<'a> Computed<'a> {
     }
 
     /// A variable or a part of a point in an expression; the token after it.
+    ///
+    /// `operand = name | name ["[" index "]"] "." part`
     fn operand(
         &self,
         data: &Data,

@@ -51,6 +51,8 @@ struct Look<'a> {
 
 impl Assigned {
     /// Of a text. `own`: its routines.
+    ///
+    /// `line = ("DEF" | "DEFFCT" | "GLOBAL" | "DECL") ... | ... "=" ... | ... "(" ...`
     pub fn of(text: &Text, data: &Data, numbers: &Numbers, own: &BTreeSet<String>) -> Self {
         let mut look = Look { text, data, numbers, own, routine: 0, out: Self::default() };
         let mut line = Vec::new();

@@ -113,6 +113,8 @@ impl Numbers {
     }
 
     /// Spoils those of `used` that something outside of the program's text may change.
+    ///
+    /// `line = ... "=" ... | ... "(" ... | ... "." ...`
     pub fn look_around(&mut self, texts: &[Text], used: &BTreeSet<usize>) {
         let unread = texts.iter().any(|t| t.context && !is_read(t));
         let configured = texts.iter().any(|t| t.context && file_name(t).eq_ignore_ascii_case("$config.dat"));
