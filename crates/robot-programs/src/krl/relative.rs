@@ -20,7 +20,7 @@ use super::name::Holds;
 use super::statement::is_routine;
 use crate::axes::JointKind;
 use crate::script::pose::{Frame, PoseGoal};
-use crate::script::{PathKind, Solution, TargetRef, Text, number};
+use crate::script::{PathKind, Solution, Targets, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::BTreeSet;
 
@@ -107,6 +107,8 @@ pub(super) enum Stands {
         frame: Frame,
         tool: Frame,
     },
+    /// At this target of axis values.
+    Target(usize),
     /// rad or m of each axis; `None`: not known.
     Axes(Vec<Option<f64>>),
 }
@@ -117,14 +119,21 @@ impl Stands {
         Some(Self::Pose { position_m, rotation, frame: goal.frame.clone(), tool: goal.tool.clone() })
     }
 
-    /// After a motion to axis values. Of axes that it does not name nothing is known: a new point before it names them all. A relative
-    /// motion leaves them where they were `before`.
-    pub fn of_axes(before: Option<&Self>, target: TargetRef) -> Self {
-        let stood = |axis: usize| match before {
-            Some(Self::Axes(all)) => all.get(axis).copied().flatten(),
-            _ => None,
-        };
-        Self::Axes(target.values.iter().enumerate().map(|(k, v)| v.map(|v| v.si).or_else(|| stood(k))).collect())
+    /// rad or m of each axis, where it stands at axis values. Of axes that the motion does not name nothing is known: a new point before it
+    /// names them all.
+    fn axes(&self, targets: &Targets) -> Option<Vec<Option<f64>>> {
+        match self {
+            Self::Target(t) => Some(targets.get(*t)?.values.iter().map(|v| v.map(|v| v.si)).collect()),
+            Self::Axes(all) => Some(all.clone()),
+            Self::Pose { .. } => None,
+        }
+    }
+
+    /// After a relative motion to the target `t`: axes that it does not name are where they were `before`.
+    pub fn turned_to(before: Option<&Self>, t: usize, targets: &Targets) -> Option<Self> {
+        let stood = before.and_then(|s| s.axes(targets)).unwrap_or_default();
+        let now = Self::Target(t).axes(targets)?;
+        Some(Self::Axes(now.into_iter().enumerate().map(|(k, v)| v.or(stood.get(k).copied().flatten())).collect()))
     }
 
     /// The axis values to which `PTP_REL {A1 5}` leads from here, as an aggregate: the axes that it names.
@@ -137,9 +146,10 @@ impl Stands {
         a: &Aggregate,
         tail: &[Token],
         axes: &[(String, JointKind)],
+        targets: &Targets,
     ) -> Option<Made> {
         let plain = !tail.iter().any(|t| t.is(b'#') || upper(text, t) == "WITH");
-        let Self::Axes(stood) = self else { return None };
+        let stood = self.axes(targets)?;
         if word.path != PathKind::Joint || !plain {
             return None;
         }

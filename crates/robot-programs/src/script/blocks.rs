@@ -214,9 +214,14 @@ impl<S> Steps<S> {
         self.routines.is_reached(true);
     }
 
-    /// A call of a routine, and of nothing else that may move.
+    /// A statement that is the call of a routine, and of nothing else that may move.
     pub fn calls(&mut self, at: At, name: String) {
+        let unsure = self.open.last().map(|block| block.unsure);
         let k = self.push(at, StepKind::Break(Break::Call));
+        if let (Some(block), Some(unsure)) = (self.open.last_mut(), unsure) {
+            // the condition of the block does not call it
+            block.unsure = unsure;
+        }
         self.routines.called(k, name);
     }
 

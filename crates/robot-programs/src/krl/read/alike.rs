@@ -9,6 +9,7 @@ use crate::krl::aggregate::axis_value;
 use crate::krl::lex::{Kind, Token};
 use crate::krl::motion::Motion;
 use crate::krl::program::Source;
+use crate::krl::relative::Stands;
 use crate::krl::target::Site;
 use crate::script::alike::{Anchors, Form, Moves, Plain};
 use crate::script::{At, Goal, StepKind, Value};
@@ -73,7 +74,9 @@ impl Alike {
             return false;
         };
         let others = place.others;
+        let exact = m.blend_m == Some(0.0);
         let step = StepKind::Move(m.alike(Goal::Joints(reader.targets.len())));
+        reader.stands = exact.then(|| Stands::Target(reader.targets.len()));
         let motion = known.moved(k, known.at.to(at));
         let numbers = &self.numbers;
         let value = |(n, (_, kind)): (&Option<usize>, &(_, _))| {

@@ -35,7 +35,7 @@ impl Reader<'_> {
         };
         let stands = self.stands.as_ref();
         let (end, tail) = (stands.map(|_| next), line.get(next..).unwrap_or_default());
-        let turned = stands.and_then(|s| s.turned(self.text, word, &a, tail, self.axes));
+        let turned = stands.and_then(|s| s.turned(self.text, word, &a, tail, self.axes, &self.targets));
         let moved = stands.and_then(|s| s.moved(self.text, word, &a, tail, self.frames()));
         let goal = match (moved, turned) {
             (Some(pose), _) => Goal::pose(pose),

@@ -64,7 +64,11 @@ impl Reader<'_> {
         self.stands = match &goal {
             Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),
             Goal::Joints(t) if blend_m == Some(0.0) && !self.spline => {
-                self.targets.get(*t).map(|target| Stands::of_axes(stood.as_ref(), target))
+                if word.relative {
+                    Stands::turned_to(stood.as_ref(), *t, &self.targets)
+                } else {
+                    Some(Stands::Target(*t))
+                }
             }
             _ => None,
         };

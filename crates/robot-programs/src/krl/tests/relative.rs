@@ -80,6 +80,10 @@ fn axis_values_that_count_from_known_ones_are_known_and_stay() {
     assert_eq!(of(&format!("{at}PTP_REL {{A1 5.5}}\n")), to(15.5, None));
     assert_eq!(of(&format!("{at}PTP {{A1 20,A6 0}}\nSPTP_REL {{A6 -0.001,A1 1}} C_PTP\n")), to(21.0, Some(-0.001)));
     assert_eq!(of(&format!("{at}PTP_REL {{A6 2}}\nPTP_REL {{A1 5,A6 1}}\n")), to(15.0, Some(3.0)));
+    // after lines that are read by the one before them
+    let others = ["20", "30", "7"].map(|a1| at.replacen("10", a1, 1)).concat();
+    assert_eq!(of(&format!("{at}{others}PTP_REL {{A1 5}}\n")), to(12.0, None));
+    assert_eq!(of(&format!("{at}{others}PTP_REL {{A2 -1}}\nPTP_REL {{A1 1}}\n")), to(8.0, None));
     for lines in [
         "PTP_REL {A1 5}\n",
         "PTP {A1 5,A2 -90}\nPTP {A2 -80}\nPTP_REL {A1 5}\n",

@@ -130,3 +130,25 @@ fn a_function_begins_where_its_calls_stand_if_all_of_them_are_in_the_text() {
     let doc = document(&format!("def m():\n movej({Q})\nend\nm()\n"));
     assert!(doc.script().joins.iter().all(|j| j.at != 0));
 }
+
+/// What calls the program again leads to its start, as the end of RAPID's `main` does.
+#[test]
+fn the_program_is_reached_from_its_other_calls_too() {
+    let body = format!("def prog():\n  movej({Q})\n  movej({Q})\n");
+    for (rest, moves_before) in [
+        ("end\nprog()\n", vec![]),
+        ("end\nprog()\nprog()\n", vec![2]),
+        ("end\nwhile True:\n  prog()\nend\n", vec![2]),
+        ("  prog()\nend\nprog()\n", vec![2]),
+    ] {
+        let doc = document(&format!("{body}{rest}"));
+        let script = doc.script();
+        let again = script.again.as_ref().map(|join| join.from.clone()).unwrap_or_default();
+        let moves = |until: usize| script.moves().take_while(|(k, _)| *k < until).count();
+        // what stands before each of them, where it is a move
+        let steps =
+            |k: &usize| script.steps.get(k.checked_sub(1)?).map(|s| matches!(s.kind, crate::script::StepKind::Move(_)));
+        let known: Vec<usize> = again.iter().filter(|k| steps(k) == Some(true)).map(|k| moves(*k)).collect();
+        assert_eq!(known, moves_before, "{rest}: {again:?} {:?}", script.joins);
+    }
+}
