@@ -62,6 +62,7 @@ const READERS: [(&str, &[&str]); 8] = [
         &[
             "lex.rs",
             "assignments.rs",
+            "callee.rs",
             "calls.rs",
             "cycles.rs",
             "read.rs",

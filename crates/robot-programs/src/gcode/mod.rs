@@ -3,7 +3,8 @@
 //! ```text
 //! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning; certain: what ends it)
 //!      -> goal: positions, steps (statements: what is kept of them); lathe: X as a diameter; places: who reads where the machine
-//!      stands; labels, calls: what is called; rotary: which way an axis turns
+//!      stands; labels, callee, calls: what is called; programs, order, routes: from where control comes; cycles: holes; waits: dwells;
+//!      rotary: which way an axis turns; reason: why a block stays
 //! edits -> write: blocks; leg: words; pieces: arcs -> patches
 //! ```
 //!
@@ -20,13 +21,14 @@
 //!
 //! Variables and expressions that have one value whatever runs are folded ([`variables`]); [`assignments`] looks at what a line assigns
 //! and what it may do besides. What cannot be determined stays as it is and says why: units or distance mode that no word has set, other
-//! expressions, canned cycles, cutter compensation, modes after a call. Text that is no G-code is refused with its
+//! expressions, some canned cycles, cutter compensation. Text that is no G-code is refused with its
 //! place. `docs/program-gcode.md` has what may be edited.
 
 mod across;
 mod alike;
 mod arc;
 mod assignments;
+mod callee;
 mod calls;
 mod certain;
 mod codes;
@@ -43,6 +45,7 @@ mod order;
 mod passed;
 mod pieces;
 mod places;
+mod programs;
 mod read;
 pub(crate) mod reason;
 mod rotary;

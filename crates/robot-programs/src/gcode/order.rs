@@ -10,7 +10,6 @@
 //! that are not followed, several work frames, G52, G92 and G10, because places are counted in the order of the text. Of the start of a
 //! subprogram nothing is known where a call repeats it (L3).
 
-use super::survey::Survey;
 use crate::script::joins::through_still;
 use crate::script::routines::Routines;
 use crate::script::{Break, Join, Round, Script, StepKind};
@@ -268,16 +267,16 @@ impl Order {
         self.joins.push(Join { at, from: if entered { vec![at] } else { vec![open, at] } });
     }
 
-    /// Gives what is known to a script.
-    pub(super) fn settle(mut self, survey: &Survey, script: &mut Script) {
-        script.entry = self.entry.filter(|_| !survey.repeats);
-        self.stops(&survey.called);
-        if self.unknown || self.sub.is_some() || !self.open.is_empty() || !survey.goes_by_its_text() {
+    /// Gives what is known to a script; see [`Around`].
+    pub(super) fn settle(mut self, around: &Around, script: &mut Script) {
+        script.entry = self.entry.filter(|_| !around.repeats);
+        self.stops(around.called);
+        if self.unknown || self.sub.is_some() || !self.open.is_empty() || !around.by_text {
             return;
         }
         let mut joins = self.joins;
         // a call that stands beside another word of its kind may not be here
-        if survey.whole && self.calls == survey.programs.call_count() {
+        if around.calls == Some(self.calls) {
             joins.extend(self.routines.entered());
             joins.extend(self.routines.joins(script.steps.len()));
         }
@@ -285,4 +284,16 @@ impl Order {
         (script.rounds, script.joins) = (self.rounds, joins);
         through_still(script);
     }
+}
+
+/// What a look over the text finds that the order depends on.
+pub(super) struct Around<'a> {
+    /// Programs that are called.
+    pub(super) called: &'a BTreeSet<String>,
+    /// The text may run again from its start.
+    pub(super) repeats: bool,
+    /// Nothing leads elsewhere than the text says.
+    pub(super) by_text: bool,
+    /// How many calls of its programs the text has, where all that it calls stands in it.
+    pub(super) calls: Option<usize>,
 }

@@ -8,8 +8,8 @@ use super::codes::AXES;
 use super::flow::{assignments_of, flow_hides, is_flow};
 use super::lex::{self, Block};
 use super::order::Order;
+use super::programs::Modes;
 use super::reason::{After, Doubt};
-use super::routes::Modes;
 use super::statements::{Program, Statement, Statements, Waits};
 use super::survey::Survey;
 use super::variables::Variables;
@@ -49,7 +49,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.lose(After::End);
     let marker = reader.survey.marker();
     let Reader { mut script, statements, waits, order, survey, .. } = reader;
-    order.settle(&survey, &mut script);
+    order.settle(&survey.around(), &mut script);
     let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     script.texts = texts;
     // without a move nothing depends on them

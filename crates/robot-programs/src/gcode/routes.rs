@@ -6,91 +6,23 @@
 
 use super::assignments::Assignments;
 use super::lex::{self, Block, Word};
-use super::order::{Entry, Line};
+use super::order::{Around, Entry, Line};
+use super::programs::{Effect, Modes};
 use super::read::Reader;
 use super::survey::Survey;
-use std::collections::BTreeMap;
 
 /// Words that compare two values.
 const COMPARES: [&str; 6] = ["EQ", "NE", "GT", "GE", "LT", "LE"];
-/// Groups of modes, times ten: the last word of a group is in force.
-const GROUPS: [&[u32]; 3] = [&[900, 910], &[200, 210], &[170, 180, 190]];
-
-/// G90 or G91, G20 or G21, and the plane.
-pub(super) type Modes = (Option<bool>, Option<bool>, Option<[u8; 3]>);
-
-/// What running a subprogram does to a group of modes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) enum Effect {
-    /// Nothing.
-    #[default]
-    Keeps,
-    /// This G word is in force after it, times ten.
-    Sets(u32),
-    /// Not known.
-    Unsure,
-}
-
-/// What a look over the text finds of its programs.
-#[derive(Debug, Default)]
-pub(super) struct Programs {
-    effects: BTreeMap<String, [Effect; 3]>,
-    /// How many calls of each stand in the text.
-    calls: BTreeMap<String, usize>,
-    current: Option<String>,
-    /// A condition or a loop stands in the one that is read.
-    branches: bool,
-}
-
-impl Programs {
-    /// The text of a program begins; `None`: it goes on in that of no subprogram.
-    pub(super) fn begin(&mut self, label: Option<&str>) {
-        (self.current, self.branches) = (label.map(Into::into), false);
-        let Some(label) = label else { return };
-        // of two with one name it is not known which is meant
-        let twice = self.effects.contains_key(label);
-        self.effects.insert(label.into(), [if twice { Effect::Unsure } else { Effect::Keeps }; 3]);
-    }
-
-    /// A call of a program of the text.
-    pub(super) fn called(&mut self, label: &str) {
-        *self.calls.entry(label.into()).or_default() += 1;
-        self.are_unsure(&[0, 1, 2]);
-    }
-
-    /// What follows in this program may be passed by.
-    pub(super) fn branch(&mut self) {
-        self.branches = true;
-        let set = |effects: &[Effect; 3]| (0..3).filter(|n| effects[*n] != Effect::Keeps).collect::<Vec<_>>();
-        let groups = self.current.as_ref().and_then(|label| self.effects.get(label)).map(set).unwrap_or_default();
-        self.are_unsure(&groups);
-    }
-
-    /// How many calls of programs of the text there are.
-    pub(super) fn call_count(&self) -> usize {
-        self.calls.values().sum()
-    }
-
-    fn are_unsure(&mut self, groups: &[usize]) {
-        if let Some(effects) = self.current.as_ref().and_then(|label| self.effects.get_mut(label)) {
-            groups.iter().for_each(|n| effects[*n] = Effect::Unsure);
-        }
-    }
-
-    /// A G word, times ten, in a block that an operator may switch off (`optional`).
-    pub(super) fn g_word(&mut self, c: u32, optional: bool) {
-        let unsure = optional || self.branches;
-        let Some(effects) = self.current.as_ref().and_then(|label| self.effects.get_mut(label)) else { return };
-        for (effect, _) in effects.iter_mut().zip(GROUPS).filter(|(_, group)| group.contains(&c)) {
-            *effect = if unsure || *effect == Effect::Unsure { Effect::Unsure } else { Effect::Sets(c) };
-        }
-    }
-}
-
 impl Survey {
     /// Nothing jumps, every line is followed, and the numbers of an axis count from one origin all along.
     pub(super) fn goes_by_its_text(&self) -> bool {
         !self.jumps && self.labels.is_empty() && !self.hidden && self.macros == 0 && !self.frames()
+    }
+
+    /// What the order of the blocks depends on.
+    pub(super) fn around(&self) -> Around<'_> {
+        let calls = self.whole.then(|| self.programs.call_count());
+        Around { called: &self.called, repeats: self.repeats, by_text: self.goes_by_its_text(), calls }
     }
 
     /// The only work frame that the text names is this one, or it names none.

@@ -1,14 +1,15 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
 use super::across::Across;
-use super::calls::{Called, called_by};
+use super::callee::{Called, called_by};
 use super::codes::{AXES, CANNED, PROBES, code, is_followed};
 use super::flow::{assignments_of, flow_hides, is_flow};
 use super::labels::local_labels;
 use super::lex::{self, Block, has_axes, names};
 use super::makers::{Makers, is_corner_mode, is_high_speed, is_numbered_frame, work_frame};
 use super::passed::Passed;
-use super::routes::Programs;
+use super::programs::Programs;
+
 use super::signs::Signs;
 use crate::error::Result;
 use crate::script::Text;
@@ -344,11 +345,6 @@ fn leads(block: &Block) -> [bool; 2] {
 
 /// Whether a block does nothing but call a subprogram by its number, as Siemens controls do.
 ///
-/// `call = ["N" number] "L" number ["P" number]`
-pub(super) fn is_numbered_call(block: &Block) -> bool {
-    let called = block.words.iter().any(|w| w.letter == b'L' && w.value.is_some());
-    called && block.words.iter().all(|w| b"NLP".contains(&w.letter))
-}
 
 /// Whether a G10 changes offsets of tools or work frames and nothing else: with R it may turn a work frame, with other L it sets
 /// parameters of the control.

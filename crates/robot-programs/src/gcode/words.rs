@@ -1,6 +1,7 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
 use super::across::Across;
+use super::callee::is_numbered_call;
 use super::calls::Callee;
 use super::codes::{AXES, CANNED, HARMLESS, PROBES, SPLINES, TOUCHES, code};
 use super::frame::changes_tool;
@@ -11,7 +12,7 @@ use super::order::Entry;
 use super::read::Reader;
 use super::reason::{After, Doubt, Elsewhere, Reason};
 use super::signs::unit_of_siemens;
-use super::survey::{acts_once, homes, is_numbered_call, moves_offsets};
+use super::survey::{acts_once, homes, moves_offsets};
 use crate::error::Result;
 use crate::script::{Break, StepKind};
 
