@@ -52,6 +52,8 @@ impl Called {
     }
 }
 
+/// Whether a block does nothing but call a subprogram by its number, as Siemens controls do.
+///
 /// `call = ["N" number] "L" number ["P" number]`
 pub(super) fn is_numbered_call(block: &Block) -> bool {
     let called = block.words.iter().any(|w| w.letter == b'L' && w.value.is_some());

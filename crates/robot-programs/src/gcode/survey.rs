@@ -343,9 +343,6 @@ fn leads(block: &Block) -> [bool; 2] {
     [axes, !codes().any(|c| CANNED.contains(&c))]
 }
 
-/// Whether a block does nothing but call a subprogram by its number, as Siemens controls do.
-///
-
 /// Whether a G10 changes offsets of tools or work frames and nothing else: with R it may turn a work frame, with other L it sets
 /// parameters of the control.
 ///
