@@ -152,6 +152,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn end(&mut self, k: usize, kind: Break, why: After) {
+        self.back_to_r = false;
         self.lose(why);
         self.step(k, StepKind::Break(kind), None);
     }

@@ -7,7 +7,8 @@
 //! specify the repeated machining times on the same position"). So X and Y are targets that are reached from the place before, and are
 //! edited as those of a G0. No point is added: it would be a hole.
 //!
-//! Z, R, P, Q stay: the hole is as deep as it was. Where Z comes to depends on G98, on R and on where it stood, with its offset; so it is
+//! Z, R, P, Q stay: the hole is as deep as it was. Unless G99 is in force, the move before the first hole ends at its original position: its Z is
+//! the level to which the cycle comes back, from the other side. Where Z comes to depends on G98, on R and on where it stood, with its offset; so it is
 //! not known until a word names it again. The same goes for axes other than X and Y, as no word of them may be added to a cycle.
 //!
 //! What stays as a whole: G91 (R counts from where Z stands, and with L or K one block makes several holes), other planes (the axis that
@@ -138,7 +139,9 @@ impl Reader<'_> {
     /// A cycle takes over these axes: what counts from where they stand counts from where they stood before it.
     fn leave_to_cycle(&mut self, axes: AxisSet, cycle: u32) {
         let relative = |step: usize| self.statements.places_of(step, self.letters.len()).is_some_and(|s| !s.absolute);
-        if self.last.is_some_and(relative) {
+        // the level to which G98 comes back, from below, would have the offset of the way down to it
+        let level = !self.back_to_r && axes.axes().any(|a| self.position.get(a).is_some_and(Option::is_some));
+        if level || self.last.is_some_and(relative) {
             self.anchor(Elsewhere::Hole(cycle).into());
         }
         self.carry(axes);

@@ -159,6 +159,8 @@ pub(super) struct Reader<'a> {
     pub(super) counts_anywhere: bool,
     /// Some axes went on to a place of the machine after it: relative words behind it do not count from it.
     pub(super) settled: bool,
+    /// Cycles certainly take Z back to R (G99), not to where it stood before.
+    pub(super) back_to_r: bool,
     /// What lines may be like.
     pub(super) alike: Alike,
     /// From where control comes to its breaks.
@@ -220,6 +222,7 @@ impl<'a> Reader<'a> {
             leaving: Vec::new(),
             counts_anywhere: false,
             settled: false,
+            back_to_r: false,
             alike: Alike::default(),
             order: Order::default(),
             called_in: BTreeMap::new(),

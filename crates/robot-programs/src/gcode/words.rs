@@ -295,6 +295,7 @@ impl Reader<'_> {
                 self.count_across(k, across);
             }
             980 | 990 if self.survey.diameters => self.feed_of_lathe(c),
+            980 | 990 => self.back_to_r = c == 990 && !block.optional,
             900 | 940 if self.survey.lathe => {
                 if has_axes(block) {
                     self.keeps_place(After::CountsFromHere);

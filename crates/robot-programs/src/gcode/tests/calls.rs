@@ -125,7 +125,7 @@ fn before_a_block_about_where_the_machine_stands_no_offset_stays() {
         let text = format!("G21 G18\nG0 X50.0 Z-5.0\nX40.0\n{cycle}\n");
         assert!(fixed_of(&text, &lathe)[1], "{cycle}");
     }
-    for word in ["G81 X5.0 Z-3.0 R1.0", "G4 P1", "G64"] {
+    for word in ["G99 G81 X5.0 Z-3.0 R1.0", "G4 P1", "G64"] {
         assert!(!fixed(&format!("{START}{word}\n{AGAIN}"))[3], "{word}");
     }
 }

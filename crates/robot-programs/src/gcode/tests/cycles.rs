@@ -45,11 +45,20 @@ fn words_of_holes_are_changed_in_x_and_y_alone_and_no_point_is_added() {
     let script = script_of(&Gcode, &text, &robot());
     let closed: Vec<bool> = moves(&script).iter().map(|m| m.1.closed.is_some()).collect();
     assert!(closed[1] && closed[3] && closed[5] && !closed[7]);
-    // after it Z alone is not known, before it nothing is kept
+    // after it Z alone is not known
     let alone: Vec<_> =
         moves(&script).iter().map(|m| m.1.moves_alone.map(|a| (a.has(0), a.has(1), a.has(2)))).collect();
     assert_eq!([alone[2], alone[4], alone[6]], [Some((false, false, true)); 3]);
-    assert!(moves(&script).iter().all(|m| m.1.fixed.is_none()));
+    // but the level to which the cycle comes back from below
+    let fixed = |text: &str| -> Vec<usize> {
+        let script = script_of(&Gcode, text, &robot());
+        moves(&script).iter().enumerate().filter(|(_, m)| m.1.fixed.is_some()).map(|(k, _)| k).collect()
+    };
+    assert_eq!(fixed(&text), [0]);
+    assert_eq!(fixed(&text.replace("G98 ", "")), [0]);
+    assert!(fixed(&text.replace("G98", "G99")).is_empty());
+    assert_eq!(fixed(&text.replace("G98", "/G99")), [0]);
+    assert!(fixed(&text.replace("G98 ", "").replace("G17", "G17 G99")).is_empty());
 }
 
 #[test]
@@ -111,8 +120,7 @@ fn relative_words_count_from_before_the_cycle() {
     let fixed = |text: &str| -> Vec<bool> {
         moves(&script_of(&Gcode, text, &robot())).iter().map(|m| m.1.fixed.is_some()).collect()
     };
-    let holes = "G81 X30.0 Y20.0 Z-5.0 R2.0 F100\nX50.0\nG80\n";
-    // Z comes back to where it stood, with its offset
+    let holes = "G99 G81 X30.0 Y20.0 Z-5.0 R2.0 F100\nX50.0\nG80\n";
     let text = |after: &str| format!("{FROM}G1 Z10.0 F100\nG0 X5.0\n{holes}{after}\n");
     assert_eq!(fixed(&text("G91 G0 Z5.0"))[..5], [false, false, true, false, false]);
     assert_eq!(fixed(&text("G90 G0 Z5.0"))[..5], [false; 5]);
@@ -133,7 +141,7 @@ fn no_word_of_another_axis_comes_into_a_cycle() {
     let kept: Vec<bool> = all.iter().map(|m| m.1.fixed.is_some()).collect();
     assert_eq!(kept, [false, true, true, false]);
     assert!(values(&script, all[2].0)[2].is_nan() && !values(&script, all[2].0)[1].is_nan());
-    let text = format!("{FROM}G91 G1 Z-1.0 F100\nG90 G0 X5.0\nG81 X30.0 Z-5.0 R2.0 F100\nG80\n");
+    let text = format!("{FROM}G91 G1 Z-1.0 F100\nG90 G0 X5.0\nG99 G81 X30.0 Z-5.0 R2.0 F100\nG80\n");
     let out = written(&text, &[(1, Some([0.0, 0.0, 19.01]), vec![]), (2, Some([5.01, 0.0, 19.01]), vec![])]);
-    assert!(out.contains("G81 X30.0 Z-5.0 R2.0"), "{out}");
+    assert!(out.contains("G99 G81 X30.0 Z-5.0 R2.0"), "{out}");
 }

@@ -238,6 +238,18 @@ fn values_of_all_modules_are_known_in_a_whole_project_that_leaves_them() {
     assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nsub()\nLIN XTO\n", &[config, sub]), None);
     let sub = ("sub.src", "DEF sub( )\nelsewhere()\nEND\n");
     assert_eq!(of("XTO=XALL\nXTO.Z=HIGH\nsub()\nLIN XTO\n", &[config, sub]), None);
+    // what another file runs beside the program may call what it sees of it
+    let lines = "L=XALL\nL.Z=L.Z+1\nLIN L\nEND\nGLOBAL DEF seth( )\nL.Z=0\n";
+    assert_eq!(of(lines, &[config]), Some([1.0, 2.0, 4.0]));
+    for (name, other) in [
+        ("b.src", "DEF b( )\nINTERRUPT DECL 3 WHEN $IN[1] DO seth( )\nINTERRUPT ON 3\np( )\nEND\n"),
+        ("b.src", "DEF b( )\nGLOBAL INTERRUPT DECL 3 WHEN $IN[1] DO between( )\nEND\nDEF between( )\nseth( )\nEND\n"),
+        ("b.src", "DEF b( )\nTRIGGER WHEN DISTANCE=0 DELAY=0 DO seth( )\nPTP XALL\np( )\nEND\n"),
+        ("b.sub", "DEF b( )\nLOOP\nseth( )\nENDLOOP\nEND\n"),
+    ] {
+        assert_eq!(of(lines, &[config, (name, other)]), None, "{other}");
+        assert_eq!(of(&lines.replace("GLOBAL ", ""), &[config, (name, other)]), Some([1.0, 2.0, 4.0]), "{other}");
+    }
     // it calls the program again
     let sub = ("sub.src", "DEF sub( )\np()\nEND\n");
     assert_eq!(of("XTO=XALL\nsub()\nXTO.Z=HIGH\nLIN XTO\n", &[config, sub]), None);

@@ -4,7 +4,7 @@ use super::assigned::Assigned;
 use super::numbers::goes_elsewhere;
 use super::{Around, Var};
 use crate::krl::calls::is_quiet;
-use crate::krl::lex::{first_word, in_upper};
+use crate::krl::lex::{Token, first_word, in_upper};
 use crate::krl::read::scan::{Found, Scan};
 use crate::krl::read::versions::Names;
 use crate::krl::relative::each_line;
@@ -61,6 +61,12 @@ impl Flow {
             |name: &str| outside.sets.get(name).is_some_and(|sets| sets.calls.iter().any(|c| unknown(c)));
         let strange = |name: &str| unknown(name) || calls_unknown(name);
         let mut any_time: BTreeSet<String> = assigned.at_any_time.union(&interrupts).cloned().collect();
+        let is_global = |line: &usize| first_word(text, *line).eq_ignore_ascii_case(b"GLOBAL");
+        if texts.iter().any(|t| t.context && runs_aside(t)) {
+            // it may call what other files see
+            let globals = first.iter().zip(routines.iter().skip(1)).filter(|(line, _)| is_global(line));
+            any_time.extend(globals.map(|(_, routine)| routine.name.clone()).collect::<Vec<_>>());
+        }
         loop {
             let mut next = any_time.clone();
             for name in &any_time {
@@ -89,7 +95,6 @@ impl Flow {
             routine.events = conditions_first(text, std::mem::take(&mut routine.events));
         }
         let main = routines.iter().position(|r| !r.name.is_empty()).unwrap_or_default();
-        let is_global = |line: &usize| first_word(text, *line).eq_ignore_ascii_case(b"GLOBAL");
         let is_open = |k: usize| {
             let global = k.checked_sub(1).and_then(|k| first.get(k)).is_some_and(is_global);
             k <= main || global || routines.get(k).is_some_and(|r| any_time.contains(&r.name))
@@ -176,6 +181,18 @@ fn resuming(texts: &[Text]) -> BTreeSet<String> {
             }
         });
     }
+    found
+}
+
+/// Whether a file runs something beside the program: a submit program, interrupts, triggers.
+///
+/// `line = ["GLOBAL"] "INTERRUPT" ... | "TRIGGER" ...`
+fn runs_aside(text: &Text) -> bool {
+    let mut found = text.name.to_ascii_lowercase().ends_with(".sub");
+    each_line(text, |_, line| {
+        let word = |t: &Token| matches!(&*in_upper(text, t), "INTERRUPT" | "TRIGGER");
+        found |= line.iter().take(2).any(word);
+    });
     found
 }
 
