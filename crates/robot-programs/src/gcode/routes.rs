@@ -53,7 +53,8 @@ impl Reader<'_> {
             let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
             digits.then(|| format!("do{text}"))
         };
-        let (condition, then) = rest.split_at(lex::expression_end(rest.as_bytes()).unwrap_or(0));
+        let end = lex::expression_end(rest.as_bytes()).filter(|end| rest.is_char_boundary(*end)).unwrap_or(0);
+        let (condition, then) = rest.split_at(end);
         Some(match keyword {
             "WHILE" => {
                 let label = then.strip_prefix("DO").and_then(number);
