@@ -282,7 +282,7 @@ pub struct Merged {
     pub lines: Vec<Option<SummaryLine>>,
     /// The first line that is not of this job.
     fault: Option<BadInput>,
-    /// By what the first program was rewritten, and where that is said.
+    /// By what the first program was rewritten, and where that stands.
     by: Option<(RewrittenBy, String)>,
     /// The first line of a program that was rewritten by something else.
     mixed: Option<BadInput>,
@@ -435,7 +435,7 @@ impl Merged {
 const ONE_JOB: &str =
     "all programs of a job rewritten by one compensator, robot file and set of options: rewrite them again";
 
-/// In what a program differs from the first one, which is kept with the place where that is said.
+/// In what a program differs from the first one, which is kept with the place where that stands.
 fn differs(first: &mut Option<(RewrittenBy, String)>, one: &RewrittenBy, place: &str) -> Option<String> {
     match first {
         None => {

@@ -39,7 +39,8 @@ fn rewritten(points: [&str; 4], arc: &str, more: &str) -> (tempfile::TempDir, St
     let list: String = points.iter().zip(1..).map(|(p, k)| format!("C{k:05}={p}\n")).collect();
     let job = format!(
         "/JOB\n//NAME A\n//POS\n///NPOS 5,0,0,0,0,0\n///TOOL 0\n///POSTYPE ANGLE\n///ANGLE\n{start}{list}//INST\n\
-         ///DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\n{arc}MOVL C00004 V=50.0\nMOVJ C00000 VJ=25.00\nEND\n"
+         /// DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\n{arc}MOVL C00004 V=50.0\nMOVJ C00000
+         /// VJ=25.00\nEND\n"
     );
     std::fs::write(path("part.JBI"), job.replace('\n', "\r\n")).unwrap();
     let tools = "schema: lostmotion/frames/1\ntools:\n  \"0\": {xyz_mm: [0, 0, 0]}\n";
@@ -96,8 +97,8 @@ fn an_arc_no_larger_than_the_gap_keeps_its_points() {
     }
 }
 
-/// S rises to C00003 on the circle of C00001 to C00003, and falls to it on that of C00002 to C00004 (40 mm about (1282, 0, 873.4) mm, at 45,
-/// 120 and 250 deg); found by a solver of its own.
+/// S rises to C00003 on the circle of C00001 to C00003, and falls to it on that of C00002 to C00004 (40 mm about (1282, 0, 873.4) mm, at
+/// 45, 120 and 250 deg); found by a solver of its own.
 const TWO_WAYS: [&str; 4] = [
     "0.9161,5.8506,6.0604,0.5278,-60.2140,-1.0556",
     "1.2857,2.1643,2.1931,0.7420,-60.0371,-1.4841",

@@ -2,6 +2,7 @@
 
 use crate::support::bundled;
 use crate::vendor_rewrite::Desk;
+use lostmotion::robot::Robot;
 
 /// A desk with play on each joint of a UR10e.
 fn desk() -> Desk {
@@ -112,5 +113,42 @@ fn a_new_point_does_not_stand_in_the_blend_of_a_move_of_another_run() {
         assert_eq!(kept(&out), 1, "{out}");
         let (_, next) = out.split_once("  if x1:\n").unwrap();
         assert_eq!(next.matches("movej").count(), 1, "{out}");
+    }
+}
+
+/// Lists of joint values, rad, and radii, m, of the motions of a program.
+fn motions(text: &str) -> Vec<(Vec<f64>, f64)> {
+    let motion = |line: &str| {
+        let list = line.trim().strip_prefix("movej([")?.split(']').next()?;
+        let radius = line.split("r=").nth(1).and_then(|r| r.trim_end_matches(')').parse().ok());
+        Some((list.split(',').map(|v| v.trim().parse().unwrap()).collect(), radius.unwrap_or(0.0)))
+    };
+    text.lines().filter_map(motion).collect()
+}
+
+/// Radii are as large as the places that are written allow: an offset moves the TCP by as much as a new point is away from its target.
+#[test]
+fn radii_of_a_target_and_of_the_new_point_after_it_fit_between_them() {
+    let desk = Desk::new(0.0);
+    let file = std::fs::read_to_string(bundled("configs/universal-robots-ur10.yaml")).unwrap();
+    desk.write("robot.yaml", &file);
+    let joints = ["base", "shoulder", "elbow", "wrist1", "wrist2", "wrist3"];
+    let effects: String =
+        joints.iter().map(|j| format!("  - {{effect: backlash, joint: {j}, half_gap_deg: 0.05}}\n")).collect();
+    desk.write("model.yaml", &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{effects}"));
+    desk.write(
+        "p.script",
+        "def prog():\n  movej([0.1, -1.8, 1.2, -1.2, -1.2, 0.1])\n  movej([0.453, -1.542, 1.222, -1.405, -1.249, 0.244])\n  \
+         movej([0.125, -1.274, 1.242, -1.5, -1.51, 0.1], r=0.005)\n  movej([0.049, -1.278, 1.288, -1.363, -1.716, 0.347], r=0.005)\n  \
+         movej([0.149, -1.378, 1.388, -1.463, -1.616, 0.247])\nend\nprog()\n",
+    );
+    desk.run("rewrite --model model.yaml p.script --output o.script --force").success();
+    let text = String::from_utf8(desk.read("o.script")).unwrap();
+    let (robot, motions) = (Robot::parse("robot.yaml", &file).unwrap(), motions(&text));
+    assert!(motions.len() > 5 && motions.iter().filter(|m| m.1 > 0.0).count() > 2, "{text}");
+    for pair in motions.windows(2) {
+        let away = (robot.tcp_m(&pair[0].0) - robot.tcp_m(&pair[1].0)).norm();
+        // radii are written to 10 um
+        assert!(pair[0].1 + pair[1].1 <= away + 1e-5, "{} + {} in {away}: {text}", pair[0].1, pair[1].1);
     }
 }

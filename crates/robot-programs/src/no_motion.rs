@@ -1,7 +1,7 @@
 //! Programs, macros and routines that move nothing, by what the user says of them: those whose text is not among the files.
 //!
 //! A name is compared as controllers do: case does not count (but in URScript it does), nor how many blanks stand between its words;
-//! `_` is a character like any other. What is said of a name holds only where no text of that name is among the files: a text counts.
+//! `_` is a character like any other. What is declared of a name counts only where no text of that name is among the files: a text counts.
 
 use std::collections::BTreeMap;
 

@@ -28,7 +28,7 @@
 //! - `prepared`: what the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all
 //!   structure
 //! - `remaining`: is there structure that remains beyond what was found?
-//! - `rival`: what stands beside an effect whose size may be zero
+//! - `alternative`: what stands beside an effect whose size may be zero
 //! - `rounds`: one round after the other: screening, refining, accepting
 //! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
 //! - `side_by_side`: gaps of joints that reverse together, in the one reading of a ballbar or a dial
@@ -41,6 +41,7 @@
 //! - `wider`: the search again with forms that have more freedom, where the plain ones leave something
 
 pub(crate) mod across;
+pub(crate) mod alternative;
 pub(crate) mod arm;
 pub(crate) mod contradiction;
 pub(crate) mod course;
@@ -57,7 +58,6 @@ pub(crate) mod outcome;
 pub(crate) mod precise;
 pub(crate) mod prepared;
 pub(crate) mod remaining;
-pub(crate) mod rival;
 mod rounds;
 pub(crate) mod sandwich;
 pub(crate) mod side_by_side;
@@ -125,7 +125,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let together = group.as_ref().map_or(0, |g| g.count);
     let mut doubtful = determined::doubtful(&problem, &fit);
     doubtful.iter_mut().take(together).for_each(|d| *d = false);
-    rival::beside(&problem, &fit, &whitening, (&prepared.candidates, price), &doubtful, &mut alternatives);
+    alternative::beside(&problem, &fit, &whitening, (&prepared.candidates, price), &doubtful, &mut alternatives);
     unnamed::with_intervals(&problem, &mut fit);
     let context = fit.screening(&problem, &whitening);
     let last = search.kept.score(&context, &prepared.candidates);

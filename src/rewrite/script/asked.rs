@@ -18,7 +18,7 @@ pub(super) fn calls(script: &Script, left: &BTreeMap<usize, Cause>) -> BTreeMap<
         let before = script.steps.get(..*step).unwrap_or_default().iter().rev();
         let before = before.take_while(|s| !matches!(s.kind, StepKind::Move(_)));
         let breaks: Vec<_> = before.filter(|s| matches!(s.kind, StepKind::Break(_))).collect();
-        // another call between them may move, whatever is said of these
+        // another call between them may move, whatever is declared of these
         let known = |at| script.unknown_calls.contains_key(at);
         if breaks.iter().any(|s| matches!(s.kind, StepKind::Break(Break::Call)) && !known(&s.at)) {
             continue;

@@ -5,7 +5,7 @@
 //! it is reached, the end of a run, and a move whose numbers stay. Where a corner cannot be made smaller, the new points that stand in it
 //! go, and the step is spread over the move.
 
-use super::edits::clear_corner;
+use super::edits::{clear_corner, corner_m};
 use super::run::{Choice, Role, Run, Vertex};
 use super::unplaced::Unplaced;
 use crate::program::script::{Break, Document, Edits, Goal, Move, NewPoint, Script, Step, StepKind};
@@ -74,7 +74,7 @@ impl Corners<'_> {
         if m.blend_m == Some(0.0) {
             return;
         }
-        let here = self.robot.tcp_m(&corner.q);
+        let here = corner_m(self.edits, self.robot, corner);
         let away = |p: &NewPoint| 0.5 * (self.robot.tcp_m(&p.q) - here).norm();
         let own = self.edits.steps.get(corner.step).and_then(|e| e.before.last().map(away));
         let after = next.and_then(|step| self.edits.steps.get(step)?.before.first().map(away));

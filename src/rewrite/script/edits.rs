@@ -8,6 +8,7 @@ use crate::program::script::{Document, Edit, Edits, Goal, Move, NewPoint, PathKi
 use crate::rewrite::engine::NOTHING;
 use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
+use nalgebra::Vector3;
 
 /// See [`spaced`].
 const CLOSE: f64 = 2.0;
@@ -328,6 +329,11 @@ pub(super) fn clear_corner(edits: &mut Edits, step: usize, far: impl Fn(&NewPoin
     lost
 }
 
+/// Where the corner at a goal stands in the written program, m: by an offset aside of where the robot comes to.
+pub(super) fn corner_m(edits: &Edits, robot: &Robot, own: &Vertex) -> Vector3<f64> {
+    robot.tcp_m(edits.steps.get(own.step).and_then(|edit| edit.goal).unwrap_or(&own.q))
+}
+
 /// Corners that may be cut no wider than to the middle of the way to a new point; where that would delay what the robot does as it enters
 /// one, the point goes. How many went.
 fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits, unplaced: &mut Unplaced) -> u64 {
@@ -343,7 +349,7 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits, unplaced
         if near.iter().all(Option::is_none) {
             continue; // no new point is near
         }
-        let here = robot.tcp_m(&own.q);
+        let here = corner_m(edits, robot, own);
         let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
         if let Some(why) = m.acts_in_corner.as_ref().filter(|_| own.editable) {
             let far = |p: &NewPoint| m.blend_m.is_some_and(|b| 0.5 * (robot.tcp_m(&p.q) - here).norm() >= b);

@@ -9,6 +9,16 @@ use crate::numerics::reversal::{Movement, ReversalDetector};
 /// A sample: its share of the way, and what the gears turn there, rad or m.
 pub(super) type Row = (f64, Vec<f64>);
 
+/// Samples closer than this share of a way are one: between them a parabola has no extreme that means anything.
+const ONE: f64 = 1e-6;
+
+/// The samples of a way by their shares, each place once: joints that turn together ask for one place twice.
+pub(super) fn in_order(mut rows: Vec<Row>) -> Vec<Row> {
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows.dedup_by(|b, a| b.0 - a.0 < ONE);
+    rows
+}
+
 /// Shares within the first and the last part of a sampled way at which axes turn, by parabolas through the three samples at each end.
 pub(super) fn turns_at_ends(rows: &[Row]) -> Vec<f64> {
     let [first, second, third, ..] = rows else { return Vec::new() };
@@ -82,6 +92,7 @@ mod tests {
         assert_eq!(turning_shares(&way(&[0.0, 0.6, 0.4, 1.0]), &[0.1]).len(), 2);
         assert!(turning_shares(&way(&[0.0, 0.6, 0.55, 1.0]), &[0.1]).is_empty());
     }
+
     #[test]
     fn a_turn_within_the_first_or_the_last_part_is_found() {
         for turn in [0.1, 0.24, 0.76, 0.9, 0.99] {
@@ -94,6 +105,21 @@ mod tests {
         assert!(turns_at_ends(&straight).is_empty() && turns_at_ends(&straight[..2]).is_empty());
         // one that is no nearer to an end
         assert!(turns_at_ends(&way(&[0.0, 0.3, 0.4, 0.4, 0.3, 0.0])).is_empty());
+    }
+
+    /// Two joints that turn at one place ask for one sample there, and its place is that of both.
+    #[test]
+    fn joints_that_turn_together_near_an_end_have_one_place() {
+        let place = |share: f64| -(share - 0.9).powi(2);
+        let row = |share: f64| (share, vec![place(share), 2.0 * place(share)]);
+        let mut rows: Vec<Row> = (0..5).map(|k| row(f64::from(k) / 4.0)).collect();
+        let turns = turns_at_ends(&rows);
+        assert_eq!(turns.len(), 2);
+        rows.extend(turns.into_iter().map(row));
+        let rows = in_order(rows);
+        assert_eq!(rows.len(), 6);
+        let shares = turning_shares(&rows, &[1e-3, 1e-3]);
+        assert!(shares.len() == 2 && shares.iter().all(|share| (share - 0.9).abs() < 1e-9), "{shares:?}");
     }
 
     /// Samples of one axis, evenly over the way.

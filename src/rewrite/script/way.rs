@@ -5,7 +5,7 @@
 //! stands. Where a pose is not reached within [`REACHED_M`] and [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
 use super::poses::Tooled;
-use super::turns::{Row, turning_shares, turns_at_ends};
+use super::turns::{Row, in_order, turning_shares, turns_at_ends};
 use crate::numerics::reversal::ReversalDetector;
 use crate::program::script::Way;
 use crate::robot::arm::{Form, isometry, pose_of};
@@ -300,8 +300,7 @@ impl Line {
         let mut rows: Vec<Row> = self.samples.iter().enumerate().map(|(k, q)| of(k as f64 / parts, q)).collect();
         let turns = turns_at_ends(&rows);
         rows.extend(turns.into_iter().filter_map(|share| Some(of(share, &self.at(share)?))));
-        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-        rows
+        in_order(rows)
     }
 }
 

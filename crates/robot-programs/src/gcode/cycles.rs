@@ -7,9 +7,10 @@
 //! specify the repeated machining times on the same position"). So X and Y are targets that are reached from the place before, and are
 //! edited as those of a G0. No point is added: it would be a hole.
 //!
-//! Z, R, P, Q stay: the hole is as deep as it was. Unless G99 is in force, the move before the first hole ends at its original position: its Z is
-//! the level to which the cycle comes back, from the other side. Where Z comes to depends on G98, on R and on where it stood, with its offset; so it is
-//! not known until a word names it again. The same goes for axes other than X and Y, as no word of them may be added to a cycle.
+//! Z, R, P, Q stay: the hole is as deep as it was. Unless G99 is in force, the move before the first hole ends at its original position:
+//! its Z is the level to which the cycle comes back, from the other side. Where Z comes to depends on G98, on R and on where it stood, with
+//! its offset; so it is not known until a word names it again. The same goes for axes other than X and Y, as no word of them may be added
+//! to a cycle.
 //!
 //! What stays as a whole: G91 (R counts from where Z stands, and with L or K one block makes several holes), other planes (the axis that
 //! drills is a parameter of the control: Fanuc 5101#0), lathes and printers, on which these are other words, L0 and K0 (no hole, and on
@@ -20,14 +21,12 @@
 use super::across::Across;
 use super::certain::opaque;
 use super::codes::{CANNED, SPLINES, TOUCHES};
-use super::goal::shared;
 use super::lex::{Block, Word, names};
 use super::read::Reader;
 use super::reason::{Elsewhere, Reason};
 use super::statements::{Statement, axis_words};
 use crate::error::Result;
 use crate::script::{AxisSet, StepKind};
-use std::sync::Arc as Shared;
 
 /// Cycles after which X and Y stand where they came from the place before, times ten.
 const HOLES: &[u32] = &[730, 740, 810, 820, 830, 840, 850, 860, 890];
@@ -101,12 +100,8 @@ impl Reader<'_> {
         let Hole { cycle, others, goes, inch } = hole;
         self.leave_to_cycle(others, cycle);
         if goes {
-            let dof = self.letters.len();
             let start = self.position.clone();
-            let unit = shared(&self.units, dof, |a| self.unit(a, inch));
-            self.units = Shared::clone(&unit);
-            let shift = shared(&self.shifts, dof, |a| self.shift(a));
-            self.shifts = Shared::clone(&shift);
+            let (unit, shift) = self.units_and_shifts(inch);
             let digits = self.digit.clone();
             let mut goal = self.named_goal(&block, &start, &unit, &shift, true)?;
             // the depth is no place at which Z stands

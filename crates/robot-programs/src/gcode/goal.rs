@@ -140,12 +140,8 @@ impl Reader<'_> {
         };
         self.rolls_over(k, &block);
         let absolute = self.absolute == Some(true);
-        let dof = self.letters.len();
         let start = self.position.clone();
-        let unit = shared(&self.units, dof, |a| self.unit(a, inch));
-        self.units = Shared::clone(&unit);
-        let shift = shared(&self.shifts, dof, |a| self.shift(a));
-        self.shifts = Shared::clone(&shift);
+        let (unit, shift) = self.units_and_shifts(inch);
         let goal = self.named_goal(&block, &start, &unit, &shift, absolute)?;
         let arc = match motion {
             20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
@@ -178,6 +174,16 @@ impl Reader<'_> {
         };
         self.place(k, statement, codes, exact);
         Ok(())
+    }
+
+    /// The units of the axes and how far their numbers are shifted, in the memory of those of the block before.
+    pub(super) fn units_and_shifts(&mut self, inch: bool) -> (Shared<[f64]>, Shared<[f64]>) {
+        let dof = self.letters.len();
+        let unit = shared(&self.units, dof, |a| self.unit(a, inch));
+        self.units = Shared::clone(&unit);
+        let shift = shared(&self.shifts, dof, |a| self.shift(a));
+        self.shifts = Shared::clone(&shift);
+        (unit, shift)
     }
 
     /// Where the words of a block lead, by axis.
@@ -388,7 +394,7 @@ impl Reader<'_> {
 }
 
 /// The numbers in the memory of the `last` ones, if they are the same: most blocks have those of the block before.
-pub(super) fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Shared<[f64]> {
+fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Shared<[f64]> {
     let same = last.len() == count && last.iter().enumerate().all(|(k, v)| v.to_bits() == new(k).to_bits());
     if same { Shared::clone(last) } else { (0..count).map(new).collect() }
 }

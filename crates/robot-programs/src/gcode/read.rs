@@ -157,7 +157,7 @@ pub(super) struct Reader<'a> {
     pub(super) leaving: Vec<usize>,
     /// Relative words may count from any of them.
     pub(super) counts_anywhere: bool,
-    /// Some axes went on to a place of the machine after it: relative words behind it do not count from it.
+    /// Some axes went on to a place of the machine after it: relative words after it do not count from it.
     pub(super) settled: bool,
     /// Cycles certainly take Z back to R (G99), not to where it stood before.
     pub(super) back_to_r: bool,

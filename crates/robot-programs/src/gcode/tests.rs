@@ -11,6 +11,7 @@ mod numbers;
 mod once;
 mod places;
 mod random;
+mod random_flows;
 mod relative;
 mod rotary;
 mod small_arcs;

@@ -8,7 +8,7 @@ pub(super) fn end_of_list(text: &Text) -> Option<usize> {
     (0..text.line_count()).find(|k| first_word(text, *k).eq_ignore_ascii_case(b"ENDDAT"))
 }
 
-/// Says where something besides blanks and comments stands behind the end of the program's own lists.
+/// Reports where something besides blanks and comments stands after the end of the program's own lists.
 pub(super) fn notes(texts: &[Text]) -> impl Iterator<Item = Note> {
     let own = texts.iter().enumerate().skip(1).filter(|(_, text)| !text.context);
     own.filter_map(|(file, text)| {

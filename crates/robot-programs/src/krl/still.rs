@@ -204,7 +204,7 @@ impl Still {
         for does in by_name.values().flatten() {
             needs.add(&does.name, does.moves, does.calls.iter().cloned());
         }
-        // a file that cannot be read goes before what is said of its name
+        // a file that cannot be read counts more than what is declared of its name
         texts.iter().filter(|t| t.context && !is_read(t)).for_each(|t| needs.is_there(&stem_of(t)));
         by_name.retain(|_, all| all.iter().all(|d| !d.moves));
         let mut still: BTreeMap<String, bool> = BTreeMap::new();

@@ -208,7 +208,7 @@ pub struct NamedCalls {
     declared: BTreeMap<String, u64>,
     overruled: BTreeMap<String, u64>,
     unknown: BTreeMap<At, BTreeSet<String>>,
-    /// Lines that may move whatever is said of names.
+    /// Lines that may move whatever is declared of names.
     moving: BTreeSet<At>,
     /// What a name needs that was met before.
     needed: BTreeMap<String, BTreeSet<String>>,

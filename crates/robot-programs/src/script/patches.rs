@@ -29,7 +29,7 @@ pub struct Patches {
     bytes: Vec<u8>,
     /// Ends of the spans of [`LONG`] patches, by their index.
     long: Vec<(u32, u32)>,
-    /// File, start and end of the last one, and whether one before it stands behind the one after it.
+    /// File, start and end of the last one, and whether one before it stands after the one that follows it.
     last: (u16, u32, u32),
     mixed: bool,
 }

@@ -11,7 +11,7 @@ use crate::diagnose::problem::residual::{largest, rms};
 use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::Outcome;
-use crate::diagnose::search::{determined, rival, slow};
+use crate::diagnose::search::{alternative, determined, slow};
 
 /// Fits everything together and tells it, where that finds many effects; with the number of its members that stand clear of the
 /// noise, geometry and all lags among them.
@@ -50,7 +50,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
     let mut alternatives = alternatives::of(&problem, &machine, &support);
     let price = (problem.n as f64).ln().min(8.0);
     let doubtful = doubtful(&problem, &machine.fit, &report);
-    rival::beside(&problem, &machine.fit, &machine.whitening, (&candidates, price), &doubtful, &mut alternatives);
+    alternative::beside(&problem, &machine.fit, &machine.whitening, (&candidates, price), &doubtful, &mut alternatives);
     let clear = triage::clear(&machine, &support);
     let members = support.iter().filter(|s| **s > triage::CLEAR).count();
     let super::MachineFit { fit, whitening, .. } = machine;

@@ -268,7 +268,7 @@ impl<'a> Computed<'a> {
         let (mut parts, mut finest, mut k) = (Vec::new(), 0, 0);
         let mut leaves: Vec<(f64, bool, bool)> = Vec::new();
         while let Some(t) = value.get(k) {
-            let behind_slash = parts.last() == Some(&Part::Mark(b'/'));
+            let divides_by = parts.last() == Some(&Part::Mark(b'/'));
             let (number, decimals, whole, next) = match t.kind {
                 Kind::Mark(m) if b"+-*/()".contains(&m) => {
                     parts.push(Part::Mark(m));
@@ -283,7 +283,7 @@ impl<'a> Computed<'a> {
                 _ => return None,
             };
             let literal = t.kind == Kind::Number;
-            leaves.push((number, whole, behind_slash && literal));
+            leaves.push((number, whole, divides_by && literal));
             (finest, k) = (finest.max(decimals), next);
             parts.push(Part::Number(number));
         }

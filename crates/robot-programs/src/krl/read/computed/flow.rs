@@ -5,6 +5,7 @@ use super::numbers::goes_elsewhere;
 use super::{Around, Var};
 use crate::krl::calls::is_quiet;
 use crate::krl::lex::{Token, first_word, in_upper};
+use crate::krl::outside::Outside;
 use crate::krl::read::scan::{Found, Scan};
 use crate::krl::read::versions::Names;
 use crate::krl::relative::each_line;
@@ -60,24 +61,14 @@ impl Flow {
         let calls_unknown =
             |name: &str| outside.sets.get(name).is_some_and(|sets| sets.calls.iter().any(|c| unknown(c)));
         let strange = |name: &str| unknown(name) || calls_unknown(name);
-        let mut any_time: BTreeSet<String> = assigned.at_any_time.union(&interrupts).cloned().collect();
         let is_global = |line: &usize| first_word(text, *line).eq_ignore_ascii_case(b"GLOBAL");
+        let mut any_time: BTreeSet<String> = assigned.at_any_time.union(&interrupts).cloned().collect();
         if texts.iter().any(|t| t.context && runs_aside(t)) {
             // it may call what other files see
             let globals = first.iter().zip(routines.iter().skip(1)).filter(|(line, _)| is_global(line));
-            any_time.extend(globals.map(|(_, routine)| routine.name.clone()).collect::<Vec<_>>());
+            any_time.extend(globals.map(|(_, routine)| routine.name.clone()));
         }
-        loop {
-            let mut next = any_time.clone();
-            for name in &any_time {
-                next.extend(routines.iter().filter(|r| r.name == *name).flat_map(called));
-                next.extend(outside.sets.get(name).into_iter().flat_map(|sets| sets.calls.iter().cloned()));
-            }
-            if next == any_time {
-                break;
-            }
-            any_time = next;
-        }
+        let any_time = with_called(any_time, &routines, outside);
         if any_time.iter().any(|name| unknown(name)) || any_time.intersection(&resuming(texts)).next().is_some() {
             return None;
         }
@@ -194,6 +185,21 @@ fn runs_aside(text: &Text) -> bool {
         found |= line.iter().take(2).any(word);
     });
     found
+}
+
+/// Routines and all that they call, themselves or in what they call.
+fn with_called(mut names: BTreeSet<String>, routines: &[Routine], outside: &Outside) -> BTreeSet<String> {
+    loop {
+        let mut next = names.clone();
+        for name in &names {
+            next.extend(routines.iter().filter(|r| r.name == *name).flat_map(called));
+            next.extend(outside.sets.get(name).into_iter().flat_map(|sets| sets.calls.iter().cloned()));
+        }
+        if next == names {
+            return names;
+        }
+        names = next;
+    }
 }
 
 /// What a routine calls.

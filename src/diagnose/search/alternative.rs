@@ -1,8 +1,8 @@
 //! What stands beside an effect whose size may be zero, where nothing that was refitted in its place comes near.
 //!
 //! Method: without the effect and with the others where they are, everything is screened for what the effect does to the log; the
-//! candidate of the best merit whose size a machine can have is the rival. Where nothing of the catalogue describes any of it, the rival
-//! is a curve without a name.
+//! candidate of the best merit whose size a machine can have is the alternative. Where nothing of the catalogue describes any of it, the
+//! alternative is a curve without a name.
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::ScreeningContext;
@@ -42,9 +42,9 @@ pub fn beside(
             );
         }
         if all.len() == 1 {
-            let mut rival = found.unwrap_or_else(|| curve(problem, placed, gain));
-            rival.gain = rival.gain.min(all[0].gain);
-            all.push(rival);
+            let mut alternative = found.unwrap_or_else(|| curve(problem, placed, gain));
+            alternative.gain = alternative.gain.min(all[0].gain);
+            all.push(alternative);
         }
     }
 }
