@@ -22,8 +22,8 @@ use std::path::{Path, PathBuf};
 /// tracker).
 ///
 /// Examples:
-///   lostmotion join --robot robot.yaml --controller rtde.csv --controller-columns rtde --tracker export.csv --tracker-columns tracker
-///   --output log.csv lostmotion join --robot robot.yaml --controller joints.csv --tracker points.csv --output log.csv --json
+///   lostmotion join --robot robot.yaml --controller rtde.csv --controller-columns rtde --tracker export.csv --tracker-columns tracker --output log.csv
+///   lostmotion join --robot robot.yaml --controller joints.csv --tracker points.csv --output log.csv --json
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {

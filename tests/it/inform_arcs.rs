@@ -37,10 +37,10 @@ fn rewritten(points: [&str; 4], arc: &str, more: &str) -> (tempfile::TempDir, St
     std::fs::write(path("model.yaml"), model).unwrap();
     let start = "C00000=-5.0000,5.7525,5.9553,-0.6908,-60.2100,1.3817\n";
     let list: String = points.iter().zip(1..).map(|(p, k)| format!("C{k:05}={p}\n")).collect();
+    let head = "///DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\n";
     let job = format!(
-        "/JOB\n//NAME A\n//POS\n///NPOS 5,0,0,0,0,0\n///TOOL 0\n///POSTYPE ANGLE\n///ANGLE\n{start}{list}//INST\n\
-         /// DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\n{arc}MOVL C00004 V=50.0\nMOVJ C00000
-         /// VJ=25.00\nEND\n"
+        "/JOB\n//NAME A\n//POS\n///NPOS 5,0,0,0,0,0\n///TOOL 0\n///POSTYPE ANGLE\n///ANGLE\n{start}{list}//INST\n{head}\
+         MOVJ C00000 VJ=25.00\n{arc}MOVL C00004 V=50.0\nMOVJ C00000 VJ=25.00\nEND\n"
     );
     std::fs::write(path("part.JBI"), job.replace('\n', "\r\n")).unwrap();
     let tools = "schema: lostmotion/frames/1\ntools:\n  \"0\": {xyz_mm: [0, 0, 0]}\n";
