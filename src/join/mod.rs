@@ -3,8 +3,8 @@
 //! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
 //! from the speeds and the paths), `suspect` (units and axes that cannot be right), `frame` (where a fit begins), `placement` (clock, frame
 //! and reflector), [`mod@fit`] (offset and drift with intervals), `variance` (of sums of correlated terms), `rests` (the same
-//! from tests that move one joint after another), [`mod@step`] (a clock that steps), `failure` (why there is no fit),
-//! [`mod@write`] (the rows of the joined log), [`mod@note`] (what a reader should know).
+//! from tests that move one joint after another), `best` (which reading of the stamps fits best), [`mod@step`] (a clock that steps),
+//! `failure` (why there is no fit), [`mod@write`] (the rows of the joined log), [`mod@note`] (what a reader should know).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
 //! smallest residual is taken; stamps as they are where the difference is small.
@@ -18,6 +18,7 @@
 
 #![warn(missing_docs)]
 
+mod best;
 mod clock;
 pub mod failure;
 pub mod fit;
@@ -39,19 +40,16 @@ use crate::error::{Error, Place, Result};
 use crate::log::columns::Meaning;
 use crate::log::recording::Recording;
 use crate::numerics::robust::{median_interval, median_of};
-use crate::numerics::series::Series;
 use crate::robot::{JointKind, Robot};
+use best::{Best, Recordings};
 use clock::Clock;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
-use search::Seen;
 use serde::Serialize;
 use std::borrow::Cow;
 
 /// The schema that the report names.
 pub const SCHEMA: &str = "lostmotion/join/1";
-/// A regular clock replaces the stamps only where it lowers the residual by this factor.
-const CLEARLY: f64 = 0.9;
 /// Movement of a channel up to which it stands still, rad or m.
 const STILL: f64 = 1e-7;
 /// Offsets around a given one within which the start is sought, s.
@@ -165,9 +163,6 @@ pub struct Joined {
     pub table: write::Table,
 }
 
-/// A fit of the clock: arm, commands, readings, start of the offset, s, and variances of the clocks that gave the stamps.
-type OfClock = fn(&Robot, &Series, &Seen, f64, [f64; 2]) -> std::result::Result<fit::Fit, failure::Failure>;
-
 /// The arm and its joint positions by gears, where gears turn by sums of axes (`gap_of`): a half gap belongs to its gear.
 struct Geared<'a> {
     robot: Cow<'a, Robot>,
@@ -217,53 +212,9 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
         return Err(missing(tracker, "x_mm, y_mm, z_mm"));
     }
     let readings = [clocks(controller, controller_stamps)?, clocks(tracker, tracker_stamps)?];
-    let mut best: Option<(f64, fit::Fit, &Clock, &Clock, f64)> = None;
-    let mut why = failure::Failure::Open;
-    let still = vec![STILL; robot.dof()];
-    let mut examined = false;
-    for ours in &readings[0] {
-        let series = Series::new(ours.t_s.clone(), by_gears.positions.to_vec(), &still);
-        let (of_clock, other): (OfClock, OfClock) = match rests::is_test(&series) {
-            true => (rests::fit, rests::without_friction),
-            false => (fit::fit, rests::fit),
-        };
-        for theirs in &readings[1] {
-            let (t_s, at_m): (Vec<f64>, Vec<Vector3<f64>>) =
-                theirs.t_s.iter().zip(&seen).filter_map(|(t, p)| p.map(|p| (*t, p))).unzip();
-            let seen = Seen { t_s: &t_s, at_m: &at_m };
-            let recorded =
-                suspect::Recorded { controller, tracker, t_s: &ours.t_s, positions: &positions, still: &still };
-            if !examined {
-                suspect::refuse_times(robot, &recorded, &seen)?;
-            }
-            let found = start(arm, &series, &seen, options, tracker)?;
-            if !examined {
-                suspect::refuse(robot, &recorded, &seen, options.within(), found.misfit)?;
-                examined = true;
-            }
-            refuse_repeated(&found, options, tracker)?;
-            let [a, b] = [ours.variances(), theirs.variances()];
-            let stamps = [a[0] + b[0], a[1] + b[1]];
-            match of_clock(arm, &series, &seen, found.offset_s, stamps) {
-                Err(e) => why = e,
-                Ok(mut fit) => {
-                    if let Ok(other) = other(arm, &series, &seen, fit.controller_s(fit.middle_s) - fit.middle_s, stamps)
-                    {
-                        fit.widen(&other);
-                    }
-                    let regular = ours.jitter_s.is_some() || theirs.jitter_s.is_some();
-                    let handicap = if regular { 1.0 / CLEARLY } else { 1.0 };
-                    if best.as_ref().is_none_or(|b| fit.rms_m * handicap < b.0) {
-                        best = Some((fit.rms_m * handicap, fit, ours, theirs, found.correlation));
-                    }
-                }
-            }
-        }
-    }
-    let Some((_, mut fit, ours, theirs, correlation)) = best else {
-        let refused = Error::bad(Place::file(&tracker.name), why.to_string(), why.expected());
-        return Err(if why.near_helps() { refused.mended_by(&["near_s"]) } else { refused });
-    };
+    let recordings = Recordings { robot, arm, controller, tracker, positions: &positions, seen: &seen };
+    let Best { mut fit, ours, theirs, correlation, .. } =
+        recordings.best_clocks(&readings, by_gears.positions.to_vec(), options)?;
     refuse_misfit(&fit, &seen, tracker)?;
     refuse_step(&fit, tracker)?;
     refuse_open(&fit, [ours, theirs], tracker)?;
@@ -290,13 +241,6 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
         notes,
     };
     Ok(Joined { report, table })
-}
-
-fn start(robot: &Robot, series: &Series, seen: &Seen, options: &Options, tracker: &Recording) -> Result<search::Found> {
-    search::start(robot, series, seen, options.within()).ok_or_else(|| {
-        let found = "no motion in common with the controller's recording";
-        Error::bad(Place::file(&tracker.name), found, "recordings of one motion")
-    })
 }
 
 /// Refuses a start that others fit as well.

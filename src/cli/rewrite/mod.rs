@@ -211,9 +211,17 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     {
         eprintln!("note: {}: not written (--dry-run)", shown(output));
     }
+    tell(args, source, &outcome, proof.as_ref());
+    let changed = !outcome.unchanged;
+    refusal(outcome)?;
+    Ok(finished(args, changed))
+}
+
+/// Says on standard error what was done.
+fn tell(args: &Args, source: &Source, outcome: &Outcome, proof: Option<&Proof>) {
     if !args.json {
-        eprint!("{}", format_text(&outcome, &source.robot, verbosity(args, &outcome)));
-        if let Some(proof) = &proof {
+        eprint!("{}", format_text(outcome, &source.robot, verbosity(args, outcome)));
+        if let Some(proof) = proof {
             eprint!(
                 "{}",
                 proof.words(args.model.is_some(), outcome.vendor.is_some(), outcome.stats.duration_s.is_some())
@@ -226,9 +234,6 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
              no processes"
         );
     }
-    let changed = !outcome.unchanged;
-    refusal(outcome)?;
-    Ok(finished(args, changed))
 }
 
 /// Whether a program that leaves its path is refused: not where that is asked for, nor under a law that jumps. A program in place needs

@@ -121,18 +121,8 @@ pub fn joint(
         let s = Z95 * cov[(k, k)].max(0.0).sqrt();
         [v - s, v + s]
     };
-    let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
-    for (s, (gain, tau)) in spikes.iter_mut().zip(law.spikes.iter().zip(TAUS_S)) {
-        *s = Spike { gain: *gain, decay_s: tau };
-    }
-    // a joint that leads by its gap winds up by so much less
-    let mut windups = [Windup { half: 0.0, presliding: law.presliding }; MOST_WINDUPS];
-    for (w, (half, over)) in windups.iter_mut().zip(law.windups.iter().zip(OVER)) {
-        *w = Windup { half: *half, presliding: law.presliding * over };
-    }
-    windups[0].half += mean.min(0.0);
     let log_sigma = Z95 * cov[(knots + FRICTION - 1, knots + FRICTION - 1)].max(0.0).sqrt();
-    let response = Response { presliding: law.presliding, windups, spikes };
+    let response = response(law, mean);
     let wound = cov.view((knots + SPIKES, knots + SPIKES), (WINDUPS, WINDUPS)).sum().max(0.0).sqrt();
     let estimate = JointEstimate {
         axis,
@@ -144,25 +134,52 @@ pub fn joint(
         trust: distrusted_if_zero(trust(&own, &ratio), lost_motion(problem, evidence, axis)),
         agreement: agreement(problem, evidence, axis, &ratio),
     };
-    let points = (0..knots)
-        .map(|k| (problem.splines[axis].knot(k), k))
-        .filter(|(x, _)| *x >= range[0] && *x <= range[1])
-        .map(|(at, k)| {
-            let s = Z95 * gap_cov[(k, k)].max(0.0).sqrt();
-            let half = (problem.splines[axis].knot(1) - problem.splines[axis].knot(0)) / 2.0;
-            let near: Vec<f64> =
-                own.iter().filter(|r| (r.at - at).abs() <= half).map(|r| r.ratio / centre * law.gap[k]).collect();
-            GapPoint {
-                axis,
-                at,
-                half_gap: law.gap[k],
-                ci95: [law.gap[k] - s, law.gap[k] + s],
-                cycles: near.len(),
-                per_cycle: near,
-            }
-        })
-        .collect();
+    let points = points(problem, (axis, law), &own, centre, range, &gap_cov);
     Some((gap, estimate, points))
+}
+
+/// The law as a compensator has it; `mean` is the gap's mean, rad or m.
+fn response(law: &JointLaw, mean: f64) -> Response {
+    let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
+    for (s, (gain, tau)) in spikes.iter_mut().zip(law.spikes.iter().zip(TAUS_S)) {
+        *s = Spike { gain: *gain, decay_s: tau };
+    }
+    // a joint that leads by its gap winds up by so much less
+    let mut windups = [Windup { half: 0.0, presliding: law.presliding }; MOST_WINDUPS];
+    for (w, (half, over)) in windups.iter_mut().zip(law.windups.iter().zip(OVER)) {
+        *w = Windup { half: *half, presliding: law.presliding * over };
+    }
+    windups[0].half += mean.min(0.0);
+    Response { presliding: law.presliding, windups, spikes }
+}
+
+/// The gap at the knots within `range`, with what single reversals near each say of it as multiples of `centre`.
+fn points(
+    problem: &Problem,
+    (axis, law): (usize, &JointLaw),
+    own: &[&Reversal],
+    centre: f64,
+    range: [f64; 2],
+    gap_cov: &DMatrix<f64>,
+) -> Vec<GapPoint> {
+    let spline = &problem.splines[axis];
+    let half = (spline.knot(1) - spline.knot(0)) / 2.0;
+    let at_knot = |k: usize| {
+        let at = spline.knot(k);
+        let s = Z95 * gap_cov[(k, k)].max(0.0).sqrt();
+        let near: Vec<f64> =
+            own.iter().filter(|r| (r.at - at).abs() <= half).map(|r| r.ratio / centre * law.gap[k]).collect();
+        GapPoint {
+            axis,
+            at,
+            half_gap: law.gap[k],
+            ci95: [law.gap[k] - s, law.gap[k] + s],
+            cycles: near.len(),
+            per_cycle: near,
+        }
+    };
+    let within = |k: &usize| (range[0]..=range[1]).contains(&spline.knot(*k));
+    (0..law.gap.len()).filter(within).map(at_knot).collect()
 }
 
 /// Lost motion after a reversal by the fit of all logs and by the single reversals.

@@ -13,6 +13,7 @@
 //! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
 //! shapes: a step that stays, and two that decay. Reference: Belsley, Kuh and Welsch (1980), chapter 2.
 
+use super::bins::BinnedLog;
 use super::folds::folds;
 use super::law::turns;
 use super::noise::MOST_LAGS;
@@ -221,6 +222,30 @@ struct Window {
     bin: usize,
 }
 
+impl Window {
+    /// Shape `k` of what is left after the reversal, in bin `b`: a step, and two that decay.
+    fn shape(&self, l: &BinnedLog, b: usize, k: usize) -> f64 {
+        if b < self.bin {
+            return 0.0;
+        }
+        let since = (l.t_s[b] - self.t_s).max(0.0);
+        if k == 0 { 1.0 } else { (-since / SHAPES_S[k - 1]).exp() }
+    }
+}
+
+/// The matrix that makes a mean square TCP error, m^2, of sizes of the three shapes, and that error of the lost motion.
+fn energies(l: &BinnedLog, w: &Window, to: usize, errors: &[f64]) -> (Matrix3<f64>, f64) {
+    let window = (to - w.bin) as f64;
+    let (mut energy, mut before) = (Matrix3::zeros(), 0.0);
+    for b in w.bin..to {
+        let lever2 = l.jacobian[b][w.axis].norm_squared();
+        let s = Vector3::new(w.shape(l, b, 0), w.shape(l, b, 1), w.shape(l, b, 2));
+        energy += s * s.transpose() * (lever2 / window);
+        before += errors[b] * errors[b] * lever2 / window;
+    }
+    (energy, before)
+}
+
 /// Three shapes after a reversal against the held-out residual.
 fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f64], at: f64) -> Option<Reversal> {
     let l = &problem.logs[w.log];
@@ -233,13 +258,7 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
     {
         return None;
     }
-    let shape = |b: usize, k: usize| {
-        if b < w.bin {
-            return 0.0;
-        }
-        let since = (l.t_s[b] - w.t_s).max(0.0);
-        if k == 0 { 1.0 } else { (-since / SHAPES_S[k - 1]).exp() }
-    };
+    let shape = |b: usize, k: usize| w.shape(l, b, k);
     // the lost motion itself: how it changes from before the reversal
     let from = errors[w.bin.saturating_sub(2)];
     let change = |b: usize| if b < w.bin { 0.0 } else { errors[b] - from };
@@ -272,15 +291,7 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
     let ridge = 1e-3 * h.trace().max(f64::MIN_POSITIVE);
     let cov = (h + Matrix3::identity() * ridge).try_inverse()?;
     let found = cov * g;
-    let window = (to - w.bin) as f64;
-    let mut energy = Matrix3::zeros();
-    let mut before = 0.0;
-    for b in w.bin..to {
-        let lever2 = l.jacobian[b][w.axis].norm_squared();
-        let s = Vector3::new(shape(b, 0), shape(b, 1), shape(b, 2));
-        energy += s * s.transpose() * (lever2 / window);
-        before += errors[b] * errors[b] * lever2 / window;
-    }
+    let (energy, before) = energies(l, w, to, errors);
     let (hh, gg) = (dot(&column(3), &column(3)), dot(&column(3), &remainder));
     let noise = energy * cov * h * cov;
     let last = to - 1;

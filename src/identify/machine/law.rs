@@ -171,15 +171,7 @@ impl JointRows {
                 }
             }
             let m = x - h.iter().zip(&law.spikes).map(|(h, a)| h * a).sum::<f64>();
-            let side = if gap < 0.0 {
-                if dir == 0.0 { 0.0 } else { dir }
-            } else if y < m - gap {
-                1.0
-            } else if y > m + gap {
-                -1.0
-            } else {
-                0.0
-            };
+            let side = pushed_side(gap, dir, y, m);
             if side != 0.0 {
                 let to = m - side * gap;
                 wind(&mut zy, to - y, law.presliding);
@@ -256,6 +248,20 @@ fn corner(t_s: &[f64], x: &[f64], k: usize) -> Option<(usize, f64, f64)> {
         return None;
     }
     Some((if t < t_s[k] { k - 1 } else { k }, t, value))
+}
+
+/// The flank that pushes the output at `y` when the motor stands at `m` and went last to `dir`: 1 or -1, 0 within the gap. A joint that
+/// leads by its gap (below zero) is on a flank always.
+fn pushed_side(gap: f64, dir: f64, y: f64, m: f64) -> f64 {
+    if gap < 0.0 {
+        if dir == 0.0 { 0.0 } else { dir }
+    } else if y < m - gap {
+        1.0
+    } else if y > m + gap {
+        -1.0
+    } else {
+        0.0
+    }
 }
 
 /// Wind-ups after a movement of `by`: of presliding times [`OVER`], each three times the one before, so one exponential gives all.

@@ -116,37 +116,7 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
     if fit.unsettled.is_some() {
         notes.push(Note::NotSettled.into());
     }
-    let mut joints = Vec::new();
-    let factor = student::factor(0.95, fit.dof.max(1.0));
-    for &axis in &reversing {
-        let Some(k) = fit.layout.place(Kind::Gap, axis) else { continue };
-        let joint = robot.axis(axis);
-        let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
-        let half = factor * sigma + fit.unsettled.as_ref().map_or(0.0, |moved| moved[k]);
-        let limit = largest_determined_sigma(joint.kind);
-        if sigma > limit {
-            if sigma > UNSEEN {
-                notes.push(Note::NotSeen { joint: joint.name.clone() }.into());
-                continue;
-            }
-            notes.push(Note::NotDetermined { joint: joint.name.clone(), kind: joint.kind, sigma }.into());
-            continue;
-        }
-        if value + half < 0.0 {
-            notes.push(Note::BelowZero { joint: joint.name.clone(), kind: joint.kind, half_gap: value }.into());
-        }
-        joints.push(JointGap {
-            axis,
-            half_gap: value,
-            ci95: [value - half, value + half],
-            significant: value - half > 0.0,
-            sides: None,
-            schedule: None,
-            varies_p_value: None,
-            stiction: None,
-            stiction_p_value: None,
-        });
-    }
+    let joints = reversing.iter().filter_map(|&axis| joint_gap(robot, &fit, axis, &mut notes)).collect();
     for (log, track) in of_log.iter().map(|l| &logs[*l]).zip(&tracks) {
         if let (Instrument::Distance { centre_m: c }, true) = (track.instrument, setup.centre_m.is_none()) {
             notes.push(gaps::Note::BallbarCentre { log: log.name.clone(), centre_m: c.into() });
@@ -158,5 +128,36 @@ fn of_axes(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
         instruments: tracks.iter().map(|t| t.instrument).collect(),
         sigma_m: fit.sigma_m,
         correlation: fit.correlation,
+    })
+}
+
+/// The gap of an axis with its interval; `None`, with a note, where the readings do not determine it.
+fn joint_gap(robot: &Robot, fit: &solve::Fit, axis: usize, notes: &mut Vec<gaps::Note>) -> Option<JointGap> {
+    let k = fit.layout.place(Kind::Gap, axis)?;
+    let joint = robot.axis(axis);
+    let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
+    if sigma > UNSEEN {
+        notes.push(Note::NotSeen { joint: joint.name.clone() }.into());
+        return None;
+    }
+    if sigma > largest_determined_sigma(joint.kind) {
+        notes.push(Note::NotDetermined { joint: joint.name.clone(), kind: joint.kind, sigma }.into());
+        return None;
+    }
+    let factor = student::factor(0.95, fit.dof.max(1.0));
+    let half = factor * sigma + fit.unsettled.as_ref().map_or(0.0, |moved| moved[k]);
+    if value + half < 0.0 {
+        notes.push(Note::BelowZero { joint: joint.name.clone(), kind: joint.kind, half_gap: value }.into());
+    }
+    Some(JointGap {
+        axis,
+        half_gap: value,
+        ci95: [value - half, value + half],
+        significant: value - half > 0.0,
+        sides: None,
+        schedule: None,
+        varies_p_value: None,
+        stiction: None,
+        stiction_p_value: None,
     })
 }

@@ -154,6 +154,29 @@ impl Summary {
     }
 }
 
+/// Scatter of a reading: from the cycles where angles have several, else from place to place, else within dwells; `total` is the number
+/// of cycles. `None` where nothing tells it.
+fn noise(table: &Table, angles: &[Angle], total: f64, sigma_in_dwell: f64) -> Option<Noise> {
+    let n = angles.len() as f64;
+    let floor = table.rounding.powi(2);
+    if total > n {
+        let sse: f64 = angles.iter().flat_map(|a| a.cycles.iter().map(|b| (b - a.mean).powi(2))).sum();
+        let raw = sse / (total - n);
+        // the width of a sensor's count is known, not estimated from these few cycles
+        let dof = if table.measured && raw < floor { (total - n).max(KNOWN_DOF) } else { total - n };
+        return Some(Noise { variance: raw.max(floor), dof, from: NoiseFrom::Cycles, rounding: raw < floor });
+    }
+    if n > 1.0 {
+        let mean = angles.iter().map(|a| a.mean).sum::<f64>() / n;
+        let raw = angles.iter().map(|a| (a.mean - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        return Some(Noise { variance: raw.max(floor), dof: n - 1.0, from: NoiseFrom::Places, rounding: raw < floor });
+    }
+    // degrees of freedom of the scatter are many; this keeps the interval honest where they are few
+    let raw = sigma_in_dwell.powi(2);
+    let known = sigma_in_dwell > 0.0 || (table.measured && floor > 0.0);
+    known.then(|| Noise { variance: raw.max(floor), dof: KNOWN_DOF, from: NoiseFrom::Dwells, rounding: raw < floor })
+}
+
 /// Summarises a joint; `None` where no interval is possible at all.
 pub fn summarise(table: &Table) -> Option<Summary> {
     let (places, creep) = at_rest(table);
@@ -164,24 +187,7 @@ pub fn summarise(table: &Table) -> Option<Summary> {
     let total: f64 = repeats.iter().sum();
     let in_dwell: Vec<f64> = table.places.iter().flat_map(|(_, v)| v.iter().map(|h| h.variance_in_dwell)).collect();
     let sigma_in_dwell = median(&in_dwell).sqrt();
-    let sse: f64 = angles.iter().flat_map(|a| a.cycles.iter().map(|b| (b - a.mean).powi(2))).sum();
-    let floor = table.rounding.powi(2);
-    let noise = if total > n {
-        let raw = sse / (total - n);
-        // the width of a sensor's count is known, not estimated from these few cycles
-        let dof = if table.measured && raw < floor { (total - n).max(KNOWN_DOF) } else { total - n };
-        Noise { variance: raw.max(floor), dof, from: NoiseFrom::Cycles, rounding: raw < floor }
-    } else if n > 1.0 {
-        let mean = means.iter().sum::<f64>() / n;
-        let raw = means.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        Noise { variance: raw.max(floor), dof: n - 1.0, from: NoiseFrom::Places, rounding: raw < floor }
-    } else if sigma_in_dwell > 0.0 || (table.measured && floor > 0.0) {
-        // degrees of freedom of the scatter are many; this keeps the interval honest where they are few
-        let raw = sigma_in_dwell.powi(2);
-        Noise { variance: raw.max(floor), dof: KNOWN_DOF, from: NoiseFrom::Dwells, rounding: raw < floor }
-    } else {
-        return None;
-    };
+    let noise = noise(table, &angles, total, sigma_in_dwell)?;
     let factor = student::factor(0.95, noise.dof);
     // errors that repeats do not show: of the rounding, apart from place to place; of the direction of a dial, one for all
     let common =

@@ -80,6 +80,21 @@ impl Head {
         self.names.iter().any(|n| n.trim().eq_ignore_ascii_case(name))
     }
 
+    /// Why a log without this column is refused.
+    fn missing(&self, name: &str, column: String, expected: String, separator: u8) -> Error {
+        // a program or another text, whose first line is no header
+        if let [only] = self.names.as_slice()
+            && self.another_separator(name, separator).is_none()
+        {
+            let found = format!("no header: the first line is `{}`", one_line(only));
+            let expected = format!("a log (CSV, with a header such as t_s,{column},x_mm,y_mm,z_mm)");
+            return Error::bad(Place::line(name, self.line), found, expected);
+        }
+        let found = format!("no column `{column}` among {}", listed(&self.names));
+        let error = Error::unknown_header(Place::line(name, self.line), found, expected);
+        self.explain(name, separator, error)
+    }
+
     /// Every axis needs its command, every point its three coordinates (the TCP may lack some where it may stand `lone`).
     pub(in crate::log) fn check(
         &self,
@@ -90,22 +105,7 @@ impl Head {
         lone: bool,
     ) -> Result<()> {
         let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
-        let missing = |m: Meaning, expected: String| {
-            // a program or another text, whose first line is no header
-            if let [only] = self.names.as_slice()
-                && self.another_separator(name, separator).is_none()
-            {
-                let found = format!("no header: the first line is `{}`", one_line(only));
-                let expected = format!("a log (CSV, with a header such as t_s,{},x_mm,y_mm,z_mm)", m.name(robot));
-                return Err(Error::bad(Place::line(name, self.line), found, expected));
-            }
-            let error = Error::unknown_header(
-                Place::line(name, self.line),
-                format!("no column `{}` among {}", m.name(robot), listed(&self.names)),
-                expected,
-            );
-            Err(self.explain(name, separator, error))
-        };
+        let missing = |m: Meaning, expected: String| Err(self.missing(name, m.name(robot), expected, separator));
         if let Some(axis) = (0..robot.dof()).find(|&a| !has(Meaning::Command(a))) {
             let names = robot.axis_names().join(", ");
             let program = robot.axis_joints().any(|j| self.has_name(&format!("{}_{}", j.name, j.kind.unit())));
@@ -133,17 +133,16 @@ impl Head {
                 return missing(absent, "x, y and z of every reflector".into());
             }
         }
-        let parts = [0, 1, 2, 3].map(Meaning::Orientation);
-        if parts.iter().any(|&m| has(m))
-            && let Some(&absent) = parts.iter().find(|&&m| !has(m))
-        {
-            return missing(absent, "qw, qx, qy and qz of an orientation".into());
-        }
-        let force = [0, 1, 2].map(Meaning::Force);
-        if force.iter().any(|&m| has(m))
-            && let Some(&absent) = force.iter().find(|&&m| !has(m))
-        {
-            return missing(absent, "fx_n, fy_n and fz_n of a force; a column of zeros for what is none".into());
+        let whole: [(&[Meaning], &str); 2] = [
+            (&[0, 1, 2, 3].map(Meaning::Orientation), "qw, qx, qy and qz of an orientation"),
+            (&[0, 1, 2].map(Meaning::Force), "fx_n, fy_n and fz_n of a force; a column of zeros for what is none"),
+        ];
+        for (parts, expected) in whole {
+            if parts.iter().any(|&m| has(m))
+                && let Some(&absent) = parts.iter().find(|&&m| !has(m))
+            {
+                return missing(absent, expected.into());
+            }
         }
         Ok(())
     }
