@@ -24,7 +24,7 @@
 //! | source | [`job`]: format, size, notes beside it, guard | `stream::job` | `script::job`, `script::context` |
 //! | moves | `deadband`, `digits`, [`rewritten`]: was it rewritten before? | rows | [`script`]: runs, ways, clock, poses |
 //! | engine | [`engine`] | | |
-//! | edits | `robot_programs::decimal` | `stream::render` | `script::edits`, `script::writing`, `script::verify` |
+//! | edits, read again | `robot_programs::decimal` | `stream::render`, `robot_programs::csv::again` | `script::edits`, `script::writing`, `script::verify` |
 //! | sink | limits and their words ([`job`]), [`sink`], [`guard`] and its note, [`outcome`] | `stream::golden` | `script::change` |
 //!
 //! [`batch`] takes a folder of programs through (`apart`: no result goes over a program), [`manifest`] a list that many machines share;

@@ -1,8 +1,8 @@
 //! The way of a program through the engine, in constant memory whatever its length.
 //!
-//! Workers, all alike, take a piece of the program each through every station: read | hash | parse | engine | print | hash | store.
-//! The stations that depend on what came before (all but parse and print) are passed in the order of the program, so that neither
-//! the output nor the error that is reported depends on the number of threads.
+//! Workers, all alike, take a piece of the program each through every station: read | hash | parse | engine | print | read again |
+//! hash | store. The stations that depend on what came before (all but parse, print and read again) are passed in the order of the
+//! program, so that neither the output nor the error that is reported depends on the number of threads.
 //!
 //! Modules, in the order in which to read them:
 //! - [`job`]: from file to file.

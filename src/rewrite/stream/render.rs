@@ -127,8 +127,11 @@ impl Task {
         self.edits.written(axis)
     }
 
-    /// Writes the text of the task to `out`; blocks without another holder go to `free`.
-    pub fn print(&mut self, out: &mut Vec<u8>, free: &mut dyn FnMut(Block)) -> Result<()> {
+    /// Writes the text of the task to `out`; blocks without another holder go to `free`. Gives the place in `out` at which the first
+    /// row may begin: what stands before it is the head of the program as it was.
+    pub fn print(&mut self, out: &mut Vec<u8>, free: &mut dyn FnMut(Block)) -> Result<usize> {
+        let first = self.blocks.first().and_then(|b| b.rows.first()).filter(|_| self.next == 0);
+        let head = first.map_or(0, |row| row.start as usize);
         let mut front = 0;
         let timed = !self.settled.t_s.is_empty();
         let mut k = 0;
@@ -177,7 +180,7 @@ impl Task {
                 free(block);
             }
         }
-        Ok(())
+        Ok(head.min(out.len()))
     }
 
     /// Duration of the way to point `n`, and decimals to which its parts are rounded so that their sum is the whole.

@@ -1,6 +1,6 @@
-//! Workers, all alike, that take pieces of a program through: read | hash | parse | engine | print | hash | write.
+//! Workers, all alike, that take pieces of a program through: read | hash | parse | engine | print | read again | hash | write.
 //!
-//! Parsing and printing are done side by side, everything else in the order of the program, each at its own [`Turn`], so that
+//! Parsing, printing and reading again are done side by side, everything else in the order of the program, each at its own [`Turn`], so that
 //! one worker reads while another hashes and a third one writes. The calling thread is one of the workers: where no other thread can
 //! be had, it does everything.
 
@@ -10,7 +10,7 @@ use super::{RewriteStats, Stage};
 use crate::error::{Error, Result};
 use crate::io::input::hex;
 use crate::program::Block;
-use crate::program::csv::{Parser, Piece, Placing, Source};
+use crate::program::csv::{Again, Meant, Parser, Piece, Placing, Source};
 use crate::rewrite::sink::Sink;
 use crate::rewrite::{OutputPoints, Points};
 use sha2::{Digest, Sha256};
@@ -56,6 +56,8 @@ pub struct SharedState<'a, E, S> {
 struct Worker {
     piece: Piece,
     parser: Parser,
+    /// Reads what was printed.
+    again: Again,
     task: Option<Task>,
     settled: OutputPoints,
     text: Vec<u8>,
@@ -206,9 +208,14 @@ impl<'a, E: Stage, S: Sink> SharedState<'a, E, S> {
         done?;
         let Some(task) = &mut worker.task else { return Ok(!last) };
         worker.text.clear();
-        task.print(&mut worker.text, &mut |block| {
+        let head = task.print(&mut worker.text, &mut |block| {
             self.free.lock().unwrap_or_else(PoisonError::into_inner).push(block);
         })?;
+        let OutputPoints { axes, q, t_s, .. } = &task.settled;
+        let meant = Meant { axes: *axes, q, t_s };
+        if let Some(row) = worker.again.first_difference(&mut worker.text, head, meant) {
+            return Err(other_rows(row, worker.text.get(head..).unwrap_or_default()));
+        }
         if !hashed(self.hash_out.as_ref(), number, &worker.text) {
             return Ok(false);
         }
@@ -233,6 +240,14 @@ impl<'a, E: Stage, S: Sink> SharedState<'a, E, S> {
             hash.close_after(number);
         }
     }
+}
+
+/// Printed rows are not those that were meant; better no file than a wrong one.
+#[cold]
+fn other_rows(row: usize, text: &[u8]) -> Error {
+    let line = text.split(|b| *b == b'\n').nth(row).unwrap_or_default();
+    let line = String::from_utf8_lossy(&line[..line.len().min(200)]).into_owned();
+    Error::internal("read the result as it is meant; nothing was written", format!("near `{}`", line.trim_end()))
 }
 
 /// Goes on with a hash, if there is one, when it is the turn of `number`; `false`: there is no such turn any more.
@@ -301,7 +316,8 @@ impl<E: Stage> Middle<E> {
 
 impl Worker {
     fn new(piece: Piece, parser: Parser, task: Option<Task>) -> Self {
-        Self { piece, parser, task, settled: OutputPoints::default(), text: Vec::new() }
+        let again = Again::new(&parser);
+        Self { piece, parser, again, task, settled: OutputPoints::default(), text: Vec::new() }
     }
 
     fn written(&self, axes: usize) -> Vec<Option<u8>> {

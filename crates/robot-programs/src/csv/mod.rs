@@ -7,6 +7,7 @@
 //! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`shape`]: rows like the one
 //!   before; [`piece`]: pieces that are parsed side by side and put in their places.
 //! - [`mod@print`]: a number in the style of the one it replaces.
+//! - [`again`]: printed rows, read again.
 //! - [`edit`]: new values in, rows out; [`slot`]: one changed number; [`plain`]: rows of plain numbers alone, which nearly all are.
 //!
 //! Reference: Y. Shafranovich, RFC 4180 (2005), with blanks around cells and lines of `#` comments.
@@ -32,6 +33,7 @@
 //! # Ok::<(), robot_programs::Error>(())
 //! ```
 
+pub mod again;
 pub mod clock;
 pub mod edit;
 mod fast;
@@ -46,6 +48,7 @@ pub mod record;
 mod shape;
 mod slot;
 
+pub use again::{Again, Meant};
 pub use edit::{Clock, Edits, Style};
 pub use parser::Parser;
 pub use piece::{Piece, Placing};

@@ -40,6 +40,12 @@ impl Piece {
         self.block.text.get(..self.end).unwrap_or_default()
     }
 
+    /// Begins with the rows of `text` from place `at` on, all of them whole; the block is empty.
+    pub(super) fn begin(&mut self, text: Vec<u8>, at: usize) {
+        (self.at, self.end, self.ended, self.state) = (at, text.len(), true, State::Text);
+        self.block.text = text;
+    }
+
     /// Parses the text, if it has not been parsed where it was read.
     pub fn parse(&mut self, parser: &mut Parser) {
         if self.state == State::Text {

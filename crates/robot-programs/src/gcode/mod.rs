@@ -1,7 +1,7 @@
 //! G-code of gantries and other machines whose axes have letters: `G1 X10.5 Y-3 F600`.
 //!
 //! ```text
-//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning; certain: what ends it)
+//! text -> lex: blocks of words -> survey, whole, read, words: modal state (frame: what moves their meaning; certain: what ends it)
 //!      -> goal: positions, steps (statements: what is kept of them); lathe: X as a diameter; places: who reads where the machine
 //!      stands; labels, callee, calls: what is called; programs, order, routes: from where control comes; cycles: holes; waits: dwells;
 //!      rotary: which way an axis turns; reason: why a block stays
@@ -57,6 +57,7 @@ mod survey;
 mod tests;
 mod variables;
 mod waits;
+mod whole;
 mod words;
 mod write;
 
@@ -103,7 +104,7 @@ impl Format for Gcode {
         if texts.is_empty() {
             return Err(Error::bad(Place::file(""), "no text", "a G-code program"));
         }
-        Ok(Box::new(read::program(texts, robot)?))
+        Ok(Box::new(whole::program(texts, robot)?))
     }
 }
 

@@ -1,4 +1,5 @@
-//! Modal state and steps: the reader, and what each line is. What is certain of the position is in [`certain`](super::certain).
+//! Modal state and steps: the reader, and what each line is. What is certain of the position is in [`certain`](super::certain), how often a
+//! text is read in [`whole`](super::whole).
 
 use super::across::Across;
 use super::alike::Alike;
@@ -10,87 +11,14 @@ use super::lex::{self, Block};
 use super::order::Order;
 use super::programs::Modes;
 use super::reason::{After, Doubt};
-use super::statements::{Program, Statement, Statements, Waits};
+use super::statements::{Statement, Statements, Waits};
 use super::survey::Survey;
 use super::variables::Variables;
 use crate::axes::Axes;
-use crate::error::{Error, Result};
-use crate::script::lex::not_too_long;
+use crate::error::Result;
 use crate::script::{At, AxisSet, Break, Note, Script, Step, StepKind, Targets, Text, pragma};
 use std::collections::BTreeMap;
 use std::sync::Arc as Shared;
-
-/// Reads a program.
-pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
-    let Some(text) = texts.first() else {
-        return Err(Error::bad(crate::error::Place::file(""), "no text", "a G-code program"));
-    };
-    not_too_long(text)?;
-    let letters = letters(text, robot)?;
-    let mut survey = Survey::of(text)?;
-    let missing = missing_modes(&survey, robot);
-    survey.codes.extend(robot.control.codes());
-    survey.whole_units = robot.control.whole_units;
-    let only_whole = survey.only_whole();
-    let mut reader = Reader::new(text, robot, &letters, survey);
-    reader.step(0, StepKind::Break(Break::Start), None);
-    if reader.survey.repeats {
-        // the first move of another pass comes from the end of the one before, and relative words count from there
-        if !reader.survey.named {
-            reader.step(0, StepKind::Break(Break::Jump), None);
-        }
-        reader.carried.fill(Carried::Anywhere);
-    }
-    for k in 0..text.line_count() {
-        if !reader.again(k) {
-            reader.block(k)?;
-        }
-    }
-    reader.lose(After::End);
-    let marker = reader.survey.marker();
-    let Reader { mut script, statements, waits, order, survey, .. } = reader;
-    order.settle(&survey.around(), &mut script);
-    let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
-    script.texts = texts;
-    // without a move nothing depends on them
-    if script.moves().next().is_some() {
-        script.missing = missing;
-        script.only_whole_numbers = only_whole;
-    }
-    Ok(Program { script, statements, letters, si, marker, waits })
-}
-
-/// The letter of each axis; 0 where its name is no word of G-code.
-fn letters(text: &Text, robot: &Axes) -> Result<Vec<u8>> {
-    let letters: Vec<u8> = robot
-        .axis_joints()
-        .map(|j| match j.name.as_bytes() {
-            [b] if AXES.contains(&b.to_ascii_uppercase()) => b.to_ascii_uppercase(),
-            _ => 0,
-        })
-        .collect();
-    if letters.iter().all(|&l| l == 0) {
-        return Err(text.bad(
-            0,
-            format!("G-code for a robot with the axes {}", robot.axis_names().join(", ")),
-            "axes named as G-code words: X, Y, Z, A, B, C, U, V, W",
-        ));
-    }
-    Ok(letters)
-}
-
-/// Modes that neither the program nor the robot file gives.
-fn missing_modes(survey: &Survey, robot: &Axes) -> Vec<&'static str> {
-    let given = |codes: [u32; 2]| codes.iter().any(|c| survey.codes.contains(c));
-    let mut missing = Vec::new();
-    if robot.control.absolute.is_none() && !given([900, 910]) {
-        missing.push("G90 or G91");
-    }
-    if robot.control.inch.is_none() && !given([200, 210]) {
-        missing.push("G20 or G21");
-    }
-    missing
-}
 
 pub(super) struct Reader<'a> {
     pub(super) text: &'a Text,
@@ -99,7 +27,7 @@ pub(super) struct Reader<'a> {
     pub(super) survey: Survey,
     pub(super) variables: Variables,
     /// An expression was folded.
-    has_folded: bool,
+    pub(super) has_folded: bool,
     /// It was said in which frame positions are taken.
     pub(super) has_noted: bool,
     /// It was said that the way of a rotary axis is not certain.
@@ -167,13 +95,17 @@ pub(super) struct Reader<'a> {
     pub(super) order: Order,
     /// The modes at the calls so far of each program of the text.
     pub(super) called_in: BTreeMap<String, Vec<Modes>>,
+    /// The modes at all calls, as an earlier reading found them.
+    pub(super) foreseen: BTreeMap<String, Vec<Modes>>,
+    /// A program of the text stands in front of a call of it.
+    pub(super) precedes_calls: bool,
     /// The modes around the definition of a subprogram, and the work frame.
     pub(super) around: Option<(Modes, Option<u32>)>,
 }
 
 impl<'a> Reader<'a> {
     /// The state in which a control begins a program.
-    fn new(text: &'a Text, robot: &'a Axes, letters: &'a [u8], survey: Survey) -> Self {
+    pub(super) fn new(text: &'a Text, robot: &'a Axes, letters: &'a [u8], survey: Survey) -> Self {
         let dof = robot.dof();
         let mut reader = Self {
             text,
@@ -226,6 +158,8 @@ impl<'a> Reader<'a> {
             alike: Alike::default(),
             order: Order::default(),
             called_in: BTreeMap::new(),
+            foreseen: BTreeMap::new(),
+            precedes_calls: false,
             around: None,
         };
         reader.begin_lathe();
@@ -234,6 +168,25 @@ impl<'a> Reader<'a> {
 }
 
 impl Reader<'_> {
+    /// Reads the text from its start to its end.
+    pub(super) fn whole(&mut self) -> Result<()> {
+        self.step(0, StepKind::Break(Break::Start), None);
+        if self.survey.repeats {
+            // the first move of another pass comes from the end of the one before, and relative words count from there
+            if !self.survey.named {
+                self.step(0, StepKind::Break(Break::Jump), None);
+            }
+            self.carried.fill(Carried::Anywhere);
+        }
+        for k in 0..self.text.line_count() {
+            if !self.again(k) {
+                self.block(k)?;
+            }
+        }
+        self.lose(After::End);
+        Ok(())
+    }
+
     pub(super) fn step(&mut self, k: usize, kind: StepKind, statement: Option<Statement>) {
         let step = Step::following(self.script.steps.last(), At::of_line(k), kind);
         self.script.steps.push(step);

@@ -10,6 +10,7 @@ use super::order::{Around, Entry, Line};
 use super::programs::{Effect, Modes};
 use super::read::Reader;
 use super::survey::Survey;
+use std::collections::BTreeMap;
 
 /// Words that compare two values.
 const COMPARES: [&str; 6] = ["EQ", "NE", "GT", "GE", "LT", "LE"];
@@ -170,11 +171,16 @@ impl Reader<'_> {
             }
             _ => return self.order.is_unknown(),
         }
-        let calls = self.called_in.get(&block.label).map(Vec::as_slice).unwrap_or_default();
-        let all = self.survey.programs.calls.get(&block.label).is_some_and(|count| *count == calls.len());
-        if let Some(first) = calls.first().filter(|first| all && calls.iter().all(|modes| modes == *first))
-            && self.survey.calls_its_text()
-        {
+        if !self.survey.calls_its_text() {
+            return;
+        }
+        let count = self.survey.programs.calls.get(&block.label).copied().unwrap_or_default();
+        let all =
+            |calls: &'_ BTreeMap<String, Vec<Modes>>| calls.get(&block.label).filter(|c| c.len() == count).cloned();
+        let above = all(&self.called_in);
+        self.precedes_calls |= above.is_none() && count > 0;
+        let calls = above.or_else(|| all(&self.foreseen)).unwrap_or_default();
+        if let Some(first) = calls.first().filter(|first| calls.iter().all(|modes| modes == *first)) {
             (self.absolute, self.inch, self.plane) = *first;
         }
     }

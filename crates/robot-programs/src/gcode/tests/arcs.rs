@@ -124,7 +124,7 @@ fn pieces_of_an_arc_stay_as_near_to_it_as_their_offsets_are_large() {
         let mut edits = edits(&script, &list);
         edits.digit = vec![1e-7; 3];
         let out = edited(&Gcode, text.as_bytes(), &edits, &robot).unwrap();
-        let again = super::super::read::program(vec![Text::new("again", out.clone())], &robot).unwrap();
+        let again = super::super::whole::program(vec![Text::new("again", out.clone())], &robot).unwrap();
         let arcs: Vec<_> = again.statements.arcs();
         // the short piece after the top may be straight: nine degrees less
         let straight = 4 - arcs.len();

@@ -215,6 +215,32 @@ fn modes_after_a_call_are_those_that_the_subprogram_sets_last() {
 }
 
 #[test]
+fn a_definition_in_front_of_its_calls_has_their_modes() {
+    let of = |subs: &str, head: &str, calls: &str| {
+        let text = format!("{subs}{head}G0 X0.0 Y0.0 Z0.0\n{calls}M2\n");
+        goals(&text).iter().map(|q| q.as_ref().map(|q| q[0])).collect::<Vec<_>>()
+    };
+    let (sub, head) = ("o100 sub\nG1 X1.0 F100\nG1 X2.0\no100 endsub\n", "G21 G90 G17\n");
+    assert_eq!(of(sub, head, "o100 call\nG0 X5.0\n"), [Some(1.0), Some(2.0), Some(0.0), Some(5.0)]);
+    assert_eq!(of(sub, "G20 G90 G17\n", "o100 call\nG0 X5.0\n")[0], Some(25.4));
+    // a definition that calls one above it, three of them
+    let chain =
+        "o1 sub\nG1 X1.0 F100\no1 endsub\no2 sub\no1 call\no2 endsub\no3 sub\nG1 X3.0 F100\no2 call\no3 endsub\n";
+    assert_eq!(of(chain, head, "o3 call\nG0 X5.0\n"), [Some(1.0), Some(3.0), Some(0.0), Some(5.0)]);
+    assert_eq!(of(sub, head, "/o100 call\nG0 X5.0\n")[0], Some(1.0));
+    // calls in modes that differ, one from itself, and one of a text elsewhere
+    for calls in ["o100 call\nG91\no100 call\nG90\n", "o100 call\no200 call\n"] {
+        assert_eq!(of(sub, head, calls)[0], None, "{calls}");
+    }
+    let own = "o100 sub\nG1 X1.0 F100\no1 if [#1 gt 0]\nG91\no100 call\no1 endif\no100 endsub\n";
+    assert_eq!(of(own, head, "o100 call\nG0 X5.0\n")[0], None);
+    // what a call finds, and what the definition leaves
+    let relative = "o100 sub\nG1 X1.0 F100\nG91\nG1 X1.0\no100 endsub\n";
+    assert_eq!(of(relative, head, "o100 call\nG90\nG0 X5.0\n")[0], Some(1.0));
+    assert_eq!(of(relative, head, "o100 call\no100 call\nG90\nG0 X5.0\n")[0], None);
+}
+
+#[test]
 fn a_program_starts_after_its_number_and_after_definitions() {
     let entry = |text: &str| {
         let script = script_of(&Gcode, text, &robot());

@@ -55,7 +55,7 @@ fn an_offset_of_x_is_doubled_in_a_diameter_and_that_of_z_is_not() {
 /// Radii of the arcs, mm.
 fn radii(text: &str, words: &[&str]) -> Vec<f64> {
     let texts = vec![Text::new("a", text.as_bytes().to_vec())];
-    let program = super::super::read::program(texts, &machine(words)).unwrap();
+    let program = super::super::whole::program(texts, &machine(words)).unwrap();
     program.statements.arcs().iter().map(|a| (a.0.radius[0] * 1e6).round() / 1e6).collect()
 }
 

@@ -32,7 +32,7 @@ fn an_offset_may_change_over_an_arc_that_is_hardly_larger() {
                 (2, Some([13.906 + end[0], 16.876 + end[1], 0.0]), vec![]),
             ];
             let out = edited(&Gcode, CORNER.as_bytes(), &edits(&script, &list), &robot).unwrap();
-            let again = super::super::read::program(vec![Text::new("again", out.clone())], &robot).unwrap();
+            let again = super::super::whole::program(vec![Text::new("again", out.clone())], &robot).unwrap();
             let arc: Arc = again.statements.arcs()[0].0;
             let most = 2.0 * (by[0] - end[0]).hypot(by[1] - end[1]);
             let own = Arc::about([0, 1], [13.966, 16.484], [13.906, 16.876], [13.911, 16.676], true).unwrap();
