@@ -63,6 +63,8 @@ pub struct Choice<'a> {
     pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
     /// Sides from which targets are reached.
     pub approach: Sides,
+    /// Travel of each gear over which its offset forgets what was before a turn, rad or m; `None`: some offset lasts longer.
+    pub forgets_over: Option<&'a [f64]>,
     /// Time in which each axis crosses its gap, s; 0, or no entry: it has none.
     pub crossing_s: &'a [f64],
     /// The user gives the sides from which joints come to the first point of the program.

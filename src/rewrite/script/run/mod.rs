@@ -17,6 +17,7 @@
 //! - `ways`: duration and turning points of a move between two known places
 //! - `wrists`: letters for the wrist whose meaning differs by model
 //! - `legs`: the ways between goals, without offsets
+//! - `reach`: how far into a run it matters from where it is reached
 
 mod arm;
 mod computed;
@@ -27,6 +28,7 @@ mod goals;
 mod joins;
 mod joints;
 mod legs;
+mod reach;
 mod rounds;
 mod stretch;
 mod ways;
