@@ -6,6 +6,7 @@ use super::super::clock::LastTcp;
 use super::super::poses::{Poses, Tooled};
 use super::cutter::{Choice, Cut, Cutter, Tells};
 use super::joints::Joints;
+use super::lengths::Lengths;
 use super::stretch::empty_run;
 use super::{arm, joins};
 use crate::program::script::{AxisSet, Break, Goal, Round, Script, StepKind};
@@ -37,9 +38,10 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     const TRIES: usize = 4;
     let mut rounds: Vec<Round> = script.rounds.iter().filter(|_| choice.rounds).copied().collect();
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let lengths = Lengths::of(script, choice);
     let mut tried = 0;
     loop {
-        let (cut, over, failed) = cut_once(script, choice, poses, &rounds);
+        let (cut, over, failed) = cut_once(script, choice, poses, &rounds, &lengths);
         if failed.is_empty() || rounds.is_empty() {
             return (cut, over);
         }
@@ -49,7 +51,13 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     }
 }
 
-fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round]) -> (Cut, Vec<usize>, Vec<usize>) {
+fn cut_once(
+    script: &Script,
+    choice: &Choice,
+    poses: &mut Poses,
+    rounds: &[Round],
+    lengths: &Lengths,
+) -> (Cut, Vec<usize>, Vec<usize>) {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
@@ -87,6 +95,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         last_frame: None,
         stands: false,
         tcp: LastTcp::default(),
+        lengths,
         directions: Directions::default(),
         pass: None,
         again: false,
