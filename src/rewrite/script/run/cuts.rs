@@ -61,7 +61,9 @@ fn cut_once(
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
-    let run = empty_run(entry.is_none());
+    let mut run = empty_run(entry.is_none());
+    // most programs are one run: a list that doubles is copied and leaves holes
+    run.vertices.reserve(script.steps.len());
     // what joint targets say of the arm serves Cartesian ones alone
     let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
     let one_arm = !solves || arm::one_configuration(script, &plain);

@@ -226,6 +226,9 @@ impl Cutter<'_> {
         }
         if !run.own().is_empty() {
             self.out.runs.push(run);
+        } else if run.vertices.is_empty() {
+            // its memory is that of the next one
+            self.run.vertices = run.vertices;
         }
     }
 
