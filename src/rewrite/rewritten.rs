@@ -15,6 +15,7 @@
 //! rewritten with another compensator or gain, or with a ramp, and edited or resampled since.
 
 use crate::compensator::{Compensator, JointCompensator};
+use crate::numerics::parallel::ParMap;
 use crate::rewrite::offset::Offset;
 use crate::rewrite::plan::{GENTLE, NEAREST};
 use std::collections::HashSet;
@@ -48,6 +49,8 @@ const LEAST_NUMBERS: usize = 6;
 const ROUNDER: f64 = 0.8;
 /// Different numbers of an axis that are asked for their roundness.
 const MOST_SEEN: usize = 4096;
+/// So many numbers are looked at on several processors.
+const MANY: usize = 1 << 14;
 /// Decimals beyond which a number is not asked for its roundness.
 const MOST_DECIMALS: i32 = 7;
 
@@ -90,12 +93,29 @@ impl Evidence {
                 *place = Some(Offset::new(joint));
             }
         }
-        for (axis, offset) in offsets.iter().enumerate() {
-            let (Some(offset), Some(digit)) = (offset, digits.get(axis)) else { continue };
-            let column = Column { rows, axis, offset, offsets: &offsets, digits, digit: *digit, step_fraction };
-            self.steps(&column);
-            self.roundness(&column);
+        let of = |axis: usize| {
+            let mut own = Self::default();
+            if let (Some(Some(offset)), Some(digit)) = (offsets.get(axis), digits.get(axis)) {
+                let column = Column { rows, axis, offset, offsets: &offsets, digits, digit: *digit, step_fraction };
+                own.steps(&column);
+                own.roundness(&column);
+            }
+            own
+        };
+        if rows.q.len() < MANY {
+            (0..rows.axes).for_each(|axis| self.join(of(axis)));
+        } else {
+            (0..rows.axes).par_map(of).into_iter().for_each(|own| self.join(own));
         }
+    }
+
+    fn join(&mut self, other: Self) {
+        let Self { turns, made, short, numbers, rounder } = other;
+        self.turns += turns;
+        self.made += made;
+        self.short += short;
+        self.numbers += numbers;
+        self.rounder += rounder;
     }
 
     /// Whether the program looks rewritten.

@@ -321,7 +321,9 @@ fn go_on(trackers: &[Tracker], rows: &[f64], before: &mut [f64], directions: &mu
     }
     if directions.is_empty() {
         let of = |t: &Tracker| if t.active { f64::from(t.direction.direction()) } else { 0.0 };
-        directions.extend(trackers.iter().map(of).cycle().take(rows.len()));
+        for _ in rows.chunks_exact(axes) {
+            directions.extend(trackers.iter().map(of));
+        }
     }
     let back = |now: &[f64], before: &[f64], directions: &[f64]| {
         let steps = now.iter().zip(before).zip(directions);

@@ -41,9 +41,13 @@ struct Element {
 /// The part of a robot that computes: no names, no limits.
 #[derive(Debug, Clone)]
 pub struct Chain {
-    base_r: Matrix3<f64>,
-    base_p: Vector3<f64>,
+    /// The frame at the base.
+    start: Frame,
     elements: Vec<Element>,
+    /// What the joints before the first that turns do, wherever they stand: all of them on a gantry.
+    slides: Vec<Slide>,
+    /// The directions after them.
+    slid: Frame,
     tool_r: Matrix3<f64>,
     tool_p: Vector3<f64>,
     dof: usize,
@@ -51,8 +55,19 @@ pub struct Chain {
     standard: bool,
 }
 
+/// A prismatic joint before which none turns: its way is the same line wherever the others stand.
+#[derive(Debug, Clone)]
+struct Slide {
+    /// From the joint before it, m.
+    before: Vector3<f64>,
+    along: Vector3<f64>,
+    d_m: f64,
+    gain: f64,
+    axis: usize,
+}
+
 /// Frame in motion along the chain: rotation columns and origin.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Frame {
     x: Vector3<f64>,
     y: Vector3<f64>,
@@ -141,7 +156,10 @@ impl Chain {
             tool_r = last * tool_r;
         }
         let base_r = *base.rotation.to_rotation_matrix().matrix();
-        Self { base_r, base_p: base.translation.vector, elements, tool_r, tool_p, dof: axes.len(), standard }
+        let [x, y, z] = [0, 1, 2].map(|k| base_r.column(k).into());
+        let start = Frame { x, y, z, o: base.translation.vector };
+        let (slides, slid) = slides(start, &elements);
+        Self { start, elements, slides, slid, tool_r, tool_p, dof: axes.len(), standard }
     }
 
     /// Number of axes.
@@ -149,19 +167,14 @@ impl Chain {
         self.dof
     }
 
-    fn start(&self) -> Frame {
-        Frame {
-            x: self.base_r.column(0).into(),
-            y: self.base_r.column(1).into(),
-            z: self.base_r.column(2).into(),
-            o: self.base_p,
-        }
-    }
-
     /// TCP position in the world, metres. `q` in rad or m, one value per axis.
     pub fn position(&self, q: &[f64]) -> Vector3<f64> {
-        let mut f = self.start();
-        for e in &self.elements {
+        let mut f = Frame { o: self.start.o, ..self.slid };
+        for slide in &self.slides {
+            f.o += slide.before;
+            f.o += slide.along * (slide.d_m + slide.gain * q[slide.axis]);
+        }
+        for e in self.elements.get(self.slides.len()..).unwrap_or_default() {
             f.advance(e, q[e.axis]);
         }
         f.point(&self.tool_p)
@@ -172,7 +185,7 @@ impl Chain {
     pub fn positions(&self, columns: &[&[f64]], first: usize, points: &mut [Vector3<f64>]) {
         let mut known = vec![(f64::NAN, (0.0, 0.0)); self.elements.len()];
         for (row, p) in (first..).zip(points) {
-            let mut f = self.start();
+            let mut f = self.start;
             for (e, (at, turned)) in self.elements.iter().zip(&mut known) {
                 let q = columns[e.axis][row];
                 if q != *at {
@@ -186,7 +199,7 @@ impl Chain {
 
     /// TCP pose in the world.
     pub fn forward(&self, q: &[f64]) -> Pose {
-        let mut f = self.start();
+        let mut f = self.start;
         for e in &self.elements {
             f.advance(e, q[e.axis]);
         }
@@ -205,7 +218,7 @@ impl Chain {
             heap = vec![(Vector3::zeros(), Vector3::zeros()); self.elements.len()];
             &mut heap
         };
-        let mut f = self.start();
+        let mut f = self.start;
         for (e, line) in self.elements.iter().zip(lines.iter_mut()) {
             f.advance(e, q[e.axis]);
             *line = (f.z, f.o);
@@ -222,7 +235,7 @@ impl Chain {
     /// Calls `each(joint, [x, y, z, o])` with the frame after every joint, base to flange, in Craig's form: for the standard
     /// convention that is the frame before the joint's own `a` and `alpha`.
     pub fn frames(&self, q: &[f64], mut each: impl FnMut(usize, &[Vector3<f64>; 4])) {
-        let mut f = self.start();
+        let mut f = self.start;
         for (i, e) in self.elements.iter().enumerate() {
             f.advance(e, q[e.axis]);
             each(i, &[f.x, f.y, f.z, f.o]);
@@ -232,7 +245,7 @@ impl Chain {
     /// Frames of all joints at `q`, base to flange, into `out`.
     pub(crate) fn joint_frames(&self, q: &[f64], out: &mut Vec<JointFrame>) {
         out.clear();
-        let mut f = self.start();
+        let mut f = self.start;
         for e in &self.elements {
             let (s, c) = e.turned(q[e.axis]);
             f.advance_turned(e, q[e.axis], (s, c));
@@ -250,7 +263,7 @@ impl Chain {
 
     /// Geometric Jacobian of the TCP: rows 0-2 velocity (m), rows 3-5 angular velocity (rad), one column per axis.
     pub fn jacobian(&self, q: &[f64]) -> (Pose, OMatrix<f64, U6, Dyn>) {
-        let mut f = self.start();
+        let mut f = self.start;
         let mut lines = Vec::with_capacity(self.elements.len());
         for e in &self.elements {
             f.advance(e, q[e.axis]);
@@ -269,6 +282,18 @@ impl Chain {
         let r = Matrix3::from_columns(&[f.x, f.y, f.z]) * self.tool_r;
         (Pose { position: p, rotation: Rotation3::from_matrix_unchecked(r) }, jac)
     }
+}
+
+/// The joints before the first that turns, and the directions after them.
+fn slides(start: Frame, elements: &[Element]) -> (Vec<Slide>, Frame) {
+    let mut f = start;
+    let of = |e: &Element| {
+        let before = f.x * e.a_m;
+        f.advance(e, 0.0);
+        Slide { before, along: f.z, d_m: e.d_m, gain: e.gain, axis: e.axis }
+    };
+    let slides = elements.iter().take_while(|e| !e.revolute).map(of).collect();
+    (slides, f)
 }
 
 /// Sine and cosine with quarter turns exact, so that a stretched arm stays in its plane.

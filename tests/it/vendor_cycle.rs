@@ -45,6 +45,22 @@ fn the_first_target_of_main_is_edited_where_its_end_leads_there_from_the_same_si
     assert_eq!(rewritten(&desk, &cycle(&format!("{}{}Elsewhere;\n", to(0), to(10)))).0, [1, 1]);
 }
 
+/// Where all joints have turned often it does not matter any more from where the first target was reached.
+#[test]
+fn a_long_program_that_runs_again_leaves_the_same_targets_as_a_short_one() {
+    let desk = desk();
+    let swings: String = (0..40).map(|k| format!("{}{}", to(20 + k % 3), to(1))).collect();
+    let both = |body: String| (rewritten(&desk, &program(&body)).0, rewritten(&desk, &cycle(&body)).0);
+    // down at the first start, up from the end
+    let (once, again) = both([10, 4, 0].map(to).concat() + &swings);
+    assert_eq!((once[0], again[0]), (-1, 0));
+    assert_eq!(once[1..], again[1..]);
+    // up from both
+    let (once, again) = both([0, 10, -5].map(to).concat() + &swings + &to(-20));
+    assert_eq!(once[0], 1);
+    assert_eq!(once, again);
+}
+
 /// A call of `main` leads to its start, as its end does.
 #[test]
 fn a_program_that_calls_itself_comes_to_its_first_target_from_there_too() {

@@ -22,6 +22,7 @@ use super::stroke::Node;
 use crate::compensator::FrictionOffset;
 use crate::compensator::response::State;
 use crate::robot::Robot;
+use nalgebra::Vector3;
 use respond::Along;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -78,6 +79,9 @@ pub struct Plan<'a> {
     /// How far the look-ahead of an axis has come: turn, last vertex looked at, seconds since the turn.
     looked: Vec<(usize, usize, f64)>,
     work: Work,
+    /// Memory for the joints at a turn, and the TCP's movement for each.
+    here: Vec<f64>,
+    columns: Vec<Vector3<f64>>,
 }
 
 /// Buffers that strokes share.
@@ -124,6 +128,8 @@ impl<'a> Plan<'a> {
             next: 0,
             looked: vec![(usize::MAX, 0, 0.0); axes],
             work: Work::default(),
+            here: Vec::new(),
+            columns: Vec::new(),
         }
     }
 

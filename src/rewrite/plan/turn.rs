@@ -91,10 +91,11 @@ impl Plan<'_> {
             _ => dragged,
         };
         self.stands[axis] = Some(y0);
-        let mut columns = vec![Vector3::zeros(); self.robot.dof()];
-        let mut q = path.q(k).to_vec();
-        self.robot.from_gears(&mut q);
-        self.robot.chain().position_and_jacobian(&q, &mut columns);
+        self.columns.resize(self.robot.dof(), Vector3::zeros());
+        self.here.clear();
+        self.here.extend_from_slice(path.q(k));
+        self.robot.from_gears(&mut self.here);
+        self.robot.chain().position_and_jacobian(&self.here, &mut self.columns);
         Stroke {
             turn,
             axis,
@@ -107,7 +108,7 @@ impl Plan<'_> {
             before,
             open: path.turns(last).of(axis).is_some(),
             friction: if first_ever { None } else { offset.friction() },
-            lever: columns[axis],
+            lever: self.columns[axis],
             step_s: self.step_time(axis, offset),
             ramp: self.ramp_after(axis, k, path),
         }

@@ -72,9 +72,18 @@ pub fn duration_s(
 pub struct LastTcp {
     q: Vec<f64>,
     at: Vector3<f64>,
+    /// Memory for joints on the way.
+    between: Vec<f64>,
+    /// Length of the joint move that comes next, m, where it is measured already.
+    known_m: Option<f64>,
 }
 
 impl LastTcp {
+    /// Says how long the way of the next joint move is, m, where that is known.
+    pub fn knows(&mut self, length_m: Option<f64>) {
+        self.known_m = length_m;
+    }
+
     /// Position of the TCP, m.
     fn at(&mut self, robot: &Robot, q: &[f64]) -> Vector3<f64> {
         if self.q != q || q.is_empty() {
@@ -110,22 +119,43 @@ fn length_m(
     tcp: &mut LastTcp,
 ) -> f64 {
     let curve = path == PathKind::Curve && on_way(0.5).is_some();
-    let mut last = tcp.at(robot, a);
-    if path != PathKind::Joint && !curve {
-        return (tcp.at(robot, b) - last).norm();
+    if let Some(known) = tcp.known_m.filter(|_| path == PathKind::Joint) {
+        return known;
     }
-    let parts = if curve { ARC_PARTS } else { PARTS };
-    let mut between = a.to_vec();
-    let mut sum = 0.0;
+    let start = tcp.at(robot, a);
+    if path != PathKind::Joint && !curve {
+        return (tcp.at(robot, b) - start).norm();
+    }
+    if curve {
+        measured_m(robot, start, (a, b), (ARC_PARTS, on_way), &mut tcp.between)
+    } else {
+        joint_way_m(robot, start, (a, b), &mut tcp.between)
+    }
+}
+
+/// Length of the TCP's way on a joint move from `a`, where the TCP stands at `start`, to `b`, m; `between`: room.
+pub(super) fn joint_way_m(robot: &Robot, start: Vector3<f64>, ends: (&[f64], &[f64]), between: &mut Vec<f64>) -> f64 {
+    measured_m(robot, start, ends, (PARTS, &|_| None), between)
+}
+
+/// The same in so many parts; `on_way` gives joints on an arc, which alone has another way than straight in the joints.
+fn measured_m(
+    robot: &Robot,
+    start: Vector3<f64>,
+    (a, b): (&[f64], &[f64]),
+    (parts, on_way): (usize, &dyn Fn(f64) -> Option<Vec<f64>>),
+    between: &mut Vec<f64>,
+) -> f64 {
+    between.clear();
+    between.extend_from_slice(a);
+    let (mut last, mut sum) = (start, 0.0);
     for k in 1..=parts {
         let s = k as f64 / parts as f64;
-        // only an arc has another way than straight
-        let on_arc = if curve { on_way(s) } else { None };
-        let here = match on_arc {
+        let here = match on_way(s) {
             Some(q) => robot.tcp_m(&q),
             None => {
                 between.iter_mut().zip(a.iter().zip(b)).for_each(|(q, (x, y))| *q = x + s * (y - x));
-                robot.tcp_m(&between)
+                robot.tcp_m(between)
             }
         };
         sum += (here - last).norm();

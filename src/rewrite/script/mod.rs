@@ -70,6 +70,8 @@ mod whole;
 mod wrists;
 pub(crate) mod writing;
 
+use super::equation2::Law;
+use super::offset::Offset;
 use super::stats::RewriteStats;
 use crate::error::Result;
 use crate::program::script::{At, Format, Note, Script, Text};
@@ -135,6 +137,18 @@ fn commanded(script: &Script, dof: usize) -> Vec<bool> {
     (0..dof).map(|k| joints().any(|t| t.values.get(k).is_some())).collect()
 }
 
+/// Travel of each gear over which its offset forgets what was before a turn, rad or m: where there is no friction, and no step is spread.
+fn forgets_over(task: &Task, deadband: &[f64]) -> Option<Vec<f64>> {
+    /// Times the step of both gaps together.
+    const OVER: f64 = 8.0;
+    let options = task.options;
+    let spread = options.ramp.iter().any(|r| *r > 0.0) || !options.ramps_after.is_empty();
+    let gaps = task.compensator.joints.iter().all(|j| j.friction.is_none());
+    let step = |axis: usize| task.compensator.on(axis).map_or(0.0, |j| Offset::new(j).largest_step());
+    let over = deadband.iter().enumerate().map(|(axis, own)| own.max(OVER * step(axis)));
+    (gaps && !spread && options.law == Law::SymmetricHalfGap).then(|| over.collect())
+}
+
 /// The sides from which targets are to be reached; points of a trajectory that the robot passes have none.
 fn sides(document: &dyn crate::program::script::Document, task: &Task, deadband: &[f64]) -> approach::Sides {
     let Choices { approach_from, approach_unknown, .. } = task.choices;
@@ -176,7 +190,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let deadband = bands::deadbands(script, task);
     let commanded = commanded(script, task.robot.dof());
     let crossing_s = approach::crossing_s(task);
+    let forgets_over = forgets_over(task, &deadband);
     let mut choice = Choice {
+        forgets_over: forgets_over.as_deref(),
         crossing_s: &crossing_s,
         commanded: &commanded,
         by_place: task.compensator.joints.iter().filter(|j| j.depends_on_position()).map(|j| j.axis).collect(),

@@ -131,6 +131,7 @@ impl Reading<'_> {
             as_poses: true,
             on_way: &|step, share| document.on_way(step, share),
             approach: Sides::default(),
+            forgets_over: None,
             crossing_s: &[],
             sides_given: true,
             rounds: true,

@@ -102,8 +102,8 @@ impl Data {
     /// `import = "IMPORT" type name "IS" path ".." name`
     fn imports(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
-        for text in texts {
-            for k in 0..text.line_count() {
+        for text in texts.iter().filter(|t| memchr::memmem::find(&t.bytes, b"..").is_some()) {
+            for k in text.lines_with(b".") {
                 if memchr::memmem::find(text.line(k), b"..").is_none() {
                     continue;
                 }

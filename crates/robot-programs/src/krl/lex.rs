@@ -59,9 +59,7 @@ pub(super) fn first_word(text: &Text, k: usize) -> &[u8] {
 
 /// Whether the word with which line `k` begins has one of these first letters, in upper case; `$` counts as one.
 pub(super) fn begins_with(text: &Text, k: usize, letters: &[u8]) -> bool {
-    let mut cursor = Cursor::of_line(text, k);
-    cursor.while_is(is_blank);
-    cursor.peek().is_some_and(|b| letters.contains(&b.to_ascii_uppercase()))
+    text.head(k).is_some_and(|head| letters.contains(&head))
 }
 
 /// The tokens of line `k` into `out`.

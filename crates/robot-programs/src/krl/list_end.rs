@@ -1,11 +1,11 @@
 //! Where a data list ends: at its first `ENDDAT`. What stands behind that in the file is no part of the list.
 
-use super::lex::first_word;
+use super::lex::{begins_with, first_word};
 use crate::script::{At, Note, Text};
 
 /// The line of `ENDDAT`, from 0.
 pub(super) fn end_of_list(text: &Text) -> Option<usize> {
-    (0..text.line_count()).find(|k| first_word(text, *k).eq_ignore_ascii_case(b"ENDDAT"))
+    (0..text.line_count()).find(|k| begins_with(text, *k, b"E") && first_word(text, *k).eq_ignore_ascii_case(b"ENDDAT"))
 }
 
 /// Reports where something besides blanks and comments stands after the end of the program's own lists.

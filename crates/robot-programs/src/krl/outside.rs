@@ -8,7 +8,7 @@
 use super::calls::calls;
 use super::going::{Going, Turning};
 use super::led;
-use super::lex::{Kind, Token, in_upper, tokens, upper};
+use super::lex::{Kind, Token, begins_with, first_word, in_upper, tokens, upper};
 use super::lists::{LISTS, Lists, as_set};
 use super::reason::MovesBase;
 use super::statement::{assignment, is_routine};
@@ -72,7 +72,7 @@ impl Routines {
         let mut all: Vec<(String, Range<usize>)> = Vec::new();
         let mut line = Vec::new();
         for k in 0..text.line_count() {
-            if !may_begin_routine(super::lex::first_word(text, k)) {
+            if !(begins_with(text, k, b"DG") && may_begin_routine(first_word(text, k))) {
                 continue;
             }
             tokens(text, k, &mut line);

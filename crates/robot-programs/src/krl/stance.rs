@@ -54,10 +54,7 @@ fn values(a: &Aggregate) -> Vec<(String, f64)> {
 /// `line = {any} aggregate {any}`
 fn of_text(text: &Text) -> FileFacts {
     let (mut said, mut line) = (FileFacts::default(), Vec::new());
-    for k in 0..text.line_count() {
-        if memchr::memchr(b'{', text.line(k)).is_none() {
-            continue;
-        }
+    for k in text.lines_with(b"{") {
         tokens(text, k, &mut line);
         line.retain(|t| t.kind != Kind::Comment);
         let first = line.first().map_or(&[][..], |t| text.slice(t.span()));

@@ -1,5 +1,6 @@
 //! Bytes of a program and their lines.
 
+use super::cursor::unmarked;
 pub use super::patches::apply;
 use crate::error::{Error, Place};
 use std::any::Any;
@@ -20,6 +21,8 @@ pub struct Text {
     pub unread: bool,
     /// First byte of every line.
     starts: Arc<Vec<u32>>,
+    /// What [`Self::head`] tells of every line.
+    heads: Arc<[u8]>,
     /// What a format has found out about it.
     known: Arc<Known>,
 }
@@ -81,8 +84,9 @@ impl Text {
         let mut starts: Vec<u32> = Vec::with_capacity(2 + bytes.len() / LEAST_BYTES);
         starts.push(0);
         starts.extend(memchr::memchr_iter(end, &bytes).map_while(|k| u32::try_from(k + 1).ok()));
+        let heads = heads(&bytes, &starts);
         let (bytes, starts, known) = (Arc::new(bytes), Arc::new(starts), Arc::default());
-        Self { name: name.into(), bytes, context: false, unread: false, starts, known }
+        Self { name: name.into(), bytes, context: false, unread: false, starts, heads, known }
     }
 
     /// A text that is looked up and never written.
@@ -149,6 +153,33 @@ impl Text {
         bytes.strip_suffix(b"\r").unwrap_or(bytes)
     }
 
+    /// The first byte of line `k` (from 0) that is no blank, a letter in upper case; `None`: the line is blank. Many readers look for
+    /// lines by their first letter.
+    pub fn head(&self, k: usize) -> Option<u8> {
+        self.heads.get(k).copied().filter(|head| *head != NO_HEAD)
+    }
+
+    /// The lines (from 0) on which one of these marks stands, ascending.
+    pub fn lines_with<'a>(&'a self, marks: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
+        let (mut at, mut line) = (0, 0);
+        std::iter::from_fn(move || {
+            let rest = self.bytes.get(at..)?;
+            let found = match marks {
+                [mark] => memchr::memchr(*mark, rest),
+                [a, b] => memchr::memchr2(*a, *b, rest),
+                [a, b, c] => memchr::memchr3(*a, *b, *c, rest),
+                _ => rest.iter().position(|b| marks.contains(b)),
+            };
+            let byte = at + found?;
+            if self.line_span(line).end <= byte {
+                line = self.line_of(byte) as usize - 1;
+            }
+            let found = line;
+            (at, line) = (self.line_span(line).end, line + 1);
+            Some(found)
+        })
+    }
+
     /// Line number of a byte, counted from 1.
     pub fn line_of(&self, byte: usize) -> u64 {
         self.starts.partition_point(|&s| s as usize <= byte).max(1) as u64
@@ -204,9 +235,39 @@ impl Text {
     }
 }
 
+/// A blank line has no head.
+const NO_HEAD: u8 = b' ';
+
+/// The heads of lines. The byte 0x1A, with which files of old controllers end, is a blank.
+fn heads(bytes: &[u8], starts: &[u32]) -> Arc<[u8]> {
+    let ends = starts.iter().skip(1).map(|s| *s as usize).chain([bytes.len()]);
+    let marked = bytes.len() - unmarked(bytes).len();
+    let starts = starts.iter().map(|s| (*s as usize).max(marked));
+    let blank = |b: &&u8| b.is_ascii_whitespace() || **b == 0x1a;
+    let head = |(start, end): (usize, usize)| {
+        let line = bytes.get(start..end).unwrap_or_default();
+        line.iter().find(|b| !blank(b)).map_or(NO_HEAD, u8::to_ascii_uppercase)
+    };
+    starts.zip(ends).map(head).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn heads_of_lines_and_lines_with_marks() {
+        let t = Text::new("a", b"\xef\xbb\xbf  def x=(1)\r\n\r\n\t\x1a\nend =\n\x1a".to_vec());
+        let heads: Vec<Option<u8>> = (0..t.line_count()).map(|k| t.head(k)).collect();
+        assert_eq!(heads, [Some(b'D'), None, None, Some(b'E'), None]);
+        assert_eq!((t.head(5), Text::new("a", Vec::new()).head(0)), (None, None));
+        let with = |marks: &[u8]| t.lines_with(marks).collect::<Vec<_>>();
+        assert_eq!(
+            (with(b"="), with(b"("), with(b"=("), with(b"(1e"), with(b"#")),
+            (vec![0, 3], vec![0], vec![0, 3], vec![0, 3], vec![])
+        );
+        assert_eq!((with(b"abcdefgh"), with(b"")), (vec![0, 3], vec![]));
+    }
 
     #[test]
     fn lines_and_places() {

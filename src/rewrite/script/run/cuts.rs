@@ -6,6 +6,7 @@ use super::super::clock::LastTcp;
 use super::super::poses::{Poses, Tooled};
 use super::cutter::{Choice, Cut, Cutter, Tells};
 use super::joints::Joints;
+use super::lengths::Lengths;
 use super::stretch::empty_run;
 use super::{arm, joins};
 use crate::program::script::{AxisSet, Break, Goal, Round, Script, StepKind};
@@ -37,9 +38,10 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     const TRIES: usize = 4;
     let mut rounds: Vec<Round> = script.rounds.iter().filter(|_| choice.rounds).copied().collect();
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
+    let lengths = Lengths::of(script, choice);
     let mut tried = 0;
     loop {
-        let (cut, over, failed) = cut_once(script, choice, poses, &rounds);
+        let (cut, over, failed) = cut_once(script, choice, poses, &rounds, &lengths);
         if failed.is_empty() || rounds.is_empty() {
             return (cut, over);
         }
@@ -49,11 +51,19 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     }
 }
 
-fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round]) -> (Cut, Vec<usize>, Vec<usize>) {
+fn cut_once(
+    script: &Script,
+    choice: &Choice,
+    poses: &mut Poses,
+    rounds: &[Round],
+    lengths: &Lengths,
+) -> (Cut, Vec<usize>, Vec<usize>) {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
-    let run = empty_run(entry.is_none());
+    let mut run = empty_run(entry.is_none());
+    // most programs are one run: a list that doubles is copied and leaves holes
+    run.vertices.reserve(script.steps.len());
     // what joint targets say of the arm serves Cartesian ones alone
     let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
     let one_arm = !solves || arm::one_configuration(script, &plain);
@@ -87,6 +97,7 @@ fn cut_once(script: &Script, choice: &Choice, poses: &mut Poses, rounds: &[Round
         last_frame: None,
         stands: false,
         tcp: LastTcp::default(),
+        lengths,
         directions: Directions::default(),
         pass: None,
         again: false,

@@ -5,6 +5,7 @@ use super::super::cause::Cause;
 use super::super::clock::{self, LastTcp};
 use super::super::poses::{Place, Poses, Tooled};
 use super::joints::Joints;
+use super::lengths::Lengths;
 use super::stretch::{Role, Run, Vertex, empty_run, first};
 use crate::program::script::pose::Frame;
 use crate::program::script::{
@@ -63,6 +64,8 @@ pub struct Choice<'a> {
     pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
     /// Sides from which targets are reached.
     pub approach: Sides,
+    /// Travel of each gear over which its offset forgets what was before a turn, rad or m; `None`: some offset lasts longer.
+    pub forgets_over: Option<&'a [f64]>,
     /// Time in which each axis crosses its gap, s; 0, or no entry: it has none.
     pub crossing_s: &'a [f64],
     /// The user gives the sides from which joints come to the first point of the program.
@@ -158,6 +161,7 @@ pub(super) struct Cutter<'a> {
     /// The robot stands still at the last vertex.
     pub(super) stands: bool,
     pub(super) tcp: LastTcp,
+    pub(super) lengths: &'a Lengths,
     pub(super) directions: Directions,
     /// The loop that the run goes through.
     pub(super) pass: Option<Pass>,
@@ -222,6 +226,9 @@ impl Cutter<'_> {
         }
         if !run.own().is_empty() {
             self.out.runs.push(run);
+        } else if run.vertices.is_empty() {
+            // its memory is that of the next one
+            self.run.vertices = run.vertices;
         }
     }
 
@@ -288,6 +295,7 @@ impl Cutter<'_> {
             speed => speed,
         };
         let (robot, otherwise) = (self.choice.robot, self.choice.tcp_speed_m_s);
+        self.tcp.knows(None);
         let duration = clock::duration_s(robot, &point, &goal.q, m.path, speed, otherwise, &|_| None, &mut self.tcp);
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);
@@ -344,7 +352,7 @@ impl Cutter<'_> {
         self.hint = self.one_arm.then(|| reached.q.clone());
         match reached.from.take() {
             None => self.start_over(step, at, m, reached),
-            Some(from) => self.go(step, at, m, &from, reached),
+            Some(from) => self.go(script, step, at, m, &from, reached),
         }
         self.stands = m.blend_m == Some(0.0);
     }

@@ -11,6 +11,7 @@
 //! A place of which nothing is known, a target that is not known, or goals that differ leave the break as it was.
 
 use super::super::cause::Cause;
+use super::reach::Reach;
 use super::stretch::empty_run;
 use super::{Cut, Cutter, Joints, LastFrame, Role, Run, Vertex};
 use crate::program::script::{At, Join, Round, Script, StepKind};
@@ -125,7 +126,8 @@ impl Cutter<'_> {
             self.again = n > 0;
             let (run, stands) = self.seeded(script, way, &segment, ways.len() > 1);
             end = stands.filter(|_| wanted.contains(&segment.end));
-            found.extend(run.filter(|run| found.first().is_none_or(|first| alike(first, run))));
+            let first = found.first().map(|first| goals(first, usize::MAX));
+            found.extend(run.filter(|run| first.is_none_or(|first| alike(&first, run))));
         }
         self.again = false;
         // what moves wait for was counted when they were met first
@@ -150,9 +152,12 @@ impl Cutter<'_> {
         let segment = segment(script, again.at);
         let apart = first_move(script, &segment).is_none_or(|k| self.choice.approach.is_apart(k));
         let own = |run: &&Run| run.entry && run.own().first().is_some_and(|v| segment.contains(&v.step));
-        let Some(first) = self.out.runs.iter().find(own).filter(|_| !apart && again.from.len() <= WAYS).cloned() else {
+        let Some(first) = self.out.runs.iter().find(own).filter(|_| !apart && again.from.len() <= WAYS) else {
             return;
         };
+        let reach = Reach::of(first, self.choice);
+        let first = goals(first, reach.as_ref().map_or(usize::MAX, |reach| reach.end));
+        let segment = segment.start..reach.as_ref().map_or(segment.end, |reach| reach.end);
         for way in again.from.iter().filter_map(|k| places.get(k)) {
             let before = std::mem::take(&mut self.out);
             let (over, missing) = (self.over.len(), self.poses.missing.clone());
@@ -160,7 +165,12 @@ impl Cutter<'_> {
             self.poses.missing = missing;
             self.over.truncate(over);
             self.out = before;
-            self.out.again.extend(run.filter(|run| alike(&first, run)));
+            let mut run = run.filter(|run| alike(&first, run));
+            if let (Some(run), Some(reach)) = (&mut run, &reach) {
+                // after these nothing is compared: the last of them see the end of the stretch
+                run.vertices.iter_mut().filter(|v| v.step >= reach.compared).for_each(|v| v.editable = false);
+            }
+            self.out.again.extend(run);
         }
     }
 
@@ -254,12 +264,16 @@ fn first_move(script: &Script, segment: &Range<usize>) -> Option<usize> {
     segment.clone().find(|k| matches!(script.steps[*k].kind, StepKind::Move(_)))
 }
 
-/// Both runs lead to the same places after the points before them.
-fn alike(first: &Run, other: &Run) -> bool {
-    let goals = |run: &'_ Run| -> Vec<(usize, Joints)> {
-        run.vertices.iter().filter(|v| v.role == Role::Goal).map(|v| (v.step, v.q.clone())).collect()
-    };
-    let (first, other) = (goals(first), goals(other));
+/// The goals of a run before step `end`, with their steps.
+fn goals(run: &Run, end: usize) -> Vec<(usize, Joints)> {
+    let own = |v: &&Vertex| v.role == Role::Goal && v.step < end;
+    run.vertices.iter().filter(own).map(|v| (v.step, v.q.clone())).collect()
+}
+
+/// A run leads to the same places as the goals of another one, after the points before it.
+fn alike(first: &[(usize, Joints)], other: &Run) -> bool {
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() <= SAME);
-    first.len() == other.len() && first.iter().zip(&other).all(|(a, b)| a.0 == b.0 && near(&a.1, &b.1))
+    let mut others = other.vertices.iter().filter(|v| v.role == Role::Goal);
+    first.iter().all(|(step, q)| others.next().is_some_and(|v| v.step == *step && near(q, &v.q)))
+        && others.next().is_none()
 }

@@ -16,7 +16,8 @@
 //! - `stretch`: the points of a run, and what is known of it as a whole
 //! - `ways`: duration and turning points of a move between two known places
 //! - `wrists`: letters for the wrist whose meaning differs by model
-//! - `legs`: the ways between goals, without offsets
+//! - `legs`: the ways between goals, without offsets; `lengths`: how long those of joint moves are at the TCP
+//! - `reach`: how far into a run it matters from where it is reached
 
 mod arm;
 mod computed;
@@ -27,6 +28,8 @@ mod goals;
 mod joins;
 mod joints;
 mod legs;
+mod lengths;
+mod reach;
 mod rounds;
 mod stretch;
 mod ways;

@@ -4,7 +4,7 @@ use super::super::approach::Directions;
 use super::super::cause::Cause;
 use super::stretch::held;
 use super::{Cutter, Joints, Reached, Role, ToolAndMiddle, Vertex};
-use crate::program::script::{At, Goal, Move, PathKind, Speed, Way};
+use crate::program::script::{At, Goal, Move, PathKind, Script, Speed, Way};
 use crate::rewrite::script::{clock, way};
 use crate::robot::Robot;
 
@@ -17,7 +17,7 @@ const START_S: f64 = 1e-3;
 
 impl Cutter<'_> {
     /// A move between two known places: its turning points, its duration and its goal.
-    pub(super) fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
+    pub(super) fn go(&mut self, script: &Script, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
         let (robot, again) = (self.choice.robot, self.again);
         let Reached { q, named, mut editable, solved, tooled, via, .. } = reached;
         let mut t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
@@ -38,6 +38,7 @@ impl Cutter<'_> {
             known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
         };
         let otherwise = self.choice.tcp_speed_m_s;
+        self.tcp.knows(self.lengths.at(script, step, from, &q));
         let duration = clock::duration_s(robot, from, &q, m.path, speed, otherwise, &on_way, &mut self.tcp);
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);

@@ -41,10 +41,7 @@ pub(super) fn changed_frame_data(text: &Text, data: &mut Data) {
         return;
     }
     let mut line = Vec::new();
-    for k in 0..text.line_count() {
-        if memchr::memchr(b'=', text.line(k)).is_none() {
-            continue;
-        }
+    for k in text.lines_with(b"=") {
         tokens(text, k, &mut line);
         let Some(first) = line.first().filter(|_| assignment(&line).is_some()) else { continue };
         if let Some(numbers) = data.numbers.get_mut(in_upper(text, first).as_ref()) {

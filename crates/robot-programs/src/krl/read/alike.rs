@@ -64,9 +64,10 @@ impl Alike {
     pub(super) fn again(&mut self, reader: &mut Reader, k: usize) -> bool {
         let Some(known) = self.last.as_mut().filter(|known| known.sure) else { return false };
         let text = reader.text;
-        let start = text.line_span(k).start;
-        let end = start + text.line(k).len();
-        if known.form.read(&text.bytes, start, &mut self.numbers) != Some(end) {
+        let line = text.line_span(k);
+        let start = line.start;
+        let read = known.form.read(&text.bytes, start, &mut self.numbers);
+        if !read.is_some_and(|end| matches!(text.slice(end..line.end), b"\n" | b"\r\n" | b"\r" | b"")) {
             return false;
         }
         let Some(StepKind::Move(m)) = reader.steps.last().map(|s| &s.kind) else { return false };

@@ -155,7 +155,7 @@ fn calls_reading(texts: &[Text]) -> Vec<usize> {
         let names = || calls(text, &line).into_iter().chain(quiet(text, &line));
         !head && names().any(|name| found.contains(&name))
     };
-    (0..text.line_count()).filter(|k| memchr::memchr(b'(', text.line(*k)).is_some() && calls_one(k)).collect()
+    text.lines_with(b"(").filter(|k| calls_one(k)).collect()
 }
 
 /// Routines of a text that read where the robot stands.

@@ -16,6 +16,7 @@ use crate::krl::statement::{assignment, is_label, is_routine, routine_name};
 use crate::krl::still::{Still, may_begin_routine};
 use crate::script::Text;
 use crate::script::blocks::is_entered;
+use crate::script::lex::upper_of;
 use crate::script::pose::Frame;
 use crate::script::reach::{BEFORE, Block, Event, FIRST, Routine};
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,12 +82,14 @@ impl Scan<'_> {
     pub(super) fn lines(&mut self) {
         let (mut line, mut set, mut blocks) = (Vec::new(), Settings::default(), Vec::new());
         self.out.routines.push(Routine::default());
+        let text = self.text;
+        let mut calling = text.lines_with(b"(").peekable();
         for k in 0..self.text.line_count() {
             let word = first_word(self.text, k);
+            let calls = calling.next_if_eq(&k).is_some();
             // of most motions nothing is called, and no frame depends on what is assigned
-            let called = || memchr::memchr(b'(', self.text.line(k)).is_some() || self.names.depends(k);
-            let nothing = word.is_empty()
-                || motion::word(&String::from_utf8_lossy(word).to_ascii_uppercase()).is_some() && !called();
+            let called = || calls || self.names.depends(k);
+            let nothing = word.is_empty() || motion::word(&upper_of(word)).is_some() && !called();
             if !nothing {
                 tokens(self.text, k, &mut line);
                 line.retain(|t| t.kind != Kind::Comment);

@@ -54,12 +54,7 @@ impl Names {
         let (mut used, mut line): ([BTreeMap<usize, BTreeSet<String>>; 2], _) = (Default::default(), Vec::new());
         let mut assigned: BTreeMap<usize, BTreeSet<String>> = BTreeMap::new();
         let (mut of_data, mut data_of) = (None, BTreeMap::new());
-        for k in 0..text.line_count() {
-            let bytes = text.line(k);
-            let may = memchr::memchr(b'=', bytes).is_some() || memchr::memchr(b'(', bytes).is_some();
-            if !may {
-                continue;
-            }
+        for k in text.lines_with(b"=(") {
             tokens(text, k, &mut line);
             line.retain(|t| t.kind != Kind::Comment);
             let Some(first) = line.first() else { continue };

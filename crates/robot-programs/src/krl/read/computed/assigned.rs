@@ -55,10 +55,9 @@ impl Assigned {
     /// `line = ("DEF" | "DEFFCT" | "GLOBAL" | "DECL") ... | ... "=" ... | ... "(" ...`
     pub fn of(text: &Text, data: &Data, numbers: &Numbers, own: &BTreeSet<String>) -> Self {
         let mut look = Look { text, data, numbers, own, routine: 0, out: Self::default() };
-        let mut line = Vec::new();
+        let (mut line, mut says) = (Vec::new(), text.lines_with(b"=(").peekable());
         for k in 0..text.line_count() {
-            let bytes = text.line(k);
-            let says = memchr::memchr(b'=', bytes).is_some() || memchr::memchr(b'(', bytes).is_some();
+            let says = says.next_if_eq(&k).is_some();
             let declares = |word: &[u8]| may_begin_routine(word) || word.eq_ignore_ascii_case(b"DECL");
             if !(says || begins_with(text, k, b"DG") && declares(first_word(text, k))) {
                 continue;

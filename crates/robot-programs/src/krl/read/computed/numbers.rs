@@ -132,11 +132,7 @@ impl Numbers {
         let mut touched = BTreeSet::new();
         let mut line = Vec::new();
         for text in texts.iter().skip(1) {
-            for k in 0..text.line_count() {
-                let bytes = text.line(k);
-                if ![b'=', b'(', b'.'].iter().any(|m| memchr::memchr(*m, bytes).is_some()) {
-                    continue;
-                }
+            for k in text.lines_with(b"=(.") {
                 tokens(text, k, &mut line);
                 line.retain(|t| t.kind != Kind::Comment);
                 let seen = touches(text, &line, &BTreeSet::new());
@@ -156,8 +152,8 @@ impl Numbers {
     /// `import = "IMPORT" type name "IS" path ".." name`
     fn imports(&mut self, texts: &[Text], used: &BTreeSet<usize>) {
         let mut line = Vec::new();
-        for text in texts {
-            for k in (0..text.line_count()).filter(|k| memchr::memmem::find(text.line(*k), b"..").is_some()) {
+        for text in texts.iter().filter(|t| memchr::memmem::find(&t.bytes, b"..").is_some()) {
+            for k in text.lines_with(b".").filter(|k| memchr::memmem::find(text.line(*k), b"..").is_some()) {
                 tokens(text, k, &mut line);
                 let names: Vec<String> = line.iter().filter(|t| t.kind == Kind::Word).map(|t| upper(text, t)).collect();
                 if names.iter().any(|w| w == "IMPORT") {
