@@ -16,6 +16,7 @@ use crate::program::csv::Reader;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::program::open_rows;
+use crate::program::script::Text;
 use crate::robot::Robot;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -132,13 +133,17 @@ impl Job<'_> {
         }
     }
 
-    /// SHA-256 of the files that declare what a program uses; `None`: there are none, or it cannot be read.
+    /// SHA-256 of the files that declare what a program uses, and of whether another one calls it; `None`: neither, or it cannot be read.
     pub(super) fn context_sum(&self, input: &Path) -> Option<String> {
         let mut head = Vec::with_capacity(HEAD as usize);
         input::open(input).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
         match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
             Recognised::Csv => None,
-            Recognised::Script(format) => context::sum_of(self.contexts.of(format, input, self.robot.axes()).iter()),
+            Recognised::Script(format) => {
+                let context = self.contexts.of(format, input, self.robot.axes());
+                let own = Text::new(shown(input), head);
+                context::sum_of(self.contexts.is_called(format, input, &own), context.iter())
+            }
         }
     }
 

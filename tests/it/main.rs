@@ -10,6 +10,7 @@ mod bad_input;
 mod bag;
 mod bench;
 mod borders;
+mod called_programs;
 mod carried_bases;
 mod cartesian_arcs;
 mod cartesian_circle;

@@ -45,6 +45,31 @@ fn the_first_target_of_main_is_edited_where_its_end_leads_there_from_the_same_si
     assert_eq!(rewritten(&desk, &cycle(&format!("{}{}Elsewhere;\n", to(0), to(10)))).0, [1, 1]);
 }
 
+/// A loop that is certainly entered goes on behind it, and a program may have many ends.
+#[test]
+fn the_first_target_of_main_stays_behind_loops_and_many_ends_too() {
+    let desk = desk();
+    let first = [to(0), to(10)].concat();
+    let looped = |head: &str, end: &str| format!("{first}{head}\n{}{end}\n{}", to(15), to(20));
+    let plain = rewritten(&desk, &cycle(&format!("{first}{}{}", to(15), to(20)))).0;
+    assert_eq!(plain[0], 0);
+    let (by, said) = rewritten(&desk, &cycle(&looped("FOR i FROM 1 TO 3 DO", "ENDFOR")));
+    assert_eq!(by[0], 0, "{by:?} {said}");
+    // its passes come there from below, the end of main from above
+    let around = format!("FOR i FROM 1 TO 3 DO\n{}{}{}ENDFOR\n", to(0), to(10), to(-5));
+    assert_eq!(rewritten(&desk, &program(&format!("{around}{}", to(20)))).0[0], 1);
+    assert_eq!(rewritten(&desk, &cycle(&format!("{around}{}", to(20)))).0[0], 0);
+    for n in [3, 9, 12, 70] {
+        let ends: String = (0..n).map(|k| format!("IF di{k}=1 RETURN;\n{}", to(20 + k % 2))).collect();
+        let (by, said) = rewritten(&desk, &cycle(&format!("{first}{ends}")));
+        assert_eq!(by[0], 0, "{n} ends: {by:?} {said}");
+        // from the same side from all of them
+        let ends: String = (0..n).map(|k| format!("IF di{k}=1 RETURN;\n{}", to(-20 - k % 2))).collect();
+        let body = format!("{first}{}{ends}", to(-10));
+        assert_eq!(rewritten(&desk, &cycle(&body)).0[0], if n < 64 { 1 } else { 0 }, "{n} ends");
+    }
+}
+
 /// Where all joints have turned often it does not matter any more from where the first target was reached.
 #[test]
 fn a_long_program_that_runs_again_leaves_the_same_targets_as_a_short_one() {

@@ -1,6 +1,6 @@
 //! Which files there are beside a program.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -48,10 +48,14 @@ const FOLDERS: usize = 64;
 /// Files by who looked for them and where.
 type Seen = HashMap<(&'static str, PathBuf), Arc<Vec<PathBuf>>>;
 
+/// Programs that call another one, two at most, by the name of that one in upper case.
+type Callers = BTreeMap<String, Vec<PathBuf>>;
+
 /// What formats found in folders: thousands of programs of one folder look through it once. It holds for as long as it lives.
 #[derive(Debug, Default)]
 pub struct Folders {
     seen: Mutex<Seen>,
+    callers: Mutex<HashMap<(&'static str, PathBuf), Arc<Callers>>>,
 }
 
 impl Folders {
@@ -70,6 +74,40 @@ impl Folders {
         seen.insert(key, Arc::clone(&found));
         found
     }
+
+    /// Whether one of the programs of a folder (`here`) that is not the one at `path` calls one of these names, in upper case. `names`:
+    /// what a program calls.
+    pub fn calls(
+        &self,
+        (who, path): (&'static str, &Path),
+        own: &[String],
+        here: impl FnOnce(&Path) -> Vec<PathBuf>,
+        names: impl Fn(&[u8]) -> BTreeSet<String>,
+    ) -> bool {
+        let Some(folder) = path.parent() else { return false };
+        let mut known = self.callers.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() >= FOLDERS {
+            known.clear();
+        }
+        let callers =
+            known.entry((who, folder.to_path_buf())).or_insert_with(|| Arc::new(callers(here(folder), names)));
+        let callers = Arc::clone(callers);
+        drop(known);
+        own.iter().filter_map(|name| callers.get(name)).flatten().any(|caller| caller != path)
+    }
+}
+
+fn callers(here: Vec<PathBuf>, names: impl Fn(&[u8]) -> BTreeSet<String>) -> Callers {
+    let mut all = Callers::new();
+    for file in here {
+        for name in names(&std::fs::read(&file).unwrap_or_default()) {
+            let own = all.entry(name).or_default();
+            if own.len() < 2 {
+                own.push(file.clone());
+            }
+        }
+    }
+    all
 }
 
 /// Most programs that one may call, itself or by others.

@@ -34,6 +34,11 @@ impl Contexts {
         format.context(input, &self.folders, robot).iter().map(|path| self.text(path)).collect()
     }
 
+    /// Whether another program beside the one at `input`, whose text is `own`, calls it.
+    pub fn is_called(&self, format: &dyn Format, input: &Path, own: &Text) -> bool {
+        format.is_called(input, own, &self.folders)
+    }
+
     fn text(&self, path: &Path) -> Text {
         // one that failed while it read has left nothing after
         let lock = || self.texts.lock().unwrap_or_else(PoisonError::into_inner);
@@ -59,9 +64,9 @@ fn read(path: &Path) -> Option<Text> {
     Some(Text::of_context(name, bytes))
 }
 
-/// SHA-256 of the files that declare what a program uses, names and all; `None`: there are none.
-pub(crate) fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
-    let mut all = String::new();
+/// SHA-256 of the files that declare what a program uses, names and all, and of whether another one calls it; `None`: neither.
+pub(crate) fn sum_of<'a>(called: bool, context: impl Iterator<Item = &'a Text>) -> Option<String> {
+    let mut all = String::from(if called { "called" } else { "" });
     for text in context {
         let one = text.known(ContextSum::of);
         all.push_str(if all.is_empty() { "" } else { "\n" });

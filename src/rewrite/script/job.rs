@@ -42,7 +42,7 @@ impl Job<'_> {
     ) -> Note {
         let named = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
         let mut note = self.note(source.input, path, outcome);
-        note.context = sum_of(originals.iter().filter(|t| t.context));
+        note.context = sum_of(originals.first().is_some_and(|own| own.called), originals.iter().filter(|t| t.context));
         let original = |t: &Text| if outcome.unchanged { None } else { original::pack(&t.bytes) };
         note.original = originals.first().and_then(original);
         note.companions = (1..paths.len())
@@ -211,6 +211,9 @@ pub(super) fn texts(
             companions.push(path);
         }
         all.extend(contexts.of(format, input, robot));
+        if let Some(own) = all.first_mut() {
+            own.called = contexts.is_called(format, input, own);
+        }
     }
     Ok((all, companions))
 }

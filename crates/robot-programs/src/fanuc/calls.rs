@@ -29,8 +29,7 @@ const MOST_BESIDE: usize = 10_000;
 /// `registers`: values of registers are given, and all programs of the folder tell which of them they set.
 pub(super) fn files(path: &Path, seen: &Folders, registers: bool) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
-    let is_program = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("ls"));
-    let look = || of_folder(folder, MOST_BESIDE).into_iter().filter(is_program).collect();
+    let look = || programs(folder);
     let own = std::fs::read(path).unwrap_or_default();
     if registers && memchr::memmem::find(&own.to_ascii_uppercase(), b"PR[").is_some() {
         let here = seen.of("fanuc", folder, look);
@@ -43,14 +42,32 @@ pub(super) fn files(path: &Path, seen: &Folders, registers: bool) -> Vec<PathBuf
     files::called(path, names_of(&own), names_of, || seen.of("fanuc", folder, look))
 }
 
+/// The programs of a folder.
+fn programs(folder: &Path) -> Vec<PathBuf> {
+    let is_program = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("ls"));
+    of_folder(folder, MOST_BESIDE).into_iter().filter(is_program).collect()
+}
+
+/// Whether another program of the folder calls or runs the one at `path`.
+pub(super) fn is_called(path: &Path, own: &Text, seen: &Folders) -> bool {
+    let names: Vec<String> = [Some(stem_of(own)), name_in(own)].into_iter().flatten().collect();
+    seen.calls(("fanuc", path), &names, programs, |program| names_after(program, &[b"CALL ", b"AUFRUF ", b"RUN "]))
+}
+
 /// Names after CALL in a program, and those that a macro may have: a line of words alone, with `_` for its blanks. In upper case.
 ///
 /// `call = ("CALL " | "AUFRUF ") name | number ":" word {word} ";"`
 fn names_of(program: &[u8]) -> BTreeSet<String> {
+    names_after(program, &[b"CALL ", b"AUFRUF "])
+}
+
+/// The same after other `words`.
+///
+/// `call = words name | number ":" word {word} ";"`
+fn names_after(program: &[u8], words: &[&[u8]]) -> BTreeSet<String> {
     /// Bytes that are looked through at a time, in upper case.
     const PIECE: usize = 1 << 16;
-    const WORDS: [&[u8]; 2] = [b"CALL ", b"AUFRUF "];
-    let longest = WORDS.iter().map(|w| w.len()).max().unwrap_or(1);
+    let longest = words.iter().map(|w| w.len()).max().unwrap_or(1);
     let names = program.split(|b| matches!(b, b'\n' | b'\r')).filter_map(macro_of);
     let mut found: BTreeSet<String> = names.map(|name| name.to_ascii_uppercase()).collect();
     let mut piece = Vec::new();
@@ -60,7 +77,7 @@ fn names_of(program: &[u8]) -> BTreeSet<String> {
         piece.clear();
         piece.extend_from_slice(program.get(start..end).unwrap_or_default());
         piece.make_ascii_uppercase();
-        for word in WORDS {
+        for word in words {
             for at in memchr::memmem::find_iter(&piece, word) {
                 let rest = program.get(start + at + word.len()..).unwrap_or_default().trim_ascii_start();
                 found.insert(program_name(rest).iter().map(|b| char::from(b.to_ascii_uppercase())).collect());

@@ -106,6 +106,10 @@ impl Format for Fanuc {
         calls::files(path, seen, !robot.registers.positions.is_empty())
     }
 
+    fn is_called(&self, path: &Path, own: &Text, seen: &Folders) -> bool {
+        calls::is_called(path, own, seen)
+    }
+
     fn minds_unread(&self) -> bool {
         true
     }

@@ -75,6 +75,10 @@ impl Format for Inform {
         shared::files(path, seen)
     }
 
+    fn is_called(&self, path: &Path, own: &Text, seen: &Folders) -> bool {
+        shared::is_called(path, own, seen)
+    }
+
     fn minds_unread(&self) -> bool {
         true
     }

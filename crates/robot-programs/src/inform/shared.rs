@@ -9,6 +9,7 @@ use super::reason::Uncertain;
 use super::words::{PlainMoves, STARTS, is_known, upper_words};
 use crate::files::{self, Folders, of_folder};
 use crate::script::Text;
+use crate::script::called::stem_of;
 use crate::script::cursor::strip_word;
 use crate::script::lex::text_of;
 use std::collections::BTreeSet;
@@ -20,9 +21,7 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let own = std::fs::read(path).unwrap_or_default();
     if !moves_to_variables(&own) {
-        let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
-        let look = || of_folder(folder, usize::MAX).into_iter().filter(is_job).collect();
-        return files::called(path, called(&own), called, || seen.of("inform", folder, look));
+        return files::called(path, called(&own), called, || seen.of("inform", folder, || jobs(folder)));
     }
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
     let own = path.file_name();
@@ -32,6 +31,18 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
         return vec![folder.to_path_buf()];
     }
     here.into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
+}
+
+/// The jobs of a folder.
+fn jobs(folder: &Path) -> Vec<PathBuf> {
+    let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
+    of_folder(folder, usize::MAX).into_iter().filter(is_job).collect()
+}
+
+/// Whether another job of the folder calls the one at `path`, goes over to it, or starts it.
+pub(super) fn is_called(path: &Path, own: &Text, seen: &Folders) -> bool {
+    let names: Vec<String> = [Some(stem_of(own)), job_name(own)].into_iter().flatten().collect();
+    seen.calls(("inform", path), &names, jobs, called)
 }
 
 /// Longest name of a job.

@@ -121,6 +121,19 @@ impl Outside {
         outside
     }
 
+    /// Whether another file of the project calls the first routine of the program: it starts there.
+    pub(super) fn calls_start(texts: &[Text]) -> bool {
+        let Some(own) = texts.first() else { return false };
+        let own = own.known(Routines::of);
+        let Some((start, _)) = own.0.first() else { return false };
+        let known = Known::from([(start.clone(), Vec::new())]);
+        let others = texts.iter().filter(|t| t.context);
+        // one that has a routine of this name calls its own
+        others
+            .filter(|t| !t.known(Routines::of).0.iter().any(|r| r.0 == *start))
+            .any(|t| !called(t, 0..t.line_count(), &known).is_empty())
+    }
+
     /// What a routine of another file sets that the program calls.
     pub(super) fn sets_of(&self, name: &str) -> Sets {
         self.sets.get(name).cloned().unwrap_or_default()

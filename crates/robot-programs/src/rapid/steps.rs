@@ -45,6 +45,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let goal = |item: &Item| if own(item) { goal_of(p, item) } else { None };
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let entry = entry_routine(p, &|item| own(item));
+    let is_main = |k: usize| p.routines.get(k).is_some_and(|r| r.name == "main");
+    let starts_elsewhere = p.routines.iter().any(|r| r.name == "main") && !entry.is_some_and(is_main);
     let going_first = Going::first(text, p);
     let mut b = Builder {
         settings: Settings::of(text, p, &|item| own(item), entry),
@@ -74,7 +76,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         calls_of: (usize::MAX, Vec::new()),
         entering: false,
         named_calls: NamedCalls::default(),
-        entry_routine: entry,
+        entry_routine: entry.filter(|_| !starts_elsewhere),
         cycle: Cycle::default(),
     };
     b.called_here = callers::all_known(&b.f, &|item| own(item));
@@ -113,7 +115,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     named_calls.report_to(&mut out.script);
-    out.script.texts = texts;
+    (out.script.texts, out.script.starts_elsewhere) = (texts, starts_elsewhere);
     Ok(Some(out))
 }
 

@@ -31,6 +31,10 @@ pub trait Format: Sync {
     fn context(&self, _path: &Path, _seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         Vec::new()
     }
+    /// Whether another program in the folder of the one at `path`, whose text is `own`, calls or runs it.
+    fn is_called(&self, _path: &Path, _own: &Text, _seen: &Folders) -> bool {
+        false
+    }
     /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: [`Text::unread`] stands
     /// for it among the context.
     fn minds_unread(&self) -> bool {

@@ -26,6 +26,8 @@ pub struct Script {
     pub diameter_unstated: bool,
     /// The [`Break::Start`](super::Break::Start) with which the program starts, where that is not the first.
     pub entry: Option<usize>,
+    /// The program starts in a text that is not written with it: at its own starts the robot may stand anywhere.
+    pub starts_elsewhere: bool,
     /// Loops whose every pass goes the same way, innermost ones alone.
     pub rounds: Vec<Round>,
     /// Breaks of which it is known from where alone control comes there, ascending.
@@ -42,6 +44,13 @@ pub struct Script {
     pub installed: Vec<Installed>,
     /// Where its project lets the arm work; only where the program names no joints and a target of it has no configuration.
     pub stance: Option<Stance>,
+}
+
+impl Script {
+    /// At its first step the robot may stand anywhere: another program calls this one.
+    pub fn is_called(&self) -> bool {
+        self.starts_elsewhere || self.texts.first().is_some_and(|text| text.called)
+    }
 }
 
 /// What a file of the controller says of where the robot stands and how far its axes go.

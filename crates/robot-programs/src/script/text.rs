@@ -19,6 +19,8 @@ pub struct Text {
     pub context: bool,
     /// It is there and cannot be read: what it declares or changes is not known.
     pub unread: bool,
+    /// Another program calls it ([`Format::is_called`](super::Format::is_called)): at its start the robot may stand anywhere.
+    pub called: bool,
     /// First byte of every line.
     starts: Arc<Vec<u32>>,
     /// What [`Self::head`] tells of every line.
@@ -86,7 +88,7 @@ impl Text {
         starts.extend(memchr::memchr_iter(end, &bytes).map_while(|k| u32::try_from(k + 1).ok()));
         let heads = heads(&bytes, &starts);
         let (bytes, starts, known) = (Arc::new(bytes), Arc::new(starts), Arc::default());
-        Self { name: name.into(), bytes, context: false, unread: false, starts, heads, known }
+        Self { name: name.into(), bytes, context: false, unread: false, called: false, starts, heads, known }
     }
 
     /// A text that is looked up and never written.
@@ -118,7 +120,7 @@ impl Text {
 
     /// This text with other bytes.
     pub fn with(&self, bytes: Vec<u8>) -> Self {
-        Self { context: self.context, unread: self.unread, ..Self::new(self.name.clone(), bytes) }
+        Self { context: self.context, unread: self.unread, called: self.called, ..Self::new(self.name.clone(), bytes) }
     }
 
     /// How many steps the text may hold, as far as its size tells: readers ask for their memory at once, as lists that double are

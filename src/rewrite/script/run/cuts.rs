@@ -40,26 +40,45 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
     let lengths = Lengths::of(script, choice);
     let mut tried = 0;
+    let mut begins = !script.is_called();
     loop {
-        let (cut, over, failed) = cut_once(script, choice, poses, &rounds, &lengths);
-        if failed.is_empty() || rounds.is_empty() {
+        let Once { cut, over, failed, starts } = cut_once(script, choice, poses, (&rounds, begins), &lengths);
+        let passes = failed.is_empty() || rounds.is_empty();
+        if passes && starts {
             return (cut, over);
         }
         (poses.missing, poses.posture) = (missing.clone(), posture.clone());
-        rounds.retain(|r| !failed.contains(&r.open) && tried < TRIES);
-        tried += 1;
+        if passes {
+            begins = false;
+        } else {
+            rounds.retain(|r| !failed.contains(&r.open) && tried < TRIES);
+            tried += 1;
+        }
     }
 }
 
+/// A script that was gone through once.
+struct Once {
+    cut: Cut,
+    /// Steps of joint motions that go over into another configuration of the arm.
+    over: Vec<usize>,
+    /// Loops whose passes are not known to be alike, by the step with which they open.
+    failed: Vec<usize>,
+    /// What the first movement says of its start does not contradict what is known of where it is reached from.
+    starts: bool,
+}
+
+/// `begins`: where the program starts its own first movement says from which side joints come; else nothing does.
 fn cut_once(
     script: &Script,
     choice: &Choice,
     poses: &mut Poses,
-    rounds: &[Round],
+    (rounds, begins): (&[Round], bool),
     lengths: &Lengths,
-) -> (Cut, Vec<usize>, Vec<usize>) {
+) -> Once {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
+    let entry = if begins { entry } else { Some(usize::MAX) };
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
     let mut run = empty_run(entry.is_none());
     // most programs are one run: a list that doubles is copied and leaves holes
@@ -117,9 +136,10 @@ fn cut_once(
     places.extend(cutter.standing().filter(|_| wanted.contains(&last)).map(|standing| (last, standing)));
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
+    let mut starts = true;
     if !wanted.is_empty() {
         cutter.join(script, rounds, &mut places);
-        cutter.run_again(script, &places);
+        starts = cutter.run_again(script, &places);
     }
     let Cutter { mut out, mut over, tells, .. } = cutter;
     out.tells = tells;
@@ -127,5 +147,5 @@ fn cut_once(
     over.dedup();
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
     out.notes.extend(arm::goes_over(script, &over));
-    (out, over, failed)
+    Once { cut: out, over, failed, starts }
 }

@@ -23,6 +23,8 @@ use std::ops::Range;
 const KEPT: usize = 48;
 /// Ways that come together at most.
 const WAYS: usize = 8;
+/// Ends of a program that runs again at most.
+const ENDS: usize = 64;
 /// Breaks of a program at most; each is compared with all runs.
 pub(super) const MOST: usize = 5000;
 /// Times that all breaks are looked at: what follows one may lead to one before it.
@@ -144,21 +146,30 @@ impl Cutter<'_> {
     }
 
     /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places of
-    /// which nothing is known count for nothing.
+    /// which nothing is known count for nothing. `false`: from one that is known it cannot be gone through in the same way, so that what
+    /// comes out cannot be compared.
     ///
     /// From each the first move comes on another way than at the first start, so that no point may be on its way.
-    pub(super) fn run_again(&mut self, script: &Script, places: &Places) {
-        let Some(again) = &script.again else { return };
+    pub(super) fn run_again(&mut self, script: &Script, places: &Places) -> bool {
+        let Some(again) = &script.again else { return true };
+        let ways: Vec<&Standing> = again.from.iter().filter_map(|k| places.get(k)).collect();
+        let begins = |run: &&Run| run.entry && !run.own().is_empty();
+        if ways.is_empty() || !self.out.runs.iter().any(|run| begins(&run)) {
+            return true;
+        }
         let segment = segment(script, again.at);
-        let apart = first_move(script, &segment).is_none_or(|k| self.choice.approach.is_apart(k));
-        let own = |run: &&Run| run.entry && run.own().first().is_some_and(|v| segment.contains(&v.step));
-        let Some(first) = self.out.runs.iter().find(own).filter(|_| !apart && again.from.len() <= WAYS) else {
-            return;
+        if first_move(script, &segment).is_some_and(|k| self.choice.approach.is_apart(k)) {
+            return true;
+        }
+        let own = |run: &&Run| begins(run) && run.own().first().is_some_and(|v| segment.contains(&v.step));
+        let Some(first) = self.out.runs.iter().find(own).filter(|_| ways.len() <= ENDS) else {
+            return false;
         };
         let reach = Reach::of(first, self.choice);
         let first = goals(first, reach.as_ref().map_or(usize::MAX, |reach| reach.end));
         let segment = segment.start..reach.as_ref().map_or(segment.end, |reach| reach.end);
-        for way in again.from.iter().filter_map(|k| places.get(k)) {
+        let mut all = true;
+        for way in ways {
             let before = std::mem::take(&mut self.out);
             let (over, missing) = (self.over.len(), self.poses.missing.clone());
             let (run, _) = self.seeded(script, way, &segment, true);
@@ -166,12 +177,14 @@ impl Cutter<'_> {
             self.over.truncate(over);
             self.out = before;
             let mut run = run.filter(|run| alike(&first, run));
+            all &= run.is_some();
             if let (Some(run), Some(reach)) = (&mut run, &reach) {
                 // after these nothing is compared: the last of them see the end of the stretch
                 run.vertices.iter_mut().filter(|v| v.step >= reach.compared).for_each(|v| v.editable = false);
             }
             self.out.again.extend(run);
         }
+        all
     }
 
     /// Where the robot stands after a stretch to which several ways lead: from which sides it came to its first target is not known.
