@@ -184,6 +184,18 @@ fn a_joint_that_rests_at_the_first_targets_changes_nothing_there() {
     assert_eq!(by, [0, 0, 1, 1]);
 }
 
+/// The verdict begins where the program does: in the routine that `main` calls first.
+#[test]
+fn the_verdict_of_a_program_that_begins_in_a_routine_begins_there() {
+    let desk = desk();
+    let main = format!("home;\n{}{}{}", to(0), to(10), to(20));
+    let home = format!("PROC home()\n{}ENDPROC\nENDMODULE", to(15));
+    desk.write("p.mod", &program(&main).replace("ENDMODULE", &home));
+    let run = desk.run("rewrite --model model.yaml p.mod --output out.mod").success();
+    run.stderr(contains("better").and(contains("worse").not()));
+    assert!(String::from_utf8(desk.read("out.mod")).unwrap().contains("MoveAbsJ [[-0.01,"));
+}
+
 /// A robot with half gaps of 0.05 deg on all joints.
 fn loose() -> Desk {
     let desk = Desk::new(0.0);

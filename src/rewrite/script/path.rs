@@ -140,7 +140,8 @@ impl Reading<'_> {
         let mut poses = Poses::new(robot, self.frames);
         let root = installation::root(script, self.frames)?;
         poses.world = installation::world(robot, root.as_ref());
-        let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);
+        let Cut { mut runs, gaps, .. } = run::cut(script, &choice, &mut poses);
+        begin_where_control_does(script, &mut runs);
         let moves = script.moves().count();
         let mut path = Points::new(robot, script, runs.iter().all(Run::timed));
         let within_m = spacing(&runs);
@@ -207,6 +208,21 @@ fn waits_for(missing: &Missing) -> Vec<String> {
         names.iter().map(|(name, moves)| format!("{what} `{name}` ({})", counted(*moves as usize, "move"))).collect()
     };
     [of("frame", &missing.frames), of("tool", &missing.tools)].concat()
+}
+
+/// Puts what leads to the first run before it, where that is reached from a routine of the text and not from the program's start.
+fn begin_where_control_does(script: &Script, runs: &mut [Run]) {
+    let is_move = |k: &usize| matches!(script.steps.get(*k).map(|s| &s.kind), Some(StepKind::Move(_)));
+    for done in 0..runs.len() {
+        let Some(first) = runs.first().filter(|run| !run.entry).and_then(|run| run.own().first()) else { return };
+        let leads = |at: usize| at < first.step && !(at..first.step).any(|k| is_move(&k));
+        let Some(join) = script.joins.iter().rev().find(|join| leads(join.at)) else { return };
+        let last = join.from.first().and_then(|&end| (0..end).rev().find(is_move));
+        let of = |run: &Run| run.own().iter().any(|v| Some(v.step) == last);
+        // those before it are in their order already
+        let Some(k) = runs.iter().position(of).filter(|k| *k > done) else { return };
+        runs[..=k].rotate_right(1);
+    }
 }
 
 /// Distance within which ways are followed: [`WITHIN_M`], or more for a program of too many points.

@@ -121,6 +121,7 @@ impl Reader<'_> {
         let frame = match meaning {
             _ if carried => Frame::unclear(Reason::OnBase),
             Meaning::Robot | Meaning::Base => Frame::Null,
+            Meaning::User if self.led_elsewhere => Frame::unclear(Reason::RelativeJob),
             Meaning::User => match header(position.section.user) {
                 Some(n) => Frame::Named(n.to_string()),
                 None => Frame::unclear(Reason::NoHeader("///USER")),

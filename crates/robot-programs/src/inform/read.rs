@@ -8,7 +8,7 @@ use super::list::{List, shown};
 use super::movement::Model;
 use super::order::Order;
 use super::reason::Reason;
-use super::shared::{Shared, job_name};
+use super::shared::{Shared, is_led_elsewhere, job_name};
 use super::words::{FRAMES, JUMPS, LOOPS, OVERLAID, PROCESS, STANDS, STILL, sets_frame, upper, words};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
@@ -97,6 +97,8 @@ pub(super) struct Reader<'a> {
     /// Lines of calls of jobs that may begin with a relative move.
     counted_calls: BTreeSet<u64>,
     pub(super) base_axes: bool,
+    /// Other jobs call it in frames of their own.
+    pub(super) led_elsewhere: bool,
     /// Which numbers are which axes'.
     pub(super) order: Order,
     /// The numbers of a position that has one for each axis are those of the axes, in their order.
@@ -145,6 +147,7 @@ impl<'a> Reader<'a> {
             overlaid,
             counted_calls: BTreeSet::new(),
             base_axes: list.base_axes,
+            led_elsewhere: is_led_elsewhere(text, beside),
             in_order: order.is_in_order(),
             order,
             model: None,

@@ -106,6 +106,9 @@ pub enum Reason {
     /// `GETPOS`, `$PX000` after it.
     #[error("the job reads where it ends")]
     EndIsRead,
+    /// `CALL JOB:A UF#(3)` of a relative job (RJ).
+    #[error("the job is a relative one, and another job calls it in another user frame (UF#)")]
+    RelativeJob,
     /// A frame on a base that moves.
     #[error("a robot on base axes")]
     OnBase,

@@ -15,12 +15,12 @@ use crate::script::lex::text_of;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The other jobs of the folder of the job at `path`, where that moves to a position variable: all of them, however many there are, as any
-/// may set it. Else those that it calls, itself or by others.
+/// The other jobs of the folder of the job at `path`, where that moves to a position variable, or is a relative job: all of them, however
+/// many there are, as any may set it, or call it in a frame. Else those that it calls, itself or by others.
 pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let own = std::fs::read(path).unwrap_or_default();
-    if !moves_to_variables(&own) {
+    if !moves_to_variables(&own) && !is_relative(&own) {
         return files::called(path, called(&own), called, || seen.of("inform", folder, || jobs(folder)));
     }
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
@@ -66,6 +66,29 @@ fn called(bytes: &[u8]) -> BTreeSet<String> {
         text_of(&rest[..end]).into_owned()
     };
     memchr::memmem::find_iter(&bytes, b"JOB:").map(name).chain(macros).collect()
+}
+
+/// Whether a job is a relative one: its positions count in the user frame in which it is called.
+///
+/// `attributes = "///ATTR" word {"," word}`
+fn is_relative(bytes: &[u8]) -> bool {
+    let words = |l: &[u8]| l.trim_ascii().strip_prefix(b"///ATTR").map(|rest| text_of(rest).to_ascii_uppercase());
+    let mut lines = bytes.split(|b| matches!(b, b'\n' | b'\r')).filter_map(words);
+    lines.any(|attributes| attributes.split([',', ' ']).any(|word| word == "RJ"))
+}
+
+/// Whether the job is a relative one that another job calls, or goes over to, in a user frame.
+///
+/// `call = ("CALL" | "JUMP") "JOB:" name "UF#" "(" number ")" ...`
+pub(super) fn is_led_elsewhere(text: &Text, beside: &[Text]) -> bool {
+    let own = [Some(stem_of(text)), job_name(text)];
+    let leads = |other: &Text, k: usize| {
+        let words = upper_words(other, k);
+        let name = words.iter().find_map(|w| w.strip_prefix("JOB:"));
+        name.is_some_and(|name| own.iter().flatten().any(|own| own == name))
+            && words.iter().any(|w| w.starts_with("UF#"))
+    };
+    is_relative(&text.bytes) && beside.iter().any(|other| (0..other.line_count()).any(|k| leads(other, k)))
 }
 
 /// Whether an instruction may move to `P001`.
@@ -248,6 +271,17 @@ mod tests {
         std::fs::write(path("d.JBI"), "NOP\r\nCALL JOB:B IF B000=1\r\nEND\r\n").unwrap();
         assert_eq!(files("d.JBI"), [path("b.jbi")]);
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_relative_job_that_another_one_calls_in_a_user_frame_leads_elsewhere() {
+        let relative = job("A", "///USER 1\r\n", "///ATTR SC,RW,RJ\r\n////FRAME USER 1\r\nMOVL C00000 V=10.0\r\n");
+        let caller = |line: &str| job("MAIN", "", &format!("///ATTR SC,RW\r\n{line}\r\n"));
+        let led = |line: &str| is_led_elsewhere(&relative, &[caller("NOP"), caller(line)]);
+        assert!(led("CALL JOB:A UF#(3)") && led("JUMP JOB:A UF#(2) IF IN#(1)=ON"));
+        assert!(!led("CALL JOB:A") && !led("CALL JOB:B UF#(3)") && !is_led_elsewhere(&relative, &[]));
+        let plain = job("A", "", "///ATTR SC,RW\r\nMOVL C00000 V=10.0\r\n");
+        assert!(!is_led_elsewhere(&plain, &[caller("CALL JOB:A UF#(3)")]));
     }
 
     #[test]
