@@ -88,13 +88,15 @@ pub fn leaves(own: [&Vector3<f64>; 3], other: [&Vector3<f64>; 3]) -> Option<f64>
 
 /// Three points lie on a line where the sine of their angle is less.
 const STRAIGHT: f64 = 1e-6;
+/// Points nearer to each other are one, m: no digit of a program tells them apart, and no controller takes an arc through them.
+const ONE_POINT: f64 = 1e-6;
 
 impl Circle {
-    /// From `a` over `b` to `c`; `None`: they lie on a line.
+    /// From `a` over `b` to `c`; `None`: they lie on a line, or two of them are one.
     fn through(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Option<Self> {
         let (u, v) = (b - a, c - a);
         let w = u.cross(&v);
-        if w.norm() <= STRAIGHT * u.norm() * v.norm() {
+        if u.norm().min(v.norm()).min((c - b).norm()) < ONE_POINT || w.norm() <= STRAIGHT * u.norm() * v.norm() {
             return None;
         }
         let centre = a + (w.cross(&u) * v.norm_squared() + v.cross(&w) * u.norm_squared()) / (2.0 * w.norm_squared());
@@ -395,5 +397,11 @@ mod tests {
         }
         let on_line = |x: f64| Vector3::new(x, 0.0, 0.0);
         assert!(Circle::through(&on_line(0.0), &on_line(1.0), &on_line(2.0)).is_none());
+        // two of them are one, but for what a solver leaves
+        let [a, b] = [Vector3::new(0.4, 0.1, 0.2), Vector3::new(0.3, 0.3, 0.1)];
+        let beside = |p: &Vector3<f64>| p + Vector3::new(1e-9, -2e-9, 3e-9);
+        for [start, via, end] in [[a, beside(&a), b], [a, b, beside(&b)], [a, b, beside(&a)]] {
+            assert!(Circle::through(&start, &via, &end).is_none());
+        }
     }
 }
