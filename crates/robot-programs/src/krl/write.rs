@@ -11,7 +11,6 @@ use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::cursor::strip_word;
 use crate::script::number::{self, Own};
-use crate::script::pieces;
 use crate::script::{self, EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, Value};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -124,7 +123,7 @@ fn goals<'a>(
     let mut wanted = wanted(program, chosen)?;
     wanted.sort_by_key(|w| w.target);
     let uses = program.script.use_counts();
-    let (mut taken, mut alone) = (None, Vec::new());
+    let (mut taken, mut room) = (None, Vec::new());
     for of_one in wanted.chunk_by(|a, b| a.target == b.target) {
         let Some(&TargetEdit { target, .. }) = of_one.first() else { continue };
         if let [one] = of_one
@@ -132,7 +131,7 @@ fn goals<'a>(
             && uses.get(target) == Some(&1)
         {
             // one motion, one change: nearly every target
-            alone.push((file, target, one.numbers));
+            each_change(program, edits, target, one.numbers, &mut room, &mut |span, new| out.put(file, span, new));
             continue;
         }
         let mut list: Vec<(usize, Change)> =
@@ -147,9 +146,6 @@ fn goals<'a>(
         list.retain(|l| l.1 != kept);
         part(program, target, list, &mut taken, out)?;
     }
-    out.append(pieces::patches(&alone, |(file, target, numbers), room, out| {
-        each_change(program, edits, *target, numbers, room, &mut |span, new| out.put(*file, span, new));
-    }));
     Ok(())
 }
 

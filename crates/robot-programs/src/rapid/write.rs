@@ -129,14 +129,16 @@ impl Writer<'_> {
     }
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
-    fn goals<'a>(&'a self) -> Result<Patches> {
+    fn goals(&self) -> Result<Patches> {
         let text = self.text()?;
         let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
-        let mut alone = Vec::new();
-        let mut each = |wanted: TargetEdit<'a>| {
-            alone.extend(wanted.alone.map(|q| (wanted.target, q)));
+        let mut scratch = Vec::new();
+        let mut each = |wanted: TargetEdit| {
+            if let Some(q) = wanted.alone {
+                self.each_number(wanted.target, q, &mut scratch, &mut |span, new| out.put(0, span, new));
+            }
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
@@ -159,7 +161,6 @@ impl Writer<'_> {
             Ok(())
         };
         self.asked().wanted(&|t, q| self.numbers(t, q), &|t| Some(owner(t)?.keep), &mut each)?;
-        out.append(self.alone(&alone));
         Ok(out)
     }
 

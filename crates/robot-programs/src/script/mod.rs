@@ -6,7 +6,7 @@
 //! robots beyond the unit of an axis, nor of compensation.
 //!
 //! Modules: `format` the interface, `program` the [`Script`], `order` what is known of the order of its steps; [`step`] motions and what
-//! stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns, `pieces` long lists on several processors; [`thin`]
+//! stands between them; [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`]
 //! what few moves have; [`alike`] lines that differ in their numbers alone; [`pose`] Cartesian targets; [`reason`] why a move stays as it
 //! is; [`number`] numbers and the style in which they are written, `shares` a time over several legs; [`text`] bytes and lines; [`sites`]
 //! what writers of languages with statements share; [`held`] what may be on where control comes from several places, `reach` which
@@ -55,7 +55,6 @@ pub mod lex;
 pub mod number;
 mod order;
 pub mod patches;
-pub(crate) mod pieces;
 pub mod pose;
 pub mod processes;
 mod program;

@@ -95,22 +95,6 @@ impl Patches {
         self.heads.push(Head { start: span.start as u32, to: self.bytes.len() as u32, len, file: file as u16 });
     }
 
-    /// Adds all patches of a list after the others.
-    pub fn append(&mut self, more: Self) {
-        if self.heads.is_empty() {
-            *self = more;
-            return;
-        }
-        let (Some(first), Some(last)) = (more.heads.first(), more.heads.len().checked_sub(1)) else { return };
-        let place = |k: usize, head: &Head| (head.file, head.start, more.end(k, head));
-        self.mixed |= more.mixed || place(0, first) < self.last;
-        self.last = more.heads.get(last).map_or(self.last, |head| place(last, head));
-        let (before, bytes) = (self.heads.len() as u32, self.bytes.len() as u32);
-        self.heads.extend(more.heads.iter().map(|head| Head { to: head.to + bytes, ..*head }));
-        self.bytes.extend_from_slice(&more.bytes);
-        self.long.extend(more.long.iter().map(|(k, end)| (k + before, *end)));
-    }
-
     /// Byte after those that patch `k` replaces.
     fn end(&self, k: usize, head: &Head) -> u32 {
         let long = || self.long.binary_search_by_key(&(k as u32), |l| l.0).ok().and_then(|at| self.long.get(at));

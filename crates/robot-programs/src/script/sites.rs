@@ -2,7 +2,6 @@
 //! and what under another name, and how a written time is shared out over new points.
 
 use super::blocks::BySteps;
-use super::pieces;
 use super::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, Script, Span, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
@@ -167,16 +166,6 @@ pub trait OneText {
             all.push((span, String::from_utf8_lossy(new).into_owned()));
         });
         all
-    }
-
-    /// The new numbers of targets to which one move leads, where they stand.
-    fn alone(&self, targets: &[(usize, &[f64])]) -> Patches
-    where
-        Self: Sync,
-    {
-        pieces::patches(targets, |(target, q), room, out| {
-            self.each_number(*target, q, room, &mut |span, new| out.put(0, span, new));
-        })
     }
 
     /// A target's list with other numbers, on one line.

@@ -127,16 +127,18 @@ impl Writer<'_> {
     }
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
-    fn goals<'a>(&'a self) -> Result<Patches> {
+    fn goals(&self) -> Result<Patches> {
         let text = self.text()?;
         let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
         let folded = |t: usize| self.built.literals.get(t).is_some_and(|l| l.folded.is_some());
         let keeps = |t: usize| if folded(t) { Some(true) } else { Some(owner(t)?.keep) };
-        let mut alone = Vec::new();
-        let mut each = |wanted: TargetEdit<'a>| {
-            alone.extend(wanted.alone.map(|q| (wanted.target, q)));
+        let mut room = Vec::new();
+        let mut each = |wanted: TargetEdit| {
+            if let Some(q) = wanted.alone {
+                self.each_number(wanted.target, q, &mut room, &mut |span, new| out.put(0, span, new));
+            }
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 if folded(wanted.target) {
@@ -164,7 +166,6 @@ impl Writer<'_> {
             Ok(())
         };
         self.asked().wanted(&|t, q| self.numbers(t, q), &keeps, &mut each)?;
-        out.append(self.alone(&alone));
         Ok(out)
     }
 
