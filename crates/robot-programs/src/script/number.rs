@@ -229,7 +229,10 @@ fn places(digit: f64, most: u8) -> u8 {
     const SLACK: f64 = 1e-9 * std::f64::consts::LN_10;
     /// Nearer than this to the slack the logarithm decides.
     const UNSURE: f64 = 1e-11;
-    for (n, power) in POW10.iter().enumerate().take(usize::from(most)) {
+    // with so many digits the last one certainly weighs more than half of what is asked for
+    let exponent = ((digit.to_bits() >> 52) & 0x7FF) as i32 - 1023;
+    let few = (f64::from(-exponent - 2) * std::f64::consts::LOG10_2).max(0.0) as usize;
+    for (n, power) in POW10.iter().enumerate().take(usize::from(most)).skip(few) {
         let above = digit * power - (1.0 - SLACK);
         if above.is_nan() || above.abs() < UNSURE {
             break;
