@@ -1,6 +1,6 @@
 //! The positions of `/POS` as targets of the script, and what they say of axes that are none of the robot's.
 
-use super::positions::{Field, Position};
+use super::positions::{Field, Position, is_extended, is_joint};
 use super::reason::Reason;
 use crate::axes::{Axes, JointKind, Places};
 use crate::error::Result;
@@ -121,6 +121,11 @@ fn extras(text: &Text, robot: &Axes, p: &Position) -> Vec<u8> {
         true => p.fields_of(robot.places()).unwrap_or_default(),
         false => p.placed(robot).into_iter().map(|f| f.1).collect(),
     };
+    let mut axes = p.fields.iter().filter(|f| is_joint(f.name()) || is_extended(f.name()));
+    if axes.all(|f| own.iter().any(|o| std::ptr::eq(*o, f))) {
+        // nearly always: all of them are the robot's
+        return other;
+    }
     for f in p.axes().into_iter().filter(|f| own.iter().all(|o| o.name() != f.name())) {
         other.extend_from_slice(text.slice(f.field).trim_ascii());
         other.push(b' ');
