@@ -9,7 +9,7 @@
 use super::flow::{self, Flow};
 use super::job::{Kind, Meaning, Position};
 use super::list::List;
-use super::words::{PROCESS, STANDS, STILL, is_plain_move, sets_frame, upper, upper_words, words};
+use super::words::{PROCESS, PlainMoves, STANDS, STILL, sets_frame, upper, upper_words, words};
 use crate::script::called::Called;
 use crate::script::{Goal, PathKind, Script, StepKind, Text, number};
 use std::cell::LazyCell;
@@ -42,12 +42,13 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid
     let labelled = LazyCell::new(|| label_leads_to_a_circular_step(text, begin, jobs));
     let mut group: Vec<Option<(usize, usize)>> = Vec::new();
     let (mut after_plain, mut between) = (false, Between::Nothing);
+    let plain_moves = PlainMoves::of(text);
     for k in begin..text.line_count() {
         let line = text.line(k).trim_ascii();
         if line.is_empty() || line.starts_with(b"'") {
             continue;
         }
-        if is_plain_move(line) {
+        if plain_moves.has_indented(k) {
             close(text, list, &mut group, &mut found);
             (after_plain, between) = (true, Between::Nothing);
             continue;
@@ -92,9 +93,9 @@ pub(super) fn of(text: &Text, begin: usize, list: &List, jobs: &Called, overlaid
 
 /// Whether a circular step or a spline, or a job that may begin with one, may come first after a label.
 fn label_leads_to_a_circular_step(text: &Text, begin: usize, jobs: &Called) -> bool {
-    let mut after_label = false;
+    let (mut after_label, plain) = (false, PlainMoves::of(text));
     for k in begin..text.line_count() {
-        if is_plain_move(text.line(k)) {
+        if plain.has(k) {
             after_label = false;
             continue;
         }

@@ -3,7 +3,7 @@
 use super::job::Kind;
 use super::list::List;
 use super::shared::{clears_positions, variables};
-use super::words::{FRAME_WORDS, begin_of, is_plain_move, sets_frame, upper, upper_words, words};
+use super::words::{FRAME_WORDS, PlainMoves, begin_of, sets_frame, upper, upper_words, words};
 use crate::script::{At, Note, Text};
 use std::collections::BTreeSet;
 
@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 ///
 /// `instruction = {label} word {variable | word}`
 pub(super) fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> {
-    let mut found = BTreeSet::new();
+    let (mut found, plain) = (BTreeSet::new(), PlainMoves::of(text));
     for k in begin..text.line_count() {
-        if is_plain_move(text.line(k)) {
+        if plain.has(k) {
             continue;
         }
         let words = upper_words(text, k);
@@ -56,7 +56,7 @@ impl FramesSet {
     ///
     /// `frame = ("UF#" | "TL#") "(" number ")"`
     fn add(&mut self, text: &Text, begin: usize) {
-        for k in begin..text.line_count() {
+        for k in text.lines_with(b"#").filter(|k| *k >= begin) {
             let words = sets_frame(text, k);
             for (list, word) in self.0.iter_mut().zip(FRAME_WORDS) {
                 let named = words.iter().filter_map(|w| w.split_once(word).map(|(_, rest)| rest));
@@ -90,10 +90,7 @@ impl Counted {
     /// `step = "STEP#" "(" number ")"`
     pub(super) fn of(text: &Text, begin: usize) -> Option<Self> {
         let mut found: Option<Self> = None;
-        for k in begin..text.line_count() {
-            if memchr::memchr(b'#', text.line(k)).is_none() {
-                continue;
-            }
+        for k in text.lines_with(b"#").filter(|k| *k >= begin) {
             for word in words(text, k) {
                 let word = upper(text, &word);
                 let Some(at) = word.find("STEP#") else { continue };

@@ -5,7 +5,7 @@
 
 use super::facts::reads_place;
 use super::shared::job_name;
-use super::words::{OVERLAID, begin_of, is_known, is_plain_move, sets_frame, stands, still, upper_words};
+use super::words::{OVERLAID, PlainMoves, begin_of, is_known, sets_frame, stands, still, upper_words};
 use crate::no_motion::NoMotion;
 use crate::script::called::{Called, Does, stem_of};
 use crate::script::held::{self, Effects, Event};
@@ -126,10 +126,10 @@ pub(super) fn beside(own: &Text, texts: &[Text], declared: &NoMotion) -> Called 
 ///
 /// `instruction = on | off | flow | "JUMP" ... | {word | label}`
 fn events(text: &Text, begin: usize) -> (Vec<Event>, Vec<usize>) {
-    let (mut events, mut first) = (Vec::new(), Vec::new());
+    let (mut events, mut first, plain) = (Vec::new(), Vec::new(), PlainMoves::of(text));
     for k in begin..text.line_count() {
         first.push(events.len());
-        if is_plain_move(text.line(k)) {
+        if plain.has(k) {
             events.push(Event::Other);
             continue;
         }
@@ -221,7 +221,8 @@ pub(super) fn last_before(text: &Text, begin: usize, moves: &BTreeSet<u64>, jobs
         let words = upper_words(text, k);
         matches!(read(&words), Flow::Call(name) if jobs.reads(&name))
     };
-    let reads = |k: &usize| reads_place(text.line(*k)) || !is_plain_move(text.line(*k)) && calls(*k);
+    let (plain, any) = (PlainMoves::of(text), reads_place(&text.bytes));
+    let reads = |k: &usize| any && reads_place(text.line(*k)) || !plain.has(*k) && calls(*k);
     let asked: Vec<usize> = (begin..text.line_count()).filter(reads).map(|k| k - begin).collect();
     if asked.is_empty() {
         return BTreeSet::new();
@@ -289,8 +290,9 @@ pub(super) fn labels_reached_at_rest(text: &Text, begin: usize, jobs: &Called) -
     let mut defined: BTreeMap<String, Vec<Option<u64>>> = BTreeMap::new();
     // in which stretches labels are jumped to; `None`: in one that is not known
     let mut jumps: BTreeMap<String, BTreeSet<Option<u64>>> = BTreeMap::new();
+    let plain = PlainMoves::of(text);
     for k in begin..text.line_count() {
-        if is_plain_move(text.line(k)) {
+        if plain.has(k) {
             stretch += 1;
             continue;
         }

@@ -3,7 +3,7 @@
 
 use crate::script::blocks::BySteps;
 use crate::script::cursor::integer;
-use crate::script::{Script, Span};
+use crate::script::{Script, Span, Text};
 use std::collections::BTreeMap;
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -94,7 +94,14 @@ impl Section {
 
 /// The headers in force at the last position of each kind, where new positions of this kind go.
 pub(super) fn ends(positions: &[Position]) -> BTreeMap<Kind, Section> {
-    positions.iter().map(|p| (p.kind, *p.section)).collect()
+    let (mut all, mut last): (_, Option<&Position>) = (BTreeMap::new(), None);
+    for p in positions {
+        if !last.is_some_and(|last| last.kind == p.kind && Arc::ptr_eq(&last.section, &p.section)) {
+            all.insert(p.kind, *p.section);
+        }
+        last = Some(p);
+    }
+    all
 }
 
 /// A line of the list.
@@ -132,6 +139,11 @@ pub(super) struct Positions {
 }
 
 impl Positions {
+    /// With memory for those of a text.
+    pub(super) fn of_text(text: &Text) -> Self {
+        Self { all: Vec::with_capacity(text.line_count()), numbers: Vec::with_capacity(text.likely_numbers()) }
+    }
+
     /// Adds a line: kind, number and its digits, place (from 0), headers, bytes of its numbers.
     pub(super) fn push(
         &mut self,
@@ -226,6 +238,12 @@ pub(super) struct Parts {
 }
 
 impl Parts {
+    /// With memory for those of a text.
+    pub(super) fn of_text(text: &Text) -> Self {
+        let moves = text.likely_steps();
+        Self { references: Vec::with_capacity(moves), tags: Vec::with_capacity(2 * moves) }
+    }
+
     /// A statement with its parts.
     pub(super) fn statement(
         &mut self,

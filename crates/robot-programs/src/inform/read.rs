@@ -3,7 +3,7 @@
 use super::circles::{self, Circles};
 use super::facts::{Counted, FramesSet, assigned};
 use super::flow::{self, Flow};
-use super::job::{self, Job, Kind, Parts, Section, Statement};
+use super::job::{self, Job, Kind, Parts, Positions, Section, Statement};
 use super::list::{List, shown};
 use super::movement::Model;
 use super::order::Order;
@@ -25,7 +25,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         return Err(Error::bad(Place::file(""), "no text", "an INFORM job"));
     };
     not_too_long(text)?;
-    let mut list = List::default();
+    let mut list = List { positions: Positions::of_text(text), ..List::default() };
     let begin = list.read(text)?;
     let mut reader = Reader::new(text, robot, &list, begin, &texts[1..]);
     reader.instructions(begin)?;
@@ -130,7 +130,7 @@ impl<'a> Reader<'a> {
             moves: 0,
             script: Script { targets: Targets::of_text(text), ..Script::default() },
             steps: Steps::of_text(text),
-            parts: Parts::default(),
+            parts: Parts::of_text(text),
             blocks: Vec::new(),
             met: BTreeMap::new(),
             named_calls: NamedCalls::default(),

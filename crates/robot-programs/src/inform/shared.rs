@@ -6,7 +6,7 @@
 
 use super::job::Kind;
 use super::reason::Uncertain;
-use super::words::{STARTS, is_known, is_plain_move, upper_words};
+use super::words::{PlainMoves, STARTS, is_known, upper_words};
 use crate::files::{self, Folders, of_folder};
 use crate::script::Text;
 use crate::script::cursor::strip_word;
@@ -89,7 +89,8 @@ impl Shared {
                 shared.open(Uncertain::Unread(other.name.as_str().into()));
             }
             // any job may be the one that runs this one
-            for k in from..other.line_count() {
+            let plain = PlainMoves::of(other);
+            for k in (from..other.line_count()).filter(|k| !plain.has_indented(*k)) {
                 shared.line(other, k, own, &there);
             }
         }
@@ -105,9 +106,6 @@ impl Shared {
     /// `line = "/" ... | "'" comment | position "=" ... | {label} word {word}`
     fn line(&mut self, text: &Text, k: usize, own: bool, there: &BTreeSet<String>) {
         let line = text.line(k).trim_ascii();
-        if is_plain_move(line) {
-            return;
-        }
         if line.starts_with(b"/") || line.starts_with(b"'") {
             return;
         }

@@ -4,6 +4,7 @@ use crate::script::Text;
 use crate::script::cursor::Cursor;
 use crate::script::lex::upper_of;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Instructions that do not move the robot, and do not change what positions mean.
 pub(super) const STILL: &[&str] = &[
@@ -113,7 +114,7 @@ pub(super) fn upper_words(text: &Text, k: usize) -> Vec<String> {
 /// it runs nothing, sets nothing and clears nothing.
 ///
 /// `move = ("MOVJ" | "MOVL") "C" digit {digit} {("VJ=" | "V=" | "PL=") {digit | "."}}`
-pub(super) fn is_plain_move(line: &[u8]) -> bool {
+fn is_plain_move(line: &[u8]) -> bool {
     let Some(rest) = [b"MOVJ C", b"MOVL C"].iter().find_map(|head| line.strip_prefix(&head[..])) else { return false };
     let mut cursor = Cursor::new(rest);
     let named = !cursor.digits().is_empty();
@@ -123,6 +124,40 @@ pub(super) fn is_plain_move(line: &[u8]) -> bool {
         value.is_some_and(|v| v.iter().all(|b| b.is_ascii_digit() || *b == b'.'))
     };
     named && cursor.peek().is_none_or(|b| b.is_ascii_whitespace()) && words.all(usual)
+}
+
+/// Which lines of a text are plain moves ([`is_plain_move`]): nearly all of a large job, which is gone through for many questions.
+pub(super) struct PlainMoves(Vec<Plain>);
+
+/// What a line is.
+#[derive(Clone, Copy, PartialEq)]
+enum Plain {
+    Not,
+    /// A plain move after blanks.
+    Indented,
+    Move,
+}
+
+impl PlainMoves {
+    /// Of a text; found once.
+    pub(super) fn of(text: &Text) -> Arc<Self> {
+        let of = |line: &[u8]| match is_plain_move(line.trim_ascii()) {
+            false => Plain::Not,
+            true if line.first().is_some_and(u8::is_ascii_whitespace) => Plain::Indented,
+            true => Plain::Move,
+        };
+        text.known(|text| Self((0..text.line_count()).map(|k| of(text.line(k))).collect()))
+    }
+
+    /// Line `k` is one from its first byte on.
+    pub(super) fn has(&self, k: usize) -> bool {
+        self.0.get(k) == Some(&Plain::Move)
+    }
+
+    /// Line `k` is one, blanks before it left out.
+    pub(super) fn has_indented(&self, k: usize) -> bool {
+        self.0.get(k).is_some_and(|plain| *plain != Plain::Not)
+    }
 }
 
 /// Whether the robot stands at an instruction that begins with this word.
