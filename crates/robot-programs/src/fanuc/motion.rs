@@ -76,6 +76,10 @@ fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -
         said.register = index(text, target.clone()).map(|i| i.1);
         return None;
     }
+    if is_of_pallet(text.slice(target.clone())) {
+        said.goal = Err(Reason::OfPallet.into());
+        return None;
+    }
     if !is_position(text.slice(target.clone())) {
         said.goal = Err(Reason::NoPosition.into());
         return None;
@@ -84,6 +88,16 @@ fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -
     said.any |= found.is_none();
     said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| Reason::IndexComputed.into());
     found.map(|i| i.0)
+}
+
+/// `PAL_3[A_1]`, `PAL_3[BTM]`, `PAL_3[R_1]`: a point of palletizing.
+///
+/// `pallet = "PAL_" number "[" ...`
+fn is_of_pallet(word: &[u8]) -> bool {
+    strip_word(word, b"PAL_").is_some_and(|rest| {
+        let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+        digits > 0 && rest.get(digits) == Some(&b'[')
+    })
 }
 
 /// FINE, CNT, CD or CR.
@@ -128,11 +142,11 @@ impl MotionInstruction {
 
 /// Reads a statement as a motion; `None`: it is none.
 ///
-/// `motion = ("J" | "L" | "A" | "C" via) goal speed termination {option} ";"`
+/// `motion = ("J" | "L" | "A" | "C" via) goal speed termination {option} ";"`, `goal = position | register | pallet`
 pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -> Option<MotionInstruction> {
     let word = |k: usize| words.get(k).map_or(&[][..], |w| text.slice(w.clone()));
     let named = matches!(word(0), [b] if b.is_ascii_alphabetic() || !b.is_ascii());
-    if !named || !(is_position(word(1)) || is_register(word(1))) {
+    if !named || !(is_position(word(1)) || is_register(word(1)) || is_of_pallet(word(1))) {
         return None;
     }
     let mut said = MotionInstruction::new();

@@ -80,6 +80,9 @@ pub enum Reason {
     /// The goal is a word of another kind.
     #[error("the goal is no position")]
     NoPosition,
+    /// `PAL_1[A_1]`.
+    #[error("a point of palletizing: its place is counted while the program runs")]
+    OfPallet,
     /// `P[R[1]]`.
     #[error("the position's index is computed")]
     IndexComputed,

@@ -35,6 +35,16 @@ fn a_position_that_an_offset_an_increment_or_an_unknown_option_moves_too_is_neve
 }
 
 #[test]
+fn motions_of_palletizing_are_moves_that_stay() {
+    let lines = "   1:J P[1] 50% FINE ;\n   2:  PALLETIZING-B_3 ;\n   3:J PAL_3[A_1] 50% FINE ;\n   4:L PAL_3[BTM] 100mm/sec FINE ;\n   \
+                 5:L PAL_3[R_1] 100mm/sec CNT50 ;\n   6:  PALLETIZING-END_3 ;\n   7:L P[2] 100mm/sec FINE ;";
+    let d = doc(of_lines(lines).as_bytes());
+    let moves = moves(d.as_ref());
+    let stays = |m: &Move| m.goal == Goal::opaque(Reason::OfPallet);
+    assert_eq!(moves.iter().map(|(_, m)| stays(m)).collect::<Vec<_>>(), [false, true, true, true, false]);
+}
+
+#[test]
 fn a_register_that_is_set_is_another_offset_from_there_on() {
     let sets = |line: &str| {
         let lines = format!("   1:L P[1] 100mm/sec FINE Offset,PR[12]    ;\n   2:  {line} ;");
