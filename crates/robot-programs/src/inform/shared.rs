@@ -21,7 +21,7 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let own = std::fs::read(path).unwrap_or_default();
     if !moves_to_variables(&own) && !is_relative(&own) {
-        return files::called(path, called(&own), called, || seen.of("inform", folder, || jobs(folder)));
+        return files::called(path, called(&own), called, || seen.of("inform", folder, || jobs(folder, usize::MAX)));
     }
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
     let own = path.file_name();
@@ -33,16 +33,19 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     here.into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
 }
 
-/// The jobs of a folder.
-fn jobs(folder: &Path) -> Vec<PathBuf> {
+/// Most jobs of a folder that is looked through for callers.
+const MOST_BESIDE: usize = 10_000;
+
+/// The jobs of a folder; none where it has more than `most` files.
+fn jobs(folder: &Path, most: usize) -> Vec<PathBuf> {
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
-    of_folder(folder, usize::MAX).into_iter().filter(is_job).collect()
+    of_folder(folder, most).into_iter().filter(is_job).collect()
 }
 
 /// Whether another job of the folder calls the one at `path`, goes over to it, or starts it.
 pub(super) fn is_called(path: &Path, own: &Text, seen: &Folders) -> bool {
     let names: Vec<String> = [Some(stem_of(own)), job_name(own)].into_iter().flatten().collect();
-    seen.calls(("inform", path), &names, jobs, called)
+    seen.calls(("inform", path), &names, |folder| jobs(folder, MOST_BESIDE), called)
 }
 
 /// Longest name of a job.
