@@ -393,11 +393,13 @@ impl Column<'_> {
 
 /// Decimals that a value needs in its unit, but for rounding to its last digit.
 pub fn decimals(v: f64, last: f64, unit: f64) -> i32 {
+    /// Of ten, exact.
+    const POWERS: [f64; MOST_DECIMALS as usize] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
     let number = v / unit;
     let slack = ROUNDED * last / unit;
     (0..MOST_DECIMALS)
         .find(|&d| {
-            let scale = 10f64.powi(d);
+            let scale = POWERS[d as usize];
             (number * scale - (number * scale).round()).abs() <= slack * scale
         })
         .unwrap_or(MOST_DECIMALS)

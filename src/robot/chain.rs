@@ -309,3 +309,23 @@ pub(crate) fn sin_cos_exact(angle_rad: f64) -> (f64, f64) {
     }
     angle_rad.sin_cos()
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::robot::Robot;
+
+    #[test]
+    fn a_position_over_slides_is_that_of_the_pose_to_the_last_bit() {
+        let robots = [
+            include_str!("../../configs/gantry-xyz-ballscrew.yaml"),
+            include_str!("../../configs/kuka-kr120-r2500-pro.yaml"),
+        ];
+        for text in robots {
+            let robot = Robot::parse("robot", text).unwrap();
+            for k in 0..50 {
+                let q: Vec<f64> = (0..robot.dof()).map(|axis| f64::from(k * 7 + axis as i32).sin()).collect();
+                assert_eq!(robot.tcp_m(&q), robot.chain().forward(&q).position);
+            }
+        }
+    }
+}

@@ -245,6 +245,7 @@ impl Aggregate {
 }
 
 /// A number of an axis.
+#[inline]
 pub(super) fn axis_value(kind: JointKind, value: f64, style: Style, span: Range<usize>) -> Value {
     let (unit, digit) = (kind.si_per_user_unit(), last_digit(style.decimals));
     Value {
@@ -258,6 +259,7 @@ pub(super) fn axis_value(kind: JointKind, value: f64, style: Style, span: Range<
 }
 
 /// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.
+#[inline]
 pub(super) fn finest(value: f64) -> f64 {
     // most values: powers of ten are exact, as their logarithms are
     match below_seventh(value) {
@@ -272,6 +274,7 @@ pub(super) fn most_decimals(value: f64) -> u8 {
 }
 
 /// The same; `None`: the seventh digit stands before the point.
+#[inline]
 fn below_seventh(value: f64) -> Option<u8> {
     let whole = POW10.iter().take(7).take_while(|p| value.abs() >= **p).count();
     (whole < 7).then(|| 6 - whole.saturating_sub(1) as u8)

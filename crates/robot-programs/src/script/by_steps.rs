@@ -27,6 +27,7 @@ impl<T> BySteps<T> {
     }
 
     /// The value of a step.
+    #[inline]
     pub fn get(&self, step: usize) -> Option<&T> {
         // few steps have no value, so that it stands not far before its step
         let until = self.0.get(..=step.min(self.0.len().checked_sub(1)?))?;

@@ -180,15 +180,18 @@ impl StepEdits {
         self.row(step).is_some()
     }
 
+    #[inline]
     fn row(&self, step: usize) -> Option<&Row> {
         self.rows.get(step).filter(|row| row.edited)
     }
 
     /// The edit of a step.
+    #[inline]
     pub fn get(&self, step: usize) -> Option<EditRef<'_>> {
         self.row(step).map(|row| self.shown(row))
     }
 
+    #[inline]
     fn shown(&self, row: &Row) -> EditRef<'_> {
         let from = row.goal as usize;
         let goal = self.goals.get(from..from + usize::from(row.len)).filter(|_| row.goal != NONE);

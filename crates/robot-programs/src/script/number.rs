@@ -215,6 +215,7 @@ fn text_of(number: Decimal) -> Option<String> {
 }
 
 /// Decimals whose last digit weighs `digit` at most, in the number's own unit, between those of its style and `most`.
+#[inline]
 pub fn decimals_for(style: Style, digit: f64, most: u8) -> u8 {
     let own = style.decimals.min(most);
     if !(digit.is_finite() && digit > 0.0) {
@@ -245,6 +246,7 @@ fn places(digit: f64, most: u8) -> u8 {
 }
 
 /// Weight of the last of so many digits after the point.
+#[inline]
 pub fn last_digit(decimals: u8) -> f64 {
     const WEIGHTS: [f64; POW10.len()] = {
         let mut weights = POW10;

@@ -173,6 +173,7 @@ impl<'a> Values<'a> {
     }
 
     /// Number `k`; `None`: it is not given, or there is no such place.
+    #[inline]
     pub fn get(&self, k: usize) -> Option<Value> {
         self.value(self.numbers.get(k)?)
     }
@@ -249,6 +250,7 @@ impl Targets {
         self.rows.push(Row { line, first, name: start, name_len: len, file, count, pose });
     }
 
+    #[inline]
     fn number(&mut self, value: Option<Value>, likely: u32) -> Number {
         let Some(v) = value else { return Number { si: 0.0, start: 0, form: NONE } };
         let len = v.end.saturating_sub(v.start) as u32;
@@ -267,6 +269,7 @@ impl Targets {
     }
 
     /// A target by its index.
+    #[inline]
     pub fn get(&self, t: usize) -> Option<TargetRef<'_>> {
         self.rows.get(t).map(|row| self.shown(row))
     }
@@ -281,6 +284,7 @@ impl Targets {
         self.rows.iter().map(|row| self.shown(row))
     }
 
+    #[inline]
     fn shown(&self, row: &Row) -> TargetRef<'_> {
         let span = |start: u32, len: u32| start as usize..start as usize + len as usize;
         let numbers = self.numbers.get(span(row.first, row.count.into())).unwrap_or_default();

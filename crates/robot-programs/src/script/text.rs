@@ -142,6 +142,7 @@ impl Text {
     }
 
     /// Bytes of line `k` (from 0), line ending included; empty beyond the last.
+    #[inline]
     pub fn line_span(&self, k: usize) -> Range<usize> {
         let end = self.bytes.len();
         let at = |k: usize| self.starts.get(k).map_or(end, |s| *s as usize);
@@ -149,6 +150,7 @@ impl Text {
     }
 
     /// Bytes of line `k` (from 0) without its ending (`\n`, `\r\n`, `\r` where the text has no `\n`).
+    #[inline]
     pub fn line(&self, k: usize) -> &[u8] {
         let bytes = self.slice(self.line_span(k));
         let bytes = bytes.strip_suffix(b"\n").unwrap_or(bytes);
@@ -157,6 +159,7 @@ impl Text {
 
     /// The first byte of line `k` (from 0) that is no blank, a letter in upper case; `None`: the line is blank. Many readers look for
     /// lines by their first letter.
+    #[inline]
     pub fn head(&self, k: usize) -> Option<u8> {
         self.heads.get(k).copied().filter(|head| *head != NO_HEAD)
     }
@@ -188,6 +191,7 @@ impl Text {
     }
 
     /// Bytes of a span; empty where it is not in the text.
+    #[inline]
     pub fn slice(&self, span: impl Into<Range<usize>>) -> &[u8] {
         self.bytes.get(span.into()).unwrap_or_default()
     }
