@@ -101,7 +101,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let installed = installed(&texts, robot);
     let script = Script { steps, targets, notes, stance, installed, ..script };
     let mut program = Program { script, kinds, axes, motions, data, sources };
-    program.script.starts_elsewhere = Outside::calls_start(&texts);
+    program.script.starts_anywhere |= Outside::calls_start(&texts);
     program.script.texts = texts;
     Ok(program)
 }

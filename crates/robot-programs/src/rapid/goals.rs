@@ -24,6 +24,23 @@ impl Builder<'_> {
         }
     }
 
+    /// A move without a target of its own leads where it did if the points that it names keep their values.
+    pub(super) fn keep_points_of(&mut self, goal: &Goal, span: &Span, item: &Item) {
+        if goal.target().is_none() {
+            let named = |k: usize| self.f.resolve(self.f.word(k), Some(item.routine), item.module);
+            let named: Vec<usize> = span.clone().filter_map(named).collect();
+            self.kept_points.extend(named);
+        }
+    }
+
+    /// Says so of the declared targets.
+    pub(super) fn keep_points(&mut self) {
+        for t in self.known.iter().filter(|((d, _), _)| self.kept_points.contains(d)).map(|known| *known.1) {
+            let owner = self.literals.get_mut(t).and_then(|literal| literal.owner.as_mut());
+            owner.into_iter().for_each(|owner| owner.keep = true);
+        }
+    }
+
     /// A declared target: declaration and indices (from 1).
     ///
     /// `target = name ["{" index {"," index} "}"]`

@@ -46,7 +46,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let entry = entry_routine(p, &|item| own(item));
     let is_main = |k: usize| p.routines.get(k).is_some_and(|r| r.name == "main");
-    let starts_elsewhere = p.routines.iter().any(|r| r.name == "main") && !entry.is_some_and(is_main);
+    let starts_anywhere = p.routines.iter().any(|r| r.name == "main") && !entry.is_some_and(is_main);
     let going_first = Going::first(text, p);
     let mut b = Builder {
         settings: Settings::of(text, p, &|item| own(item), entry),
@@ -67,6 +67,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         led: Led::of(text, p, going_first),
         led_before: Vec::new(),
         known: HashMap::new(),
+        kept_points: HashSet::new(),
         nodes: HashMap::new(),
         numbers: HashMap::new(),
         notes: BTreeMap::new(),
@@ -76,7 +77,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
         calls_of: (usize::MAX, Vec::new()),
         entering: false,
         named_calls: NamedCalls::default(),
-        entry_routine: entry.filter(|_| !starts_elsewhere),
+        entry_routine: entry.filter(|_| !starts_anywhere),
         cycle: Cycle::default(),
     };
     b.called_here = callers::all_known(&b.f, &|item| own(item));
@@ -106,6 +107,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     }
     b.steps.pragmas(text, &p.comments, own_end);
     b.note_assignments();
+    b.keep_points();
     let Builder { steps, targets, literals, notes, named_calls, without_joint, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
@@ -115,7 +117,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     named_calls.report_to(&mut out.script);
-    (out.script.texts, out.script.starts_elsewhere) = (texts, starts_elsewhere);
+    out.script.starts_anywhere |= starts_anywhere;
+    out.script.texts = texts;
     Ok(Some(out))
 }
 
@@ -148,6 +151,8 @@ pub struct Builder<'a> {
     led_before: Vec<Option<&'static str>>,
     /// Targets of declarations, by declaration and index list.
     pub known: HashMap<(usize, Vec<usize>), usize>,
+    /// Declarations whose values moves need that have no target of their own.
+    pub kept_points: HashSet<usize>,
     /// Values of declarations.
     nodes: HashMap<usize, Option<Node>>,
     /// Values of numbers that are declared, where they are certain.

@@ -92,5 +92,7 @@ pub(crate) fn through_still(script: &mut Script) {
         Some(Join { at: join.at, from: found.into_iter().collect() })
     };
     script.joins = joins.iter().filter_map(followed).collect();
-    script.again = script.again.take().as_ref().and_then(followed);
+    let again = script.again.take();
+    script.again = again.as_ref().and_then(followed);
+    script.starts_anywhere |= again.is_some() && script.again.is_none();
 }

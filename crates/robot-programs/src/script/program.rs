@@ -26,8 +26,9 @@ pub struct Script {
     pub diameter_unstated: bool,
     /// The [`Break::Start`](super::Break::Start) with which the program starts, where that is not the first.
     pub entry: Option<usize>,
-    /// The program starts in a text that is not written with it: at its own starts the robot may stand anywhere.
-    pub starts_elsewhere: bool,
+    /// At its start the robot may stand anywhere: the program begins in a text that is not written with it, or runs again from more ends
+    /// than are followed.
+    pub starts_anywhere: bool,
     /// Loops whose every pass goes the same way, innermost ones alone.
     pub rounds: Vec<Round>,
     /// Breaks of which it is known from where alone control comes there, ascending.
@@ -47,9 +48,9 @@ pub struct Script {
 }
 
 impl Script {
-    /// At its first step the robot may stand anywhere: another program calls this one.
-    pub fn is_called(&self) -> bool {
-        self.starts_elsewhere || self.texts.first().is_some_and(|text| text.called)
+    /// At its start the robot may stand anywhere, or another program calls it.
+    pub fn has_no_start(&self) -> bool {
+        self.starts_anywhere || self.texts.first().is_some_and(|text| text.called)
     }
 }
 

@@ -40,7 +40,7 @@ fn cut_rounds(script: &Script, choice: &Choice, poses: &mut Poses) -> (Cut, Vec<
     let (missing, posture) = (poses.missing.clone(), poses.posture.clone());
     let lengths = Lengths::of(script, choice);
     let mut tried = 0;
-    let mut begins = !script.is_called();
+    let mut begins = !script.has_no_start();
     loop {
         let Once { cut, over, failed, starts } = cut_once(script, choice, poses, (&rounds, begins), &lengths);
         let passes = failed.is_empty() || rounds.is_empty();

@@ -76,6 +76,7 @@ impl Builder<'_> {
         let absolute = !led && self.is_absolute(&motion, &goal, &args[at.goal].span, item);
         let other_way = self.leave_way(&motion, &goal, &site, external_axes, &mut closed);
         let goal = self.on_arc(goal, item, &motion, &args, at.goal, &mut closed);
+        self.keep_points_of(&goal, &args[at.goal].span, item);
         let switched_on =
             switch(&args, "on").map(|_| true).or(switch(&args, "off").filter(|s| !s.conditional).map(|_| false));
         site.args = args.into_iter().map(Written::from).collect();

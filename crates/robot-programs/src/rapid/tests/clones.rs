@@ -175,3 +175,23 @@ fn external_axes_may_be_a_name_where_the_robot_has_six_axes() {
     let out = rewritten(&source, &inserted(&source, 0, 0.5, 0.5, 0.01));
     assert!(out.contains("MoveAbsJ [[0.5000,2,3,4,5,6],extj],v100,z0,tool0;"), "{out}");
 }
+
+#[test]
+fn a_point_that_a_move_names_which_is_left_keeps_its_value() {
+    let point = "CONST robtarget p1:=[[600,0,700],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";
+    for left in
+        ["MoveL Offs(p1,0,0,AInput(ai1)),v100,fine,tool0;", "MoveL RelTool(p1,0,0,AInput(ai1)),v100,fine,tool0;"]
+    {
+        for lines in [format!("MoveL p1,v100,fine,tool0;\n{left}"), format!("{left}\nMoveL p1,v100,fine,tool0;")] {
+            let source = program(point, &lines);
+            let doc = document(&source);
+            let step = doc.script().moves().find(|(_, m)| matches!(m.goal, Goal::Pose(_))).unwrap().0;
+            let mut goal = harness::values(doc.script(), step);
+            goal[2] += 1e-4;
+            let edit = Edit { goal: Some(goal), ..Edit::default() };
+            let edits = Edits { steps: [(step, edit)].into(), pose_digit: [1e-6, 1e-6], ..Edits::default() };
+            let out = rewritten(&source, &edits);
+            assert!(out.contains(point) && out.contains(left) && out.contains("MoveL p1_lm1,"), "{out}");
+        }
+    }
+}
