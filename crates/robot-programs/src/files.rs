@@ -48,6 +48,9 @@ const FOLDERS: usize = 64;
 /// Files by who looked for them and where.
 type Seen = HashMap<(&'static str, PathBuf), Arc<Vec<PathBuf>>>;
 
+/// Stands for any program: its name is computed.
+pub const ANY: &str = "*";
+
 /// Programs that call another one, two at most, by the name of that one in upper case.
 type Callers = BTreeMap<String, Vec<PathBuf>>;
 
@@ -75,8 +78,8 @@ impl Folders {
         found
     }
 
-    /// Whether one of the programs of a folder (`here`) that is not the one at `path` calls one of these names, in upper case. `names`:
-    /// what a program calls.
+    /// Whether one of the programs of a folder (`here`) that is not the one at `path` calls one of these names, in upper case, or one that
+    /// is computed. `names`: what a program calls.
     pub fn calls(
         &self,
         (who, path): (&'static str, &Path),
@@ -93,7 +96,8 @@ impl Folders {
             known.entry((who, folder.to_path_buf())).or_insert_with(|| Arc::new(callers(here(folder), names)));
         let callers = Arc::clone(callers);
         drop(known);
-        own.iter().filter_map(|name| callers.get(name)).flatten().any(|caller| caller != path)
+        let any = callers.get(ANY).into_iter();
+        own.iter().filter_map(|name| callers.get(name)).chain(any).flatten().any(|caller| caller != path)
     }
 }
 

@@ -9,6 +9,10 @@ use nalgebra::Vector3;
 
 /// Share of friction that builds up or fades below which it asks for no nodes.
 const FADED: f64 = 1e-3;
+/// Times that are nearer to each other may be written as one, s.
+const ONE_TIME_S: f64 = 2e-6;
+/// Share of a leg within which a point is its vertex.
+const AT_VERTEX: f64 = 1e-6;
 
 /// A leg of the path after a turn: position on the path and of the axis at both ends, TCP vector, duration.
 struct Leg {
@@ -61,7 +65,8 @@ impl Plan<'_> {
             elapsed += duration_s + extra;
             if first.is_none() && n + 1 < legs.len() {
                 // the step may end on a vertex
-                let here = (ub - u0 - self.step_fraction).abs() < 1e-6 && (clock == Clock::None || elapsed >= step_s);
+                let here = u0 + self.step_fraction - ub < AT_VERTEX
+                    && (clock == Clock::None || step_s - elapsed <= ONE_TIME_S);
                 if here {
                     first = Some(nodes.len());
                 }
@@ -90,7 +95,10 @@ impl Plan<'_> {
         let nearest = NEAREST.min(GENTLE * jump_m.norm() / lag.max(f64::MIN_POSITIVE));
         let near = if self.step_exact || lag <= 0.0 { by_u } else { by_u.min((self.shape_m / lag).max(nearest)) };
         let share = near.max(by_t);
-        (share <= 1.0 - 1e-6).then(|| share.max(1e-6))
+        // no nearer to a row than times are written
+        let timed = clock != Clock::None && duration > 0.0;
+        let apart = if timed { (ONE_TIME_S / duration).clamp(AT_VERTEX, 0.25) } else { AT_VERTEX };
+        (share <= 1.0 - apart).then(|| share.max(apart))
     }
 
     /// Where nodes stand inside a leg: the step point, then what resolves the friction's decay, and the end of a ramp.

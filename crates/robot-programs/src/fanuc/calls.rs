@@ -11,7 +11,7 @@ use super::sections::sections;
 use super::statement::{is_comment, program_name, statements, words};
 use super::uses::FramesSet;
 use super::{instruction, motion};
-use crate::files::{self, Folders, of_folder};
+use crate::files::{self, ANY, Folders, of_folder};
 use crate::no_motion::NoMotion;
 pub(super) use crate::script::called::stem_of as stem;
 use crate::script::called::{Called, Does, stem_of};
@@ -51,7 +51,32 @@ fn programs(folder: &Path) -> Vec<PathBuf> {
 /// Whether another program of the folder calls or runs the one at `path`.
 pub(super) fn is_called(path: &Path, own: &Text, seen: &Folders) -> bool {
     let names: Vec<String> = [Some(stem_of(own)), name_in(own)].into_iter().flatten().collect();
-    seen.calls(("fanuc", path), &names, programs, |program| names_after(program, &[b"CALL ", b"AUFRUF ", b"RUN "]))
+    seen.calls(("fanuc", path), &names, programs, callees)
+}
+
+/// What a program calls or runs, in upper case; [`ANY`]: one whose name is computed. Comments and messages call nothing.
+///
+/// `line = [number] ":" ("!" | "//" | "--" | "MESSAGE") ... | [number] ":" ... ("CALL" | "RUN") (name | ("SR" | "AR") "[" ...)`
+fn callees(program: &[u8]) -> BTreeSet<String> {
+    let body = |line: &[u8]| -> Vec<u8> {
+        let colon =
+            memchr::memchr(b':', line).filter(|at| line[..*at].iter().all(|b| b.is_ascii_digit() || *b == b' '));
+        line.get(colon.map_or(0, |at| at + 1)..).unwrap_or_default().trim_ascii().to_ascii_uppercase()
+    };
+    let says = |line: &Vec<u8>| [&b"!"[..], b"//", b"--", b"MESSAGE"].iter().any(|mark| line.starts_with(mark));
+    let lines = program.split(|b| matches!(b, b'\n' | b'\r')).map(body).filter(|line| !says(line));
+    let mut found = BTreeSet::new();
+    for line in lines {
+        let names = names_after(&line, &[b"CALL ", b"AUFRUF ", b"RUN "]);
+        let computed =
+            |name: &String| ["SR[", "AR["].iter().any(|word| name.starts_with(word)) || name == "SR" || name == "AR";
+        if names.iter().any(computed) {
+            found.insert(ANY.into());
+        }
+        found.extend(names);
+        found.extend(macro_of(&[b": ", line.as_slice()].concat()).map(|name| name.to_ascii_uppercase()));
+    }
+    found
 }
 
 /// Names after CALL in a program, and those that a macro may have: a line of words alone, with `_` for its blanks. In upper case.

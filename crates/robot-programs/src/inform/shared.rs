@@ -7,7 +7,7 @@
 use super::job::Kind;
 use super::reason::Uncertain;
 use super::words::{PlainMoves, STARTS, is_known, upper_words};
-use crate::files::{self, Folders, of_folder};
+use crate::files::{self, ANY, Folders, of_folder};
 use crate::script::Text;
 use crate::script::called::stem_of;
 use crate::script::cursor::strip_word;
@@ -45,7 +45,27 @@ fn jobs(folder: &Path, most: usize) -> Vec<PathBuf> {
 /// Whether another job of the folder calls the one at `path`, goes over to it, or starts it.
 pub(super) fn is_called(path: &Path, own: &Text, seen: &Folders) -> bool {
     let names: Vec<String> = [Some(stem_of(own)), job_name(own)].into_iter().flatten().collect();
-    seen.calls(("inform", path), &names, |folder| jobs(folder, MOST_BESIDE), called)
+    seen.calls(("inform", path), &names, |folder| jobs(folder, MOST_BESIDE), callees)
+}
+
+/// What a job calls, goes over to or starts, in upper case; [`ANY`]: one whose name is computed. Comments call nothing.
+///
+/// `line = "'" ... | ... ("CALL" | "JUMP") ("JOB:" (name | "S" number) | "IND" ... | "IG#" ...)`
+fn callees(bytes: &[u8]) -> BTreeSet<String> {
+    let lines = bytes.split(|b| matches!(b, b'\n' | b'\r')).map(|line| line.trim_ascii().to_ascii_uppercase());
+    let mut found = BTreeSet::new();
+    for line in lines.filter(|line| !line.starts_with(b"'")) {
+        let words: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).collect();
+        let computed = |w: &[&[u8]]| {
+            let of = w[1].strip_prefix(b"JOB:S").is_some_and(|n| !n.is_empty() && n.iter().all(u8::is_ascii_digit));
+            matches!(w[0], b"CALL" | b"JUMP") && (of || w[1].starts_with(b"IG#") || w[1] == b"IND")
+        };
+        if words.windows(2).any(computed) {
+            found.insert(ANY.into());
+        }
+        found.extend(called(&line));
+    }
+    found
 }
 
 /// Longest name of a job.

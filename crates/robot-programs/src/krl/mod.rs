@@ -44,6 +44,7 @@
 //! ```
 
 mod aggregate;
+mod callers;
 mod calls;
 mod carried;
 mod clone;
@@ -134,6 +135,10 @@ impl Format for Krl {
 
     fn context(&self, path: &Path, seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         project::files(path, |there| companion(path, there), seen)
+    }
+
+    fn is_called(&self, path: &Path, own: &Text, seen: &Folders) -> bool {
+        callers::is_called(path, own, seen)
     }
 
     fn minds_unread(&self) -> bool {

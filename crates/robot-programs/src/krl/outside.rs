@@ -94,6 +94,11 @@ impl Routines {
 /// Routines of other files, by name.
 type Known<'a> = BTreeMap<String, Vec<(&'a Text, Range<usize>)>>;
 
+/// The name of the first routine of a text, in upper case: the program itself.
+pub(super) fn first_routine(text: &Text) -> Option<String> {
+    text.known(Routines::of).0.first().map(|routine| routine.0.clone())
+}
+
 impl Outside {
     /// Of the program's text, which comes first, and the rest of its project.
     pub(super) fn of(texts: &[Text], going: &Going) -> Self {
@@ -129,9 +134,11 @@ impl Outside {
         let known = Known::from([(start.clone(), Vec::new())]);
         let others = texts.iter().filter(|t| t.context);
         // one that has a routine of this name calls its own
-        others
-            .filter(|t| !t.known(Routines::of).0.iter().any(|r| r.0 == *start))
-            .any(|t| !called(t, 0..t.line_count(), &known).is_empty())
+        let others = others.filter(|t| !t.known(Routines::of).0.iter().any(|r| r.0 == *start));
+        // `EXT pick()` says that there is such a routine
+        let declares = |t: &Text, k: usize| first_word(t, k).to_ascii_uppercase().starts_with(b"EXT");
+        let mut lines = others.flat_map(|t| (0..t.line_count()).map(move |k| (t, k)));
+        lines.any(|(t, k)| !declares(t, k) && !called(t, k..k + 1, &known).is_empty())
     }
 
     /// What a routine of another file sets that the program calls.

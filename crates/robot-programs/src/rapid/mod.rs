@@ -44,6 +44,7 @@
 
 mod absolute;
 mod arguments;
+mod beside;
 mod built;
 mod callers;
 mod facts;
@@ -115,6 +116,10 @@ impl Format for Rapid {
 
     fn context(&self, path: &Path, seen: &Folders, _robot: &Axes) -> Vec<PathBuf> {
         project::files(path, seen)
+    }
+
+    fn is_called(&self, path: &Path, own: &Text, seen: &Folders) -> bool {
+        beside::is_called(path, own, seen)
     }
 
     fn minds_unread(&self) -> bool {

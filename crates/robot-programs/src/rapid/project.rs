@@ -30,7 +30,7 @@ const MOST_LISTED: usize = 4096;
 const MOST_BYTES: usize = 8 << 20;
 
 /// Whether a file may hold modules.
-fn is_module(path: &Path) -> bool {
+pub(super) fn is_module(path: &Path) -> bool {
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     ending.is_some_and(|e| matches!(e.as_str(), "mod" | "modx" | "prg" | "sys" | "sysx"))
 }

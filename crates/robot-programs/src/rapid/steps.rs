@@ -46,7 +46,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Option
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let entry = entry_routine(p, &|item| own(item));
     let is_main = |k: usize| p.routines.get(k).is_some_and(|r| r.name == "main");
-    let starts_anywhere = p.routines.iter().any(|r| r.name == "main") && !entry.is_some_and(is_main);
+    // nor does a program start with a trap or a function
+    let starts_anywhere = entry.is_none_or(|k| !is_main(k) && p.routines.iter().any(|r| r.name == "main"));
     let going_first = Going::first(text, p);
     let mut b = Builder {
         settings: Settings::of(text, p, &|item| own(item), entry),
