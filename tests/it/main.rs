@@ -21,6 +21,7 @@ mod catalogue_docs;
 #[cfg(feature = "cloud")]
 mod cloud;
 mod configurations;
+mod control_cycles;
 mod creep;
 mod diagnose_cli;
 mod diagnose_doubtful;
