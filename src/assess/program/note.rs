@@ -13,7 +13,7 @@ pub enum Note {
     /// Parts of the program before that the program after does not have.
     #[error(
         "{} of the program before not found in the program after, and left out of the verdict",
-        counted(*stretches, "stretch")
+        counted(*stretches, "part")
     )]
     StretchesLeftOut {
         /// How many.
