@@ -65,8 +65,8 @@ impl Plan<'_> {
             elapsed += duration_s + extra;
             if first.is_none() && n + 1 < legs.len() {
                 // the step may end on a vertex
-                let here = u0 + self.step_fraction - ub < AT_VERTEX
-                    && (clock == Clock::None || step_s - elapsed <= ONE_TIME_S);
+                let here =
+                    (ub - u0 - self.step_fraction).abs() < AT_VERTEX && (clock == Clock::None || elapsed >= step_s);
                 if here {
                     first = Some(nodes.len());
                 }
