@@ -136,11 +136,14 @@ impl Job<'_> {
     /// SHA-256 of the files that declare what a program uses, and of whether another one calls it; `None`: neither, or it cannot be read.
     pub(super) fn context_sum(&self, input: &Path) -> Option<String> {
         let mut head = Vec::with_capacity(HEAD as usize);
-        input::open(input).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+        let mut stream = input::open(input).ok()?;
+        stream.by_ref().take(HEAD).read_to_end(&mut head).ok()?;
         match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
             Recognised::Csv => None,
             Recognised::Script(format) => {
                 let context = self.contexts.of(format, input, self.robot.axes());
+                // names of its routines may stand anywhere in it
+                stream.take(LARGEST_SCRIPT).read_to_end(&mut head).ok()?;
                 let own = Text::new(shown(input), head);
                 context::sum_of(self.contexts.is_called(format, input, &own), context.iter())
             }

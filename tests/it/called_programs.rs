@@ -1,6 +1,7 @@
 //! Programs that another program beside them calls: at their start the robot may stand anywhere.
 
 use crate::support::bundled;
+use crate::vendor_cycle::taught;
 use crate::vendor_rewrite::Desk;
 
 const AXES: &str = "[9E9,9E9,9E9,9E9,9E9,9E9]";
@@ -38,15 +39,7 @@ fn inform(name: &str, joint: [i32; 2], last: &str) -> String {
 const INFORM_HEAD: &str = "///DATE 2024/05/06 07:08\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\n";
 
 fn fanuc(name: &str, joint: [i32; 2], last: &str) -> String {
-    let taught = |n: usize| {
-        format!(
-            "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    {}.000 deg,\tJ2=     0.000 deg,\tJ3=     0.000 deg,\n\tJ4=     0.000 deg,\t\
-             J5=   -40.000 deg,\tJ6=     0.000 deg\n}};\n",
-            n + 1,
-            joint[n]
-        )
-    };
-    let taught: String = (0..2).map(taught).collect();
+    let taught: String = (0..2).map(|n| taught(n, joint[n])).collect();
     format!(
         "/PROG  {name}\n/ATTR\nLINE_COUNT\t= 3;\nDEFAULT_GROUP\t= 1,*,*,*,*;\n/MN\n   1:J P[1] 50% FINE ;\n   2:J P[2] 50% FINE ;\n   \
          3:  {last} ;\n/POS\n{taught}/END\n"
@@ -77,6 +70,7 @@ fn the_first_target_of_a_program_that_another_one_calls_stays() {
         (irb, "pick.mod", rapid("pick", DOWN, "WaitTime 1"), "go.mod", rapid("main", CALLER, "pick"), true),
         (irb, "pick.mod", rapid("pick", DOWN, "WaitTime 1"), "go.mod", rapid("go", CALLER, "pick"), true),
         (irb, "pick.mod", rapid("pick", DOWN, "WaitTime 1"), "go.mod", rapid("main", CALLER, "%\"pick\"%"), true),
+        (irb, "pick.mod", rapid("pick", DOWN, "WaitTime 1"), "go.mod", rapid("go", CALLER, "%s1%"), true),
         (irb, "pick.mod", rapid("pick", DOWN, "WaitTime 1"), "go.mod", rapid("go", CALLER, "place;! pick"), false),
         (kr, "pick.src", krl("pick", DOWN, ""), "go.src", krl("go", CALLER, "EXT pick()"), false),
         (ar, "PICK.JBI", inform("PICK", DOWN, ""), "GO.JBI", inform("GO", CALLER, "'CALL JOB:PICK"), false),
@@ -97,6 +91,9 @@ fn the_first_target_of_a_program_that_another_one_calls_stays() {
         let out = rewrite("called", " --max-added 0");
         assert_eq!(out.contains(first), stays, "{own} beside {caller}:\n{out}");
         assert_ne!(out, text);
+        let dry = desk.run(&format!("rewrite --model model.yaml in/{own} --dry-run --force")).success();
+        let said = String::from_utf8_lossy(&dry.get_output().stderr).into_owned();
+        assert_eq!(said.contains("another program calls this one"), stays, "{said}");
         // in a folder, too, where the caller is looked at once for all
         desk.run("rewrite --model model.yaml in --output-dir out --force --max-added 0").success();
         assert_eq!(String::from_utf8(desk.read(&format!("out/{own}"))).unwrap(), out);
@@ -116,6 +113,22 @@ fn a_result_is_not_kept_where_another_program_calls_its_original_now() {
     desk.write("in/GO.LS", &fanuc("GO", CALLER, "CALL PICK"));
     desk.run(line).success();
     assert_ne!(desk.read("out/PICK.LS"), alone);
+}
+
+/// A name that stands far behind the start of a large module decides, too.
+#[test]
+fn a_result_of_a_large_module_is_kept_where_nothing_has_changed() {
+    let desk = desk("abb-irb1600-6-145", "J1");
+    let remarks = "! a remark that makes the module longer than what is read of its start\n".repeat(1200);
+    let own = rapid("pick", DOWN, "WaitTime 1").replacen("PROC", &format!("{remarks}PROC"), 1);
+    desk.write("in/pick.mod", &own);
+    desk.write("in/go.mod", &rapid("main", CALLER, "%\"pick\"%"));
+    let line = "rewrite --model model.yaml in --output-dir out --max-added 0";
+    let made = || {
+        desk.run(line).success();
+        std::fs::metadata(desk.path("out/pick.mod")).unwrap().modified().unwrap()
+    };
+    assert_eq!(made(), made());
 }
 
 #[test]

@@ -100,6 +100,15 @@ fn a_program_that_calls_itself_comes_to_its_first_target_from_there_too() {
     assert_eq!(rewritten(&desk, &program(&format!("{}{}{}main;\n", to(0), to(10), to(-5)))).0, [1, 1, -1]);
 }
 
+/// Position `n` (from 0) of a FANUC program with the first joint at this angle.
+pub fn taught(n: usize, j1_deg: i32) -> String {
+    format!(
+        "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    {j1_deg}.000 deg,\tJ2=     0.000 deg,\tJ3=     0.000 deg,\n\tJ4=     0.000 deg,\t\
+         J5=   -40.000 deg,\tJ6=     0.000 deg\n}};\n",
+        n + 1
+    )
+}
+
 /// A joint program of each other language of which the first joint goes down twice and up once, and which calls itself then.
 #[test]
 fn programs_of_all_languages_that_call_themselves_leave_their_first_target() {
@@ -118,16 +127,8 @@ PTP {A1 60,A2 -90,A3 90,A4 0,A5 30,A6 0}\nm()\nEND\n";
              ///ATTR SC,RW\n///GROUP1 RB1\nNOP\nMOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\nMOVJ C00002 VJ=25.00\n{end}\nEND\n"
         )
     };
-    let taught = |n: usize| {
-        format!(
-            "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    {}.000 deg,\tJ2=     0.000 deg,\tJ3=     0.000 deg,\n\tJ4=     0.000 deg,\t\
-             J5=   -40.000 deg,\tJ6=     0.000 deg\n}};\n",
-            n + 1,
-            joints[n]
-        )
-    };
     let fanuc = |end: &str| {
-        let taught: String = (0..3).map(taught).collect();
+        let taught: String = (0..3).map(|n| taught(n, joints[n])).collect();
         format!(
             "/PROG  A\n/ATTR\nLINE_COUNT\t= 4;\nDEFAULT_GROUP\t= 1,*,*,*,*;\n/MN\n   1:J P[1] 50% FINE ;\n   2:J P[2] 50% FINE ;\n\
                 3:J P[3] 50% FINE ;\n   4:  {end} ;\n/POS\n{taught}/END\n"

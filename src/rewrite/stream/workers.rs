@@ -1,8 +1,8 @@
 //! Workers, all alike, that take pieces of a program through: read | hash | parse | engine | print | read again | hash | write.
 //!
-//! Parsing, printing and reading again are done side by side, everything else in the order of the program, each at its own [`Turn`], so that
-//! one worker reads while another hashes and a third one writes. The calling thread is one of the workers: where no other thread can
-//! be had, it does everything.
+//! Parsing, printing and reading again are done side by side, everything else in the order of the program, each at its own [`Turn`], so
+//! that one worker reads while another hashes and a third one writes. The calling thread is one of the workers: where no other thread
+//! can be had, it does everything.
 
 use super::render::{Pending, Task};
 use super::turn::Turn;

@@ -25,8 +25,11 @@ fn callees(bytes: &[u8]) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for line in bytes.split(|b| matches!(b, b'\n' | b'\r')) {
         let code = line.split(|b| *b == b';').next().unwrap_or_default().to_ascii_uppercase();
-        let first = code.trim_ascii_start();
-        if ["EXT", "DEF", "GLOBAL", "DECL", "&"].iter().any(|head| first.starts_with(head.as_bytes())) {
+        let mut words = code.split(|b| !is_word(b)).filter(|w| !w.is_empty());
+        let first = words.next().unwrap_or_default();
+        let declares = outside::declares_routine(first) || matches!(first, b"DEF" | b"DEFFCT" | b"DECL");
+        // `GLOBAL INTERRUPT DECL 3 WHEN .. DO pick()` calls
+        if declares || first == b"GLOBAL" && words.next() != Some(b"INTERRUPT") {
             continue;
         }
         for at in memchr::memchr_iter(b'(', &code) {
@@ -48,6 +51,9 @@ mod tests {
             callees(b"&ACCESS RVP\nDEF main()\nEXT pick()\n pick ()\n;place()\nIF $IN[1] THEN lay(2) ENDIF\nEND\n");
         let has = |name: &str| found.contains(name);
         assert!(has("PICK") && has("LAY") && !has("PLACE") && !has("MAIN"), "{found:?}");
+        let found = callees(b"GLOBAL INTERRUPT DECL 3 WHEN $IN[1] DO stop1()\ndefrost()\nGLOBAL DEF lay()\nEXTP p()\n");
+        assert!(found.contains("STOP1") && found.contains("DEFROST"), "{found:?}");
+        assert!(!found.contains("LAY") && !found.contains("P"), "{found:?}");
         assert!(callees(b"EXT pick()\n").is_empty());
     }
 }

@@ -94,6 +94,13 @@ impl Routines {
 /// Routines of other files, by name.
 type Known<'a> = BTreeMap<String, Vec<(&'a Text, Range<usize>)>>;
 
+/// Whether a line that begins with this word in upper case says that there is a routine elsewhere, and calls none: `EXT pick()`.
+///
+/// `declaration = ("EXT" | "EXTFCT" | "EXTP" | "EXTFCTP") ... name "(" ...`
+pub(super) fn declares_routine(first: &[u8]) -> bool {
+    matches!(first, b"EXT" | b"EXTFCT" | b"EXTP" | b"EXTFCTP")
+}
+
 /// The name of the first routine of a text, in upper case: the program itself.
 pub(super) fn first_routine(text: &Text) -> Option<String> {
     text.known(Routines::of).0.first().map(|routine| routine.0.clone())
@@ -135,8 +142,7 @@ impl Outside {
         let others = texts.iter().filter(|t| t.context);
         // one that has a routine of this name calls its own
         let others = others.filter(|t| !t.known(Routines::of).0.iter().any(|r| r.0 == *start));
-        // `EXT pick()` says that there is such a routine
-        let declares = |t: &Text, k: usize| first_word(t, k).to_ascii_uppercase().starts_with(b"EXT");
+        let declares = |t: &Text, k: usize| declares_routine(&first_word(t, k).to_ascii_uppercase());
         let mut lines = others.flat_map(|t| (0..t.line_count()).map(move |k| (t, k)));
         lines.any(|(t, k)| !declares(t, k) && !called(t, k..k + 1, &known).is_empty())
     }

@@ -1,7 +1,7 @@
 //! Whether another module of the folder names the procedures of a module that has no `main`.
 
 use super::project::is_module;
-use crate::files::{Folders, of_folder};
+use crate::files::{ANY, Folders, of_folder};
 use crate::script::Text;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -39,11 +39,33 @@ fn procedures(bytes: &[u8]) -> Vec<String> {
     bytes.split(|b| matches!(b, b'\n' | b'\r')).filter_map(name).collect()
 }
 
-/// What a module names that is none of its own routines.
+/// Whether a line calls a procedure by a name that is computed: `%s1%;`, `CallByVar "pick",n;`.
+///
+/// `call = "%" expression "%" | "CallByVar" ...`
+fn computes_name(line: &[u8]) -> bool {
+    let code = line.split(|b| *b == b'!').next().unwrap_or_default().trim_ascii();
+    let late = code.strip_prefix(b"%").is_some_and(|rest| !rest.starts_with(b"%") && !is_quoted(rest));
+    late || words(code).iter().any(|word| word == "CALLBYVAR")
+}
+
+/// Whether one name in quotes stands before the closing `%`.
+///
+/// `name = '"' ... '"' "%"`
+fn is_quoted(rest: &[u8]) -> bool {
+    let name = rest.split(|b| *b == b'%').next().unwrap_or_default().trim_ascii();
+    name.len() > 1
+        && name.starts_with(b"\"")
+        && name.ends_with(b"\"")
+        && name.iter().filter(|b| **b == b'"').count() == 2
+}
+
+/// What a module names besides its own routines; [`ANY`]: it calls by a name that is computed.
 ///
 /// `routine = ["LOCAL"] ("PROC" | "FUNC" type | "TRAP") name`
 fn named(bytes: &[u8]) -> BTreeSet<String> {
-    let lines: Vec<Vec<String>> = bytes.split(|b| matches!(b, b'\n' | b'\r')).map(words).collect();
+    let lines = || bytes.split(|b| matches!(b, b'\n' | b'\r'));
+    let any = lines().any(computes_name).then(|| ANY.to_string());
+    let lines: Vec<Vec<String>> = lines().map(words).collect();
     let declares = |line: &[String]| {
         let from = usize::from(line.first().is_some_and(|w| w == "LOCAL"));
         match (line.get(from).map(String::as_str), line.get(from + 1), line.get(from + 2)) {
@@ -52,7 +74,7 @@ fn named(bytes: &[u8]) -> BTreeSet<String> {
         }
     };
     let own: BTreeSet<String> = lines.iter().filter_map(|line| declares(line)).collect();
-    lines.into_iter().flatten().filter(|word| !own.contains(word)).collect()
+    lines.into_iter().flatten().filter(|word| !own.contains(word)).chain(any).collect()
 }
 
 #[cfg(test)]
@@ -66,5 +88,10 @@ mod tests {
         assert!(found.contains("PICK") && found.contains("PUT"), "{found:?}");
         assert!(!found.contains("PLACE") && !found.contains("LAY") && !found.contains("MAIN"), "{found:?}");
         assert_eq!(procedures(text), ["MAIN"]);
+        assert!(!found.contains(ANY));
+        for line in ["%s1%;", "  %\"pi\"+\"ck\"%;", "CallByVar \"pick\",n;"] {
+            assert!(named(line.as_bytes()).contains(ANY), "{line}");
+        }
+        assert!(!named(b"%%%\n  VERSION:1\n%%%\n! %s1%;\n").contains(ANY));
     }
 }

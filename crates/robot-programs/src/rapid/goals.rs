@@ -24,7 +24,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A move without a target of its own leads where it did if the points that it names keep their values.
+    /// The points that a move names keep their values if no target is written for the move itself: it leads where it did.
     pub(super) fn keep_points_of(&mut self, goal: &Goal, span: &Span, item: &Item) {
         if goal.target().is_none() {
             let named = |k: usize| self.f.resolve(self.f.word(k), Some(item.routine), item.module);
@@ -33,7 +33,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Says so of the declared targets.
+    /// Marks the declarations of these points: their values are not edited in place.
     pub(super) fn keep_points(&mut self) {
         for t in self.known.iter().filter(|((d, _), _)| self.kept_points.contains(d)).map(|known| *known.1) {
             let owner = self.literals.get_mut(t).and_then(|literal| literal.owner.as_mut());

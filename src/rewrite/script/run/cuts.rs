@@ -9,7 +9,7 @@ use super::joints::Joints;
 use super::lengths::Lengths;
 use super::stretch::empty_run;
 use super::{arm, joins};
-use crate::program::script::{AxisSet, Break, Goal, Round, Script, StepKind};
+use crate::program::script::{AxisSet, Break, Goal, Note, Round, Script, StepKind};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -146,6 +146,14 @@ fn cut_once(
     over.sort_unstable();
     over.dedup();
     out.notes.splice(0..0, arm::another_robot(script, &out.left));
+    out.notes.extend(called(script));
     out.notes.extend(arm::goes_over(script, &over));
     Once { cut: out, over, failed, starts }
+}
+
+/// Why the first movement of a program does not tell from which side its first target is reached, where that is so.
+fn called(script: &Script) -> Option<Note> {
+    let (first, _) = script.moves().next().filter(|_| script.has_no_start())?;
+    let text = "another program calls this one, or starts it: from which side its first target is reached is not known";
+    Some(Note { place: script.steps.get(first)?.at, text: text.into() })
 }

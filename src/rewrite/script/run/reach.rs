@@ -1,7 +1,8 @@
 //! How far into a run it matters from where it is reached.
 //!
 //! Gaps alone remember nothing but the direction of each gear: when all have turned back some times, and went over their gaps in between,
-//! what comes out of the engine is the same wherever the robot came from. A program that runs again from its start needs to be compared no further than that.
+//! what comes out of the engine is the same wherever the robot came from. A program that runs again from its start needs to be compared
+//! no further than that.
 
 use super::{Choice, Run, Vertex};
 use crate::rewrite::script::approach::Directions;
