@@ -58,8 +58,8 @@ pub(super) const NOTHING: f64 = 1e-13;
 /// Whether the change at the TCP is looked at here: at all points of a program that people read, and at some of a dense one.
 fn changes_here(origin: Origin) -> bool {
     match origin {
-        Origin::Point(n) => n < CHANGES_ALL || n.is_multiple_of(CHANGE_EVERY as u64),
-        Origin::Inserted { .. } => true,
+        Origin::Point(n) => n < CHANGES_ALL || n.is_multiple_of(CHANGE_EVERY),
+        Origin::Inserted { after, .. } => after < CHANGES_ALL || after.is_multiple_of(CHANGE_EVERY_ADDED),
     }
 }
 
@@ -97,9 +97,11 @@ fn from_gears(robot: &Robot, nominal: &mut VecDeque<Vec<f64>>, row: &mut [f64], 
     }
 }
 
-/// The change at the TCP is looked at in all points up to this number, and in one of so many after it.
+/// The change at the TCP is looked at in all points up to this number, after it in one of so many, and in one of so many of those that
+/// are added.
 const CHANGES_ALL: u64 = 4096;
-const CHANGE_EVERY: usize = 64;
+const CHANGE_EVERY: u64 = 64;
+const CHANGE_EVERY_ADDED: u64 = 8;
 
 impl<'a> Engine<'a> {
     /// Prepares a rewrite. A friction offset that fades in seconds needs times or [`Options::tcp_speed_m_s`]; the first
@@ -340,7 +342,10 @@ impl<'a> Engine<'a> {
         } else {
             // no offset changes here: the start, some places between for the lever, and the end where all points are looked at
             let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = self.path.origin(from);
-            let looked_at = |k: usize| (k - from).is_multiple_of(CHANGE_EVERY) || (n < CHANGES_ALL && k + 1 == to);
+            let looked_at = |k: usize| {
+                let all = n < CHANGES_ALL && (k == from || k + 1 == to);
+                all || (n + (k - from) as u64).is_multiple_of(CHANGE_EVERY)
+            };
             for k in (from..to).filter(|k| looked_at(*k)) {
                 self.stats.largest_change_m =
                     self.stats.largest_change_m.max(self.change_m(self.path.c(k), self.path.q(k)));

@@ -3,18 +3,21 @@
 use super::super::Slot;
 use super::parser::Parser;
 use super::piece::{Piece, State};
+use super::same::SameRows;
 
 /// Units of the last written digit by which a number may miss what was meant: a half by rounding, a whole one where a limit is near and
 /// the number is rounded inwards.
-const LAST_DIGITS: f64 = 1.0 + 1e-6;
+pub(super) const LAST_DIGITS: f64 = 1.0 + 1e-6;
 /// What the arithmetic may add to that, as a share of the number.
 const ARITHMETIC: f64 = 1e-12;
 
 /// Reads rows that were printed, and compares them with what was meant.
 #[derive(Debug)]
 pub struct Again {
-    parser: Parser,
+    pub(super) parser: Parser,
     piece: Piece,
+    /// The fast way, for most rows.
+    pub(super) rows: SameRows,
     /// What a number of each slot may miss at the most decimals that its rows have, rad or m; per axis, and for times.
     strict: Vec<f64>,
     strict_s: f64,
@@ -34,12 +37,26 @@ pub struct Meant<'a> {
 impl Again {
     /// For rows as `parser` reads them.
     pub fn new(parser: &Parser) -> Self {
-        Self { parser: parser.fresh(), piece: Piece::default(), strict: Vec::new(), strict_s: 0.0 }
+        Self {
+            parser: parser.fresh(),
+            piece: Piece::default(),
+            rows: SameRows::default(),
+            strict: Vec::new(),
+            strict_s: 0.0,
+        }
     }
 
     /// The first row of `text`, from place `at` on, that a reader does not take for what was meant; the text stays as it is.
     /// Nothing: they are the same, within the digits that are written.
     pub fn first_difference(&mut self, text: &mut Vec<u8>, at: usize, meant: Meant) -> Option<usize> {
+        if self.rows.are_all(text, at, &self.parser.pure, meant) {
+            return None;
+        }
+        self.first_difference_of_any(text, at, meant)
+    }
+
+    /// [`Again::first_difference`] of rows of any kind.
+    pub(super) fn first_difference_of_any(&mut self, text: &mut Vec<u8>, at: usize, meant: Meant) -> Option<usize> {
         self.piece.block.clear();
         self.piece.begin(std::mem::take(text), at);
         self.piece.parse(&mut self.parser);

@@ -7,7 +7,7 @@
 //! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`shape`]: rows like the one
 //!   before; [`piece`]: pieces that are parsed side by side and put in their places.
 //! - [`mod@print`]: a number in the style of the one it replaces.
-//! - [`again`]: printed rows, read again.
+//! - [`again`]: printed rows, read again; [`same`]: rows of short numbers alone among them.
 //! - [`edit`]: new values in, rows out; [`slot`]: one changed number; [`plain`]: rows of plain numbers alone, which nearly all are.
 //!
 //! Reference: Y. Shafranovich, RFC 4180 (2005), with blanks around cells and lines of `#` comments.
@@ -45,6 +45,7 @@ mod plain;
 pub mod print;
 pub mod reader;
 pub mod record;
+mod same;
 mod shape;
 mod slot;
 

@@ -16,7 +16,7 @@ pub(super) const MOST_PURE: usize = 16;
 /// Bytes that are compared at once.
 const CHUNK: usize = 32;
 /// Bytes of the longest row: sign, eight bytes and a separator for each number, and a line ending of two bytes.
-const LONGEST: usize = (MOST_PURE * 10 + 1).next_multiple_of(CHUNK);
+pub(super) const LONGEST: usize = (MOST_PURE * 10 + 1).next_multiple_of(CHUNK);
 /// Numbers that are worked out at once.
 const LANES: usize = 8;
 const ZERO: u8 = b'0';
@@ -104,11 +104,21 @@ impl Shape {
         tokens: &mut [Token],
         mantissas: &mut [Packed],
     ) -> Option<usize> {
+        let end = self.numbers(text, start, mantissas)?;
+        for (token, own) in tokens.iter_mut().zip(&self.tokens) {
+            *token = Token { start: start as u32 + own.start, ..*own };
+        }
+        Some(end)
+    }
+
+    /// The row at `start` if it is like the one before: its end; the mantissas of its numbers.
+    #[inline(always)]
+    pub(super) fn numbers(&self, text: &[u8], start: usize, mantissas: &mut [Packed]) -> Option<usize> {
         let row = text.get(start..)?.get(..self.span)?;
         if self.whole == 0 || !self.is_like(row) {
             return None;
         }
-        for (k, (tokens, mantissas)) in tokens.chunks_mut(LANES).zip(mantissas.chunks_mut(LANES)).enumerate() {
+        for (k, mantissas) in mantissas.chunks_mut(LANES).enumerate() {
             let first = k * LANES;
             let mut words = [0; LANES];
             for (word, digits) in words.iter_mut().zip(&self.digits[first..first + LANES]) {
@@ -116,9 +126,7 @@ impl Shape {
             }
             let lanes = |a: &[u64; MOST_PURE]| -> [u64; LANES] { std::array::from_fn(|i| a[first + i]) };
             let numbers = eight_in_lanes(words, lanes(&self.before), lanes(&self.above));
-            for (i, (token, mantissa)) in tokens.iter_mut().zip(mantissas).enumerate() {
-                let own = &self.tokens[first + i];
-                *token = Token { start: start as u32 + own.start, ..*own };
+            for (i, mantissa) in mantissas.iter_mut().enumerate() {
                 *mantissa = Packed::short(numbers[i], self.sign[first + i]);
             }
         }

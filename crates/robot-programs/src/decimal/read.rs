@@ -167,6 +167,13 @@ impl Packed {
         self.0 & Self::NEGATIVE != 0
     }
 
+    /// So many units.
+    #[inline(always)]
+    pub fn times(self, unit: f64) -> f64 {
+        let size = f64::from((self.0 & !Self::NEGATIVE) as i32) * unit;
+        f64::from_bits(size.to_bits() | (u64::from(self.0 & Self::NEGATIVE) << 32))
+    }
+
     /// The value, for the power of ten of its decimals: exact operands, so that the quotient is correctly rounded (Clinger 1990).
     #[inline(always)]
     pub fn quotient(self, power: f64) -> f64 {
