@@ -2,20 +2,27 @@
 //!
 //! The commands are a function of time evaluated every 2 ms; servo and gear effects run through all of those steps, link and
 //! geometry effects through those that the log samples. Written from the table of effects alone.
+//!
+//! Parts:
+//! - [`laws`]: what servo and gear do to the positions of one joint.
+//! - [`pchip`]: monotone cubics through knots.
+
+mod laws;
+mod pchip;
 
 use crate::effects::Effect;
 use crate::kinematics::{GRAVITY_M_S2, Pose, apply, forward, frames, gravity_load, jacobian, rpy, translation};
 use crate::outside::Outside;
 use crate::robots::Robot;
+use laws::{elements, hysteresis, lag, loaded_play, play, stiction};
 use nalgebra::{Rotation3, Vector3};
+pub use pchip::Pchip;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// Step of the fine grid (s); divides every period of the logs.
 pub const STEP_S: f64 = 0.002;
-/// A step of the command smaller than this is rest (rad or m): a hundredth of what a log resolves.
-const REST: f64 = 1e-10;
 
 /// Commands on the fine grid, joint by joint (rad or m); runs on beyond the log's last row.
 pub struct Grid {
@@ -330,21 +337,6 @@ pub fn force(t_s: f64) -> Vector3<f64> {
     Vector3::new(cut(0.0), cut(1.0), 80.0 + cut(2.0))
 }
 
-/// Play whose flank a load above `most` picks; else the movement does.
-fn loaded_play(q: &mut [f64], load: &[f64], half_gap: f64, most: f64) {
-    let mut out = q[0];
-    for (k, p) in q.iter_mut().enumerate() {
-        let (at, u) = (k / LOADS, (k % LOADS) as f64 / LOADS as f64);
-        let load = load[at] + (load[(at + 1).min(load.len() - 1)] - load[at]) * u;
-        out = match () {
-            () if load > most => *p + half_gap,
-            () if load < -most => *p - half_gap,
-            () => out.clamp(*p - half_gap, *p + half_gap),
-        };
-        *p = out;
-    }
-}
-
 const GEAR: [&str; 7] = [
     "loaded_play",
     "encoder_scale",
@@ -354,158 +346,6 @@ const GEAR: [&str; 7] = [
     "backlash_speed",
     "hysteresis",
 ];
-
-/// First-order lag of a command that is linear within a step; exact for that.
-fn lag(q: &mut [f64], lag_s: f64) {
-    if lag_s == 0.0 {
-        return;
-    }
-    let decay = (-STEP_S / lag_s).exp();
-    let (mut out, mut before) = (q[0], q[0]);
-    for p in q.iter_mut() {
-        let slope = (*p - before) / STEP_S;
-        // Steady solution p - lag*slope; the rest decays.
-        out = (*p - lag_s * slope) + (out - (before - lag_s * slope)) * decay;
-        before = *p;
-        *p = out;
-    }
-}
-
-/// The joint stands still after a reversal until the command has moved as far as the error that the servo has not worked off.
-fn stiction(q: &mut [f64], spike: f64, decay_s: f64, decay_travel: f64) {
-    let (mut dir, mut turned) = (0.0, None);
-    let (mut before, mut travel) = (q[0], 0.0);
-    for (k, out) in q.iter_mut().enumerate() {
-        let p = *out;
-        let step = p - before;
-        if step.abs() > REST {
-            if dir * step < 0.0 {
-                turned = Some((before, k as f64 - 1.0));
-                travel = 0.0;
-            }
-            dir = step.signum();
-        }
-        travel += step.abs();
-        before = p;
-        if let Some((p_rev, k_rev)) = turned {
-            let left = if decay_s > 0.0 {
-                (-(k as f64 - k_rev) * STEP_S / decay_s).exp()
-            } else {
-                (-travel / decay_travel.max(1e-12)).exp()
-            };
-            *out = p - dir * (spike * left).min((p - p_rev).abs());
-        }
-    }
-}
-
-/// The play operator, starting in the middle of its gap.
-fn play(q: &mut [f64], half_gap: impl Fn(usize, f64) -> f64) {
-    let mut out = q[0];
-    for (k, p) in q.iter_mut().enumerate() {
-        let b = half_gap(k, *p).max(0.0);
-        out = out.clamp(*p - b, *p + b);
-        *p = out;
-    }
-}
-
-/// Dahl's lost motion; exact for a command that is monotone within a step.
-fn hysteresis(q: &mut [f64], half_width: f64, presliding: f64) {
-    let (mut z, mut before) = (0.0f64, q[0]);
-    for p in q.iter_mut() {
-        let step = *p - before;
-        before = *p;
-        if step != 0.0 {
-            let dir = step.signum();
-            z = dir + (z - dir) * (-step.abs() / presliding.max(1e-12)).exp();
-        }
-        *p -= half_width * z;
-    }
-}
-
-/// Lost motion of elements (presliding, half width): each follows a play of its presliding and gives its part of the distance to it.
-fn elements(q: &mut [f64], all: &[[f64; 2]]) {
-    let mut outputs = vec![q[0]; all.len()];
-    for p in q.iter_mut() {
-        let command = *p;
-        for (out, [presliding, half_width]) in outputs.iter_mut().zip(all) {
-            *out = out.clamp(command - presliding, command + presliding);
-            *p -= half_width * (command - *out) / presliding;
-        }
-    }
-}
-
-/// Monotone cubic through knots (Fritsch and Carlson 1980, with scipy's end slopes), constant beyond them.
-pub struct Pchip {
-    x: Vec<f64>,
-    y: Vec<f64>,
-    slope: Vec<f64>,
-}
-
-impl Pchip {
-    pub fn new(knots: &[[f64; 2]]) -> Pchip {
-        let (x, y): (Vec<f64>, Vec<f64>) = knots.iter().map(|k| (k[0], k[1])).unzip();
-        let n = x.len();
-        let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
-        let m: Vec<f64> = (0..n.saturating_sub(1)).map(|k| (y[k + 1] - y[k]) / h[k]).collect();
-        let mut slope = vec![m.first().copied().unwrap_or(0.0); n];
-        for k in 1..n.saturating_sub(1) {
-            let (w1, w2) = (2.0 * h[k] + h[k - 1], h[k] + 2.0 * h[k - 1]);
-            slope[k] = if m[k - 1] * m[k] <= 0.0 { 0.0 } else { (w1 + w2) / (w1 / m[k - 1] + w2 / m[k]) };
-        }
-        if n > 2 {
-            let end = |h0: f64, h1: f64, m0: f64, m1: f64| {
-                let s = ((2.0 * h0 + h1) * m0 - h0 * m1) / (h0 + h1);
-                match () {
-                    () if s * m0 <= 0.0 => 0.0,
-                    () if m0 * m1 <= 0.0 && s.abs() > 3.0 * m0.abs() => 3.0 * m0,
-                    () => s,
-                }
-            };
-            slope[0] = end(h[0], h[1], m[0], m[1]);
-            slope[n - 1] = end(h[n - 2], h[n - 3], m[n - 2], m[n - 3]);
-        }
-        Pchip { x, y, slope }
-    }
-
-    /// Through rows of a log: slopes of the parabola through three rows, so that a course turns beyond its rows as the path
-    /// did; none where the course rests on one side.
-    pub fn through_rows(knots: &[[f64; 2]]) -> Pchip {
-        let mut curve = Pchip::new(knots);
-        let secant = |k: usize| (curve.y[k + 1] - curve.y[k]) / (curve.x[k + 1] - curve.x[k]);
-        for k in 1..curve.x.len() - 1 {
-            let (h0, h1) = (curve.x[k] - curve.x[k - 1], curve.x[k + 1] - curve.x[k]);
-            let (m0, m1) = (secant(k - 1), secant(k));
-            let rests = (m0 * h0).abs() < 3e-8 || (m1 * h1).abs() < 3e-8;
-            let mut slope = if rests { 0.0 } else { (m0 * h1 + m1 * h0) / (h0 + h1) };
-            // An interval that is run through in one direction must not turn within: that would be a reversal of its own.
-            for m in [m0, m1] {
-                if slope * m > 0.0 {
-                    slope = slope.signum() * slope.abs().min(3.0 * m.abs());
-                }
-            }
-            curve.slope[k] = slope;
-        }
-        curve
-    }
-
-    pub fn at(&self, p: f64) -> f64 {
-        let n = self.x.len();
-        if p <= self.x[0] {
-            return self.y[0];
-        }
-        if p >= self.x[n - 1] {
-            return self.y[n - 1];
-        }
-        let k = self.x.partition_point(|x| *x <= p) - 1;
-        let h = self.x[k + 1] - self.x[k];
-        let u = (p - self.x[k]) / h;
-        let (u2, u3) = (u * u, u * u * u);
-        self.y[k] * (2. * u3 - 3. * u2 + 1.)
-            + self.slope[k] * h * (u3 - 2. * u2 + u)
-            + self.y[k + 1] * (3. * u2 - 2. * u3)
-            + self.slope[k + 1] * h * (u3 - u2)
-    }
-}
 
 /// A registration from its file numbers (mm, deg).
 pub fn registration(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Pose {

@@ -5,13 +5,15 @@
 //! no output file and no leftover beside it.
 
 mod accepted;
+mod damage;
 mod documents;
 mod inputs;
 mod outputs;
 mod programs;
+mod system;
 mod usage;
 
-use crate::support::{self, WorkFolder, root};
+use crate::support::{self, WorkFolder};
 use lostmotion::compensator::Compensator;
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
@@ -323,139 +325,4 @@ fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut names: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     names.sort();
     names
-}
-
-/// Files that are not there, are folders, or have names that are hard to say.
-#[test]
-fn paths_that_cannot_be_read_are_named() {
-    let folder = WorkFolder::new();
-    for (path, says) in [
-        ("none.yaml", "cannot open"),
-        (".", "a folder"),
-        ("none/robot.yaml", "cannot open"),
-        ("with blanks.yaml", "cannot open"),
-    ] {
-        let e = Robot::load(&folder.join(path)).unwrap_err();
-        assert_eq!(lostmotion::cli::exit::code_of(&e), 2);
-        assert!(e.to_string().contains(says) && e.to_string().contains(path), "{e}");
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn a_name_that_is_not_utf8_is_read_and_shown() {
-    use std::os::unix::ffi::OsStrExt;
-    let folder = WorkFolder::new();
-    let path = folder.join(std::ffi::OsStr::from_bytes(b"robot \xff.yaml"));
-    let missing = Robot::load(&path).unwrap_err().to_string();
-    assert!(missing.contains("robot \\xFF.yaml"), "{missing}");
-    std::fs::write(&path, ROBOT).unwrap();
-    assert_eq!(Robot::load(&path).unwrap().dof(), 3);
-}
-
-#[cfg(unix)]
-#[test]
-fn an_output_that_cannot_be_written_leaves_what_was_there() {
-    use lostmotion::io::output::write_whole;
-    use std::os::unix::fs::PermissionsExt;
-    let folder = WorkFolder::new();
-    let kept = folder.join("kept.yaml");
-    std::fs::write(&kept, "old").unwrap();
-    std::fs::set_permissions(&kept, std::fs::Permissions::from_mode(0o444)).unwrap();
-    let e = write_whole(&kept, b"new").unwrap_err();
-    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("kept.yaml: cannot write"), "{e}");
-    assert_eq!(std::fs::read_to_string(&kept).unwrap(), "old");
-    let e = write_whole(folder.path(), b"new").unwrap_err();
-    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("a folder"), "{e}");
-    let e = write_whole(&folder.join("none/out.yaml"), b"new").unwrap_err();
-    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("out.yaml: cannot write"), "{e}");
-    assert_eq!(listing(folder.path()), [kept], "no leftovers");
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_full_disk_is_an_error_and_no_success() {
-    let e = lostmotion::io::output::write_whole(Path::new("/dev/full"), &[b'x'; 4096]).unwrap_err();
-    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("/dev/full: cannot write"), "{e}");
-    // standard output on a full disk
-    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let mut command = support::process();
-    let out = command.args(["completions", "bash"]).stdout(full).output().unwrap();
-    let says = String::from_utf8_lossy(&out.stderr);
-    assert_eq!((out.status.code(), says.lines().count()), (Some(2), 1), "{says}");
-}
-
-#[cfg(unix)]
-#[test]
-fn a_closed_pipe_is_quiet_and_no_failure() {
-    use std::process::Stdio;
-    let mut command = support::process();
-    let mut child = command.args(["completions", "zsh"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    drop(child.stdout.take());
-    let out = child.wait_with_output().unwrap();
-    let says = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.success() && says.is_empty(), "{:?} {says}", out.status);
-}
-
-#[test]
-fn an_unknown_flag_is_bad_usage() {
-    let out = support::run(root(), "rewrite --no-such-flag").ends_with(2);
-    assert!(out.stdout.is_empty());
-}
-
-/// Whatever the bytes, a reader answers; a log that is accepted is whole and finite.
-fn answer(bad: Bad, bytes: Vec<u8>) {
-    use lostmotion::io::input::{Input, decode};
-    let robot = Robot::parse("robot.yaml", ROBOT).unwrap();
-    let text = || decode("file", bytes.clone());
-    match bad {
-        R | D => drop(text().and_then(|t| Robot::parse("robot.yaml", &t))),
-        M => drop(text().and_then(|t| ColumnMap::parse("map.yaml", &t))),
-        G => drop(text().and_then(|t| Gaps::parse("gaps.yaml", &t, &robot))),
-        C => drop(text().and_then(|t| Compensator::parse("comp.yaml", &t, &robot))),
-        P => {
-            let input = Input { name: "program.csv".into(), bytes, sha256: String::new() };
-            let Ok(program) = Program::parse(input, &robot) else { return };
-            assert!(program.q.iter().all(|q| q.len() == program.len() && q.iter().all(|v| v.is_finite())));
-            assert!((0..program.len()).all(|i| program.line(i).is_some()));
-        }
-        L => {
-            let Ok(log) = Log::parse(Input { name: "log.csv".into(), bytes, sha256: String::new() }, &robot) else {
-                return;
-            };
-            assert!(log.cmd.iter().all(|c| c.len() == log.len() && c.iter().all(|v| v.is_finite())));
-            assert!(log.tcp_m.is_empty() || log.tcp_m.len() == log.len());
-            assert!(log.tcp_m.iter().flatten().all(|p| p.iter().all(|v| v.is_finite())));
-            drop(plausibility::check(&log, &robot));
-        }
-    }
-}
-
-proptest::proptest! {
-    #[test]
-    fn no_bytes_make_a_reader_panic(bytes in proptest::collection::vec(proptest::num::u8::ANY, 0..200)) {
-        for bad in ALL {
-            answer(bad, bytes.clone());
-        }
-    }
-
-    #[test]
-    fn no_damage_to_a_good_file_makes_a_reader_panic(
-        hits in proptest::collection::vec((0.0..1.0_f64, "[-0-9.,;:#\"\\[\\]{}&*!|>%@\n\r\t eNn\u{0}\u{e9}]{0,4}"), 1..6),
-        cut in 0.0..1.5_f64,
-    ) {
-        let map = map("{x_mm: {to: x_mm, unit: m, sign: -1, scale: 2}}");
-        for (bad, good) in [(R, ROBOT.to_string()), (M, map), (L, log_of(20, |_, _| {})), (G, documents::gaps()),
-            (C, documents::compensator()), (P, programs::good())]
-        {
-            let mut text: Vec<char> = good.chars().collect();
-            for (at, new) in &hits {
-                let at = (at * text.len() as f64) as usize;
-                let end = (at + 2).min(text.len());
-                text.splice(at..end, new.chars());
-            }
-            text.truncate((cut * text.len() as f64) as usize);
-            answer(bad, text.into_iter().collect::<String>().into_bytes());
-        }
-    }
 }

@@ -1,20 +1,26 @@
 //! `identify screw` against two plays in series that `tests/oracle/screw.py` steps in time (its truth: `screw.json`), and the whole
 //! chain through the command line.
+//!
+//! Parts:
+//! - [`changed_logs`]: logs whose columns were changed.
+//! - [`chain`]: document, compensator, programs, page.
 
-use crate::support::{WorkFolder, bundled, root, run_from_root};
+mod chain;
+mod changed_logs;
+
+use crate::support::{WorkFolder, bundled, run_from_root};
 use lostmotion::error::Error;
-use lostmotion::gaps::Gaps;
 use lostmotion::identify::screw::flanks::{Flanks, Known};
 use lostmotion::identify::screw::start::Start;
 use lostmotion::identify::screw::{Found, Series, document, identify};
 use lostmotion::io::input::Input;
-use lostmotion::log::{Log, plausibility};
+use lostmotion::log::Log;
 use lostmotion::robot::Robot;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const ROBOT: &str = "configs/gantry-xyz-ballscrew.yaml";
 const SAMPLE: &str = "samples/screw/gantry2015_z.csv.gz";
@@ -305,102 +311,6 @@ fn read(text: &str, robot: &Robot) -> Result<Log, Error> {
     Log::parse(Input { name: "z.csv".into(), bytes: text.as_bytes().to_vec(), sha256: "0".into() }, robot)
 }
 
-/// The log with one column changed.
-fn changed(name: &str, column: &str, change: impl Fn(f64) -> f64) -> String {
-    let text = text_of(name);
-    let mut lines = text.lines();
-    let (comment, head) = (lines.next().unwrap(), lines.next().unwrap());
-    let k = head.split(',').position(|c| c == column).unwrap();
-    let row = |line: &str| {
-        let cell = |(i, c): (usize, &str)| {
-            if i == k { format!("{:.7}", change(c.parse().unwrap())) } else { c.into() }
-        };
-        line.split(',').enumerate().map(cell).collect::<Vec<_>>().join(",")
-    };
-    [comment.to_string(), head.to_string()].into_iter().chain(lines.map(row)).collect::<Vec<_>>().join("\n") + "\n"
-}
-
-#[test]
-fn units_and_scales_that_cannot_be_right_are_refused() {
-    let robot = gantry();
-    let refused = |text: &str, robot: &Robot| -> String {
-        let log = read(text, robot).unwrap();
-        let error = match plausibility::check(&log, robot) {
-            Err(e) => e,
-            Ok(_) => identify(robot, &[log], None).map(|_| ()).unwrap_err(),
-        };
-        assert_eq!(lostmotion::cli::exit::code_of(&error), 2);
-        error.to_string()
-    };
-    let degrees = 1f64.to_radians();
-    let said = refused(&changed("clean", "enc_Z_deg", |v| v * degrees), &robot);
-    assert!(said.contains("values in radians in column `enc_Z_deg"), "{said}");
-    let said = refused(&changed("clean", "screw_Z_deg", |v| v / 360.0), &robot);
-    assert!(said.contains("values in revolutions in column `screw_Z_deg"), "{said}");
-    let said = refused(&changed("clean", "meas_Z_mm", |v| v * 1e-3), &robot);
-    assert!(said.contains("values in metres"), "{said}");
-    let said = refused(&changed("clean", "meas_Z_mm", |v| -v), &robot);
-    assert!(said.contains("the carriage of Z moves by -1.0"), "{said}");
-    let said = refused(&changed("clean", "screw_Z_deg", |v| 2.0 * v), &robot);
-    assert!(said.contains("`screw_Z` moves by 2.0"), "{said}");
-    // a lead of 5 mm in the robot file
-    let yaml = std::fs::read_to_string(bundled(ROBOT)).unwrap();
-    let other = Robot::parse("r.yaml", &yaml.replace("lead_mm_per_rev: 10", "lead_mm_per_rev: 5")).unwrap();
-    let said = refused(&text_of("clean"), &other);
-    assert!(said.contains("`enc_Z` moves by 0.5") && said.contains("lead_mm_per_rev"), "{said}");
-    // an angle without a lead has no meaning
-    let none = Robot::parse("r.yaml", &yaml.replace(", lead_mm_per_rev: 10", "")).unwrap();
-    let said = read(&text_of("clean"), &none).map(|_| ()).unwrap_err().to_string();
-    assert!(said.contains("`enc_Z_deg`: Z in deg") && said.contains("lead_mm_per_rev"), "{said}");
-}
-
-#[test]
-fn a_dead_sensor_is_no_gap_and_a_log_without_sensors_is_refused() {
-    let robot = gantry();
-    let log = read(&changed("clean", "meas_Z_mm", |_| -150.0), &robot).unwrap();
-    let found = identify(&robot, &[log], None).unwrap();
-    assert!(one(&found).both.is_none() && one(&found).at_least.is_none());
-    assert!(
-        notes(&found).contains("check that this is the sensor of this joint and that it works"),
-        "{}",
-        notes(&found)
-    );
-    let bare = text_of("clean").lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect::<Vec<_>>();
-    let log = read(&bare.join("\n"), &robot).unwrap();
-    let said = identify(&robot, &[log], None).map(|_| ()).unwrap_err().to_string();
-    assert!(said.contains("no measurement column"), "{said}");
-}
-
-#[test]
-fn angles_and_millimetres_of_the_motor_side_say_the_same() {
-    let robot = gantry();
-    let angle = read(&text_of("clean"), &robot).unwrap();
-    let text = changed("clean", "enc_Z_deg", |v| v / 36.0).replace("enc_Z_deg", "enc_Z_mm");
-    let way = read(&text, &robot).unwrap();
-    let pairs = angle.enc[Z].iter().flatten().zip(way.enc[Z].iter().flatten());
-    assert!(pairs.map(|(a, b)| (a.unwrap() - b.unwrap()).abs()).fold(0.0, f64::max) < 1e-9);
-    let twice = text_of("clean").replacen("screw_Z_deg", "enc_Z_mm", 1);
-    let said = read(&twice, &robot).map(|_| ()).unwrap_err().to_string();
-    assert!(said.contains("a second column for `enc_Z_mm`"), "{said}");
-}
-
-#[test]
-fn sides_that_differ_go_through_the_document_into_the_compensator() {
-    let robot = gantry();
-    let found = found("asymmetric");
-    let text = lostmotion::gaps::file::to_yaml(&document::document(&found, &robot)).unwrap();
-    let back = Gaps::parse("g.yaml", &text, &robot).unwrap();
-    let (a, b) = (back.joints[0].sides.unwrap(), found.gaps.joints[0].sides.unwrap());
-    assert!((a.positive - b.positive).abs() < 1e-12 && (a.negative_ci95[1] - b.negative_ci95[1]).abs() < 1e-12);
-    let fitted = lostmotion::fit::fit(&robot, &[back], lostmotion::fit::Form::Decay).unwrap();
-    let offset = fitted.joints[0].backlash.clone().unwrap();
-    assert!((offset.positive.constant().unwrap() - b.positive).abs() < 1e-12);
-    assert!((offset.negative.constant().unwrap() - b.negative).abs() < 1e-12);
-    let bad = text.replacen("positive_mm: ", "positive_mm: -", 1);
-    let said = Gaps::parse("g.yaml", &bad, &robot).map(|_| ()).unwrap_err().to_string();
-    assert!(said.contains("both, each 0 or more"), "{said}");
-}
-
 /// Columns of a log by name.
 fn columns(text: &str) -> std::collections::BTreeMap<String, Vec<f64>> {
     let mut lines = text.lines().filter(|l| !l.starts_with('#'));
@@ -412,146 +322,4 @@ fn columns(text: &str) -> std::collections::BTreeMap<String, Vec<f64>> {
         }
     }
     out
-}
-
-#[test]
-fn val_simulate_puts_the_screw_between_the_two_gaps_as_the_stepped_plays_do() {
-    let work = WorkFolder::new();
-    let input = work.join("clean.csv");
-    std::fs::write(&input, text_of("clean")).unwrap();
-    run_from_root(work.path(), &format!("simulate --model {TWO_GAPS} --input {{}}/clean.csv --output {{}}/out.csv"))
-        .success();
-    let predicted = columns(&std::fs::read_to_string(work.join("out.csv")).unwrap());
-    let truth = columns(&text_of("clean"));
-    for (name, most) in [("enc_Z_deg", 3e-3), ("screw_Z_deg", 3e-3), ("meas_Z_mm", 1.5e-4)] {
-        let off = predicted[name].iter().zip(&truth[name]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(off < most, "{name}: {off}");
-    }
-}
-
-/// Distance of a point from a polyline, mm.
-fn distance(p: [f64; 3], line: &[[f64; 3]]) -> f64 {
-    let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    line.windows(2)
-        .map(|w| {
-            let (d, r) = (sub(w[1], w[0]), sub(p, w[0]));
-            let s = (dot(r, d) / dot(d, d)).clamp(0.0, 1.0);
-            let off = sub(r, d.map(|v| v * s));
-            dot(off, off).sqrt()
-        })
-        .fold(f64::INFINITY, f64::min)
-}
-
-/// Lost motion that is left on the path: how far the carriage stands off it, twice (both directions), over the whole gap. The first
-/// second is left out: the carriage starts in the middle of its gaps and has to cross them once.
-fn left_over(log: &Path, program: &[[f64; 3]]) -> f64 {
-    let c = columns(&std::fs::read_to_string(log).unwrap());
-    let worst = (0..c["x_mm"].len())
-        .filter(|&i| c["t_s"][i] > 1.0)
-        .map(|i| distance([c["x_mm"][i], c["y_mm"][i], c["z_mm"][i]], program))
-        .fold(0.0, f64::max);
-    2.0 * worst / (COUPLING_MM + NUT_MM)
-}
-
-#[test]
-fn val_from_strokes_to_a_compensated_gantry_program_five_percent_of_the_gap_are_left() {
-    let work = WorkFolder::new();
-    let at = work.path();
-    // the machine without its vibration, to see what the compensation leaves
-    let model = std::fs::read_to_string(root().join(TWO_GAPS)).unwrap();
-    let still: String = model
-        .lines()
-        .filter(|l| !l.contains("vibration,"))
-        .map(|l| l.replace("../../configs", bundled("configs").to_str().unwrap()) + "\n")
-        .collect();
-    std::fs::write(at.join("still.yaml"), still).unwrap();
-    let program = "samples/screw/gantry_program.csv";
-    run_from_root(at, &format!(
-            "simulate --model {TWO_GAPS} --input samples/screw/strokes_program.csv --encoders --screws --noise-um 30 --rate-hz 50 \
-             --output {{}}/strokes.csv"
-        )).success();
-    let doc: Value = run_from_root(
-        at,
-        &format!("identify screw --robot {ROBOT} --log {{}}/strokes.csv --output {{}}/gaps.yaml --json"),
-    )
-    .success()
-    .json();
-    for s in doc["series"].as_array().unwrap() {
-        for (gap, mm) in [("coupling", COUPLING_MM), ("nut", NUT_MM)] {
-            let is = s[gap]["total_gap_mm"].as_f64().unwrap();
-            assert!((is / mm - 1.0).abs() < 0.05, "{}: {gap} {is}", s["joint"]);
-        }
-    }
-    run_from_root(at, &format!("fit --robot {ROBOT} --gaps {{}}/gaps.yaml --output {{}}/comp.yaml")).success();
-    run_from_root(at, &format!("rewrite --robot {ROBOT} --compensator {{}}/comp.yaml {program} --output {{}}/out.csv"))
-        .success();
-    for (input, log) in [(program, "before.csv"), ("{}/out.csv", "after.csv")] {
-        let line = format!(
-            "simulate --model {{}}/still.yaml --input {input} --speed-mm-s 10 --rate-hz 50 --output {{}}/{log}"
-        );
-        run_from_root(at, &line).success();
-    }
-    let nominal = columns(&std::fs::read_to_string(root().join(program)).unwrap());
-    let points: Vec<[f64; 3]> =
-        (0..nominal["x_mm"].len()).map(|i| ["x_mm", "y_mm", "z_mm"].map(|k| nominal[k][i])).collect();
-    let (before, after) = (left_over(&at.join("before.csv"), &points), left_over(&at.join("after.csv"), &points));
-    assert!(before > 0.9, "{before}");
-    assert!(after <= 0.05, "{after} of the gap is left ({before} before)");
-}
-
-#[test]
-fn settled_strokes_have_no_lag_and_no_word_of_one() {
-    let robot = gantry();
-    // neither times nor encoder: the command stands for the motor, and nothing trails
-    let strip = |text: &str| -> String {
-        let keep = |line: &str| {
-            line.split(',').enumerate().filter(|(k, _)| *k != 0 && *k != 4).map(|c| c.1).collect::<Vec<_>>().join(",")
-        };
-        text.lines().map(|l| if l.starts_with('#') { l.to_string() } else { keep(l) } + "\n").collect()
-    };
-    let text = text_of("clean");
-    let head: Vec<&str> = text.lines().find(|l| !l.starts_with('#')).unwrap().split(',').collect();
-    assert_eq!((head[0], head[4]), ("t_s", "enc_Z_deg"));
-    let log = read(&strip(&text), &robot).unwrap();
-    assert!(log.poses && log.enc[Z].is_none());
-    let found = identify(&robot, &[log], None).unwrap();
-    assert!(one(&found).both.as_ref().unwrap().total_per_lag.is_none());
-    assert!(!notes(&found).contains("millisecond"), "{}", notes(&found));
-}
-
-#[test]
-fn an_encoder_that_stands_still_is_said_to_do_so() {
-    let robot = gantry();
-    let log = read(&changed("clean", "enc_Z_deg", |_| -90.0), &robot).unwrap();
-    let said = identify(&robot, &[log], None).map(|_| ()).unwrap_err();
-    assert_eq!(lostmotion::cli::exit::code_of(&said), 2);
-    assert!(said.to_string().contains("`enc_Z` stands still while Z moves"), "{said}");
-}
-
-#[test]
-fn a_negative_gap_of_swapped_columns_is_not_significant() {
-    let robot = gantry();
-    let text = text_of("clean").replacen("enc_Z_deg", "?", 1).replacen("screw_Z_deg", "enc_Z_deg", 1).replacen(
-        '?',
-        "screw_Z_deg",
-        1,
-    );
-    let found = identify(&robot, &[read(&text, &robot).unwrap()], None).unwrap();
-    let coupling = one(&found).coupling.as_ref().unwrap();
-    assert!(coupling.total.ci95[1] < 0.0 && !coupling.significant(), "{coupling:?}");
-    assert!(notes(&found).contains("swapped?"), "{}", notes(&found));
-    let doc = document::document(&found, &robot);
-    assert_eq!(doc["series"][0]["coupling"]["significant"], false);
-    assert_eq!(doc["series"][0]["nut"]["significant"], true);
-}
-
-#[test]
-fn the_page_gives_a_gap_as_an_angle_of_the_screw() {
-    let work = WorkFolder::new();
-    run_from_root(work.path(), &format!("identify screw --robot {ROBOT} --log {SAMPLE} --report {{}}/g.html"))
-        .success();
-    let page = std::fs::read_to_string(work.join("g.html")).unwrap();
-    // 1.803 deg of the coupling at a lead of 10 mm
-    assert!(page.contains("as an angle, deg") && page.contains("1.80"), "no angle");
 }

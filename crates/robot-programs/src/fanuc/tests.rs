@@ -1,4 +1,5 @@
 mod flow;
+mod left_alone;
 mod lines;
 mod registers;
 mod triggers;
