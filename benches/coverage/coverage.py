@@ -4,7 +4,7 @@
     coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--declare] [--listings] [--approach-unknown] [--json out.json]
 
 FOLDER holds a folder for each language (fanuc, gcode, inform, krl, rapid, urscript) with programs below it; each folder below
-is a project of its own, so that the files beside a program stand beside it. `corpus.tsv`, `projects.tsv` (whole repositories) `fresh.tsv` (drawn after the readers were written) and `held.tsv` (in none of the others) list repositories, commits and paths
+is its own project, so that the files beside a program stand beside it. `corpus.tsv`, `projects.tsv` (whole repositories) `fresh.tsv` (drawn after the readers were written) and `held.tsv` (in none of the others) list repositories, commits and paths
 of the programs that the figures of the documents were taken from; this script fetches nothing.
 
 Every program is read twice: first to learn which frames and tools it waits for, then with these at zero. The robots are those

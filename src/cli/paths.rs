@@ -30,7 +30,7 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
                 let found = format!("standard output, which {other} uses");
                 return Err(bad(Place::file(option), found, "a file"));
             }
-            return Err(bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
+            return Err(bad(Place::file(option), format!("the same file as {other}"), "a separate file"));
         }
         taken.push((option, file));
     }

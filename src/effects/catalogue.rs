@@ -34,7 +34,7 @@ pub static ALL: &[&EffectInfo] = &[
     &tracker_frame::INFO,
 ];
 
-/// Forms of effects that have keys and an equation of their own.
+/// Forms of effects that have keys and their own equation.
 pub static FORMS: &[&EffectForm] =
     &[&presliding_stiction::FORM, &transmission_error::FADING, &maxwell_slip::FORM, &free_mass_gravity::FORM];
 

@@ -72,7 +72,7 @@ impl Special {
     };
 }
 
-/// Another form of an effect: other keys in its entry, an equation of their own.
+/// Another form of an effect: other keys in its entry, their own equation.
 #[derive(Debug)]
 pub struct EffectForm {
     /// The effect.

@@ -1,7 +1,7 @@
 //! A clock that steps during the recordings: seen in what the fit leaves, over time.
 //!
 //! Method: one more unknown is added to the linearised fit, an offset of the clock from some time on; of 64 times the one that explains
-//! most of what is left is taken. Each joint may also have a lag of its own: of joints that move one after another lags would look like
+//! most of what is left is taken. Each joint may also have its own lag: of joints that move one after another lags would look like
 //! steps. Everything else is solved for along with it, so that what a drift or a frame can explain is no step.
 //!
 //! Readings that the fit left out are looked at as well, as after a late step these are all that follow it; those that no step of a

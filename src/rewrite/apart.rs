@@ -45,7 +45,7 @@ impl Apart {
     pub(super) fn check(&self, from: &Path, to: &Path) -> Result<()> {
         let Some(real) = links::real(to) else { return Ok(()) };
         let refuse = |found: String| {
-            let expected = "a file of its own (remove the link)";
+            let expected = "a separate file (remove the link)";
             Err(Error::bad(Place::file(shown(to)), found, expected))
         };
         let below = |folder: &Option<PathBuf>| folder.as_ref().is_some_and(|f| real.starts_with(f));

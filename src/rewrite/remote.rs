@@ -1,6 +1,6 @@
 //! Programs of an object store: listed for a manifest, and brought to disk for a shard together with what is read beside them.
 //!
-//! A shard takes its programs in parts. Of each part the programs are copied below a folder of their own, with what a run on disk would
+//! A shard takes its programs in parts. Of each part the programs are copied below a separate folder, with what a run on disk would
 //! read beside them: all modules or jobs of their folders (of `PROGMOD` and `SYSMOD` together), the project of a KRL program, the notes of
 //! results. Files that are not read are there without their bytes, as readers count the files of a folder. So a program
 //! comes out as it would in a folder on disk.

@@ -152,7 +152,7 @@ fn score_folder() {
     println!("{}", table::report(&scores));
 }
 
-/// Makes cases in a folder of their own, diagnoses them, and throws them away.
+/// Makes cases in a separate folder, diagnoses them, and throws them away.
 fn made_and_scored(plan: &[case::Kind], seed: u64) -> Vec<score::Score> {
     plan.par_iter()
         .enumerate()

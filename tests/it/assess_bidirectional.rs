@@ -63,7 +63,7 @@ impl Folder {
     }
 }
 
-/// Readings of a play: forward reads `half` low, backward as much high; a little scatter of its own for each repeat.
+/// Readings of a play: forward reads `half` low, backward as much high; a little scatter for each repeat.
 fn play(half_um: impl Fn(f64) -> f64, repeats: usize) -> String {
     let mut text = String::from("position_mm,direction,repeat,error_um\n");
     for x in [0.0, 100.0, 250.0, 400.0, 600.0] {

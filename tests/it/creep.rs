@@ -1,7 +1,7 @@
 //! Static tests on machines whose friction still fades within the dwells: the gap at rest, and no shape that is not there.
 //!
 //! The truth is the model that the machine simulation runs (`samples/models/kuka-table3.model.yaml`: stiction that decays within 5.2 s
-//! on A1 and A3), with a static program of its own and tracker noise of 11 um.
+//! on A1 and A3), with its own static program and tracker noise of 11 um.
 
 use crate::support::bundled;
 use lostmotion::identify::static_test::{Found, Options, identify};

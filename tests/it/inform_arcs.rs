@@ -98,7 +98,7 @@ fn an_arc_no_larger_than_the_gap_keeps_its_points() {
 }
 
 /// S rises to C00003 on the circle of C00001 to C00003, and falls to it on that of C00002 to C00004 (40 mm about (1282, 0, 873.4) mm, at
-/// 45, 120 and 250 deg); found by a solver of its own.
+/// 45, 120 and 250 deg); found by its own solver.
 const TWO_WAYS: [&str; 4] = [
     "0.9161,5.8506,6.0604,0.5278,-60.2140,-1.0556",
     "1.2857,2.1643,2.1931,0.7420,-60.0371,-1.4841",

@@ -187,7 +187,7 @@ fn sets_sizes_and_noise_come_from_a_diagnosis() {
     assert_eq!((plan["question"].as_str(), plan["noise_um"].as_f64()), (Some("diagnosis"), Some(20.0)));
     let set = &plan["sets"][0];
     assert_eq!(set["rivals"][0]["effects"][0]["half_gap_deg"], 0.0041);
-    // the alternative without a size of its own is as large as the one that was found
+    // the alternative without its own size is as large as the one that was found
     assert_eq!(set["rivals"][1]["effects"][0]["half_width_deg"], 0.0041);
     assert_eq!(set["beside"][0]["effect"], "time_offset");
     assert_eq!(plan["verdict"], "separable");

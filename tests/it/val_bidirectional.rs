@@ -171,7 +171,7 @@ fn val_coefficients_and_intervals_agree_with_what_statsmodels_prints() {
             }
         }
         for want in set["printed_pairs"].as_array().unwrap() {
-            // the pair of the reference and one state, as a file of its own
+            // the pair of the reference and one state, as a separate file
             let whole = of(&set, &Options::default());
             let other = state_named(&whole, want["state"].as_str().unwrap());
             let csv = set["csv"].as_str().unwrap();

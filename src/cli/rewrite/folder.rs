@@ -356,12 +356,12 @@ fn refuse_program(
         }
         if let Some(note) = notes_of(&from, output.map(|o| o.join(program))).iter().find(|p| same(p)) {
             let found = format!("the same file as the note of a program, {}", shown(note));
-            return Err(bad(Place::file(option), found, "a file of its own"));
+            return Err(bad(Place::file(option), found, "a separate file"));
         }
         ours.push(from);
         if let Some(other) = ours.iter().find(|p| same(p)) {
             let found = format!("the same file as the program {}", shown(other));
-            return Err(bad(Place::file(option), found, "a file of its own"));
+            return Err(bad(Place::file(option), found, "a separate file"));
         }
     }
     Ok(())

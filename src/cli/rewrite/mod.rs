@@ -364,11 +364,7 @@ fn refuse_shared(args: &Args) -> Result<()> {
     let words = [("--summary", args.summary.as_deref()), ("--report", args.report.as_deref())];
     for (option, path) in words.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
         if let Some(file) = theirs.iter().find(|t| paths::same(t, path)) {
-            return Err(bad(
-                Place::file(option),
-                format!("a file of the program, {}", shown(file)),
-                "a file of its own",
-            ));
+            return Err(bad(Place::file(option), format!("a file of the program, {}", shown(file)), "a separate file"));
         }
     }
     Ok(())

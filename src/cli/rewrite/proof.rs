@@ -137,7 +137,7 @@ pub(super) fn of_texts(
     })
 }
 
-/// The verdict of a dry run: the program is rewritten once more in a folder of its own, which goes away.
+/// The verdict of a dry run: the program is rewritten once more in a separate folder, which goes away.
 pub(super) fn of_plan(args: &Args, source: &Source, job: &Job, planned: &Outcome) -> Option<Proof> {
     let whole = !planned.unchanged && planned.refusal.is_none() && can_be_read_again(&args.input);
     if !whole || source.machine.is_none() || planned.points > MOST_POINTS {

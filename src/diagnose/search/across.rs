@@ -127,7 +127,7 @@ fn decided(problem: &Problem, residual: &[f64], one: &[f64], other: &[f64]) -> b
 }
 
 /// Lags of all joints by one time, instead of a clock offset that was found after `base`, which gains `gain`.
-/// `None` where the offset points into the future, as no lag does. Without a fit of its own: [`Refined::placed`] is empty.
+/// `None` where the offset points into the future, as no lag does. Without its own fit: [`Refined::placed`] is empty.
 pub fn common_lag(
     problem: &Problem,
     base: &Fit,

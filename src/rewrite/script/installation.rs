@@ -1,6 +1,6 @@
 //! Where the robot stands in the world of its controller and how far its axes go, as the controller's files say (KUKA `$machine.dat`).
 //!
-//! Frames are given in the world of the controller, and the robot stands there at `$ROBROOT`. The robot file has a world of its own, in
+//! Frames are given in the world of the controller, and the robot stands there at `$ROBROOT`. The robot file has its own world, in
 //! which the robot stands at `base`. Both are places of one foot, so a frame `F` of the controller is `base * root^-1 * F` in the robot
 //! file's world, whatever that is. Without a `$ROBROOT` both worlds are taken to be the same.
 

@@ -99,7 +99,7 @@ fn a_turn_stands_at_the_last_point_of_its_extreme_and_starts_count_as_turns() {
 
 #[test]
 fn a_joint_whose_turn_stays_at_its_point_does_not_go_beyond_it_at_the_extreme_of_another() {
-    // both turn between the rows 4 and 5; only Y is smooth enough there for an extreme of its own
+    // both turn between the rows 4 and 5; only Y is smooth enough there for its own extreme
     let x = [39.3183, 32.3902, 32.7295, 40.0122, 47.2832, 47.5987, 40.6575, 33.0883, 32.1198];
     let y = [32.1993, 32.0347, 36.5360, 43.0665, 47.8007, 47.9653, 43.4640, 36.9335, 32.1993];
     let rows: Vec<[f64; 3]> = x.iter().zip(y).map(|(&x, y)| [x * 1e-3, y * 1e-3, 0.0]).collect();
@@ -166,7 +166,7 @@ fn where_the_given_path_stands_stays_with_its_point() {
 
 #[test]
 fn blocks_of_any_size_turn_as_points_one_by_one() {
-    // numbers that go on for long and turn at odd places, by a generator of their own
+    // numbers that go on for long and turn at odd places, by their own generator
     let (mut seed, mut rows, mut at, mut up) = (7u64, Vec::new(), [0.0f64; 3], [1.0f64, -1.0, 1.0]);
     let mut random = || {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

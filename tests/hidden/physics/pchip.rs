@@ -43,7 +43,7 @@ impl Pchip {
             let (m0, m1) = (secant(k - 1), secant(k));
             let rests = (m0 * h0).abs() < 3e-8 || (m1 * h1).abs() < 3e-8;
             let mut slope = if rests { 0.0 } else { (m0 * h1 + m1 * h0) / (h0 + h1) };
-            // An interval that is run through in one direction must not turn within: that would be a reversal of its own.
+            // An interval that is run through in one direction must not turn within: that would be a separate reversal.
             for m in [m0, m1] {
                 if slope * m > 0.0 {
                     slope = slope.signum() * slope.abs().min(3.0 * m.abs());

@@ -87,7 +87,7 @@ fn texts(format: &dyn Format, path: &Path) -> Vec<Text> {
     read(path).into_iter().chain(companions).collect()
 }
 
-/// The samples of a format; that there are some is a test of its own.
+/// The samples of a format; that there are some is a separate test.
 pub fn of(format: &'static dyn Format) -> Vec<Sample> {
     let folder = bundled("samples/programs").join(format.name());
     let ours = |p: &PathBuf| {

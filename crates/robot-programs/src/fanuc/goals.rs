@@ -138,7 +138,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether a goal that cannot be determined is a whole position of its own: a register, or a position that is chosen, written or offset
+    /// Whether a goal that cannot be determined is a separate whole position: a register, or a position that is chosen, written or offset
     /// while the program runs. `besides`: the motion counts from where the robot stands, may end on its way, or is coordinated with another
     /// group.
     fn is_absolute(&self, goal: &Goal, besides: (bool, bool, bool)) -> bool {

@@ -55,7 +55,7 @@ fn outside(word: &[u8]) -> Vec<u8> {
     word.iter().filter(keep).copied().collect()
 }
 
-/// Where a name stands in an expression as a word of its own.
+/// Where a name stands in an expression as a separate word.
 fn terms(expression: &[u8], name: &[u8]) -> Vec<usize> {
     let part = |b: Option<&u8>| b.is_some_and(|b| b.is_ascii_alphanumeric() || b"_$".contains(b));
     let alone = |at: &usize| {

@@ -108,7 +108,7 @@ pub enum Reason {
     #[error("Wjnt: the wrist turns joint by joint on its way")]
     WristByJoint,
     /// A speed in seconds.
-    #[error("its duration is written, and a point on the way would have a duration of its own")]
+    #[error("its duration is written, and a point on the way would have its own duration")]
     Duration,
     /// `TB`, `DB`: the last piece of a motion that is cut would start it.
     #[error("what it starts before its end (TB, DB) would start late")]

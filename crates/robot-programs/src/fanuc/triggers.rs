@@ -1,7 +1,7 @@
 //! What a motion runs near its end: `TB .10sec,CALL GRIP`, `TA .20sec,DO[1]=ON`, `DB 50.0mm,P-SPS`.
 //!
 //! TB runs it a time before the motion ends, TA a time after, DB within a distance of the goal. FANUC's manuals call a program that runs
-//! so one without a motion group; what it sets holds after the motion all the same, as after a call on a line of its own.
+//! so one without a motion group; what it sets holds after the motion all the same, as after a call on a separate line.
 
 use crate::script::{Speed, Text};
 use std::ops::Range;

@@ -69,7 +69,7 @@ impl Reader<'_> {
         Some(Entry { name: number.to_string(), certain: times.is_some(), once: times == Some(1) })
     }
 
-    /// The same by a label: one that is defined below may be looked for in a file of its own.
+    /// The same by a label: one that is defined below may be looked for in a separate file.
     ///
     /// `call = "O" label "CALL" ...`
     pub(super) fn entry_of_flow(&self, block: &Block) -> Option<Entry> {

@@ -76,7 +76,7 @@ impl Reader<'_> {
         self.end(k, Break::Frame, After::G92);
     }
 
-    /// What is added to an absolute word. Where that is not known, the axis counts from an origin of its own ([`Self::is_displaced`]).
+    /// What is added to an absolute word. Where that is not known, the axis counts from its own origin ([`Self::is_displaced`]).
     pub(super) fn shift(&self, axis: usize) -> f64 {
         self.moved[axis].unwrap_or(0.0) + self.local[axis]
     }

@@ -13,7 +13,7 @@ use super::write::{SAME, Writer};
 use crate::script::{AxisSet, Patch, PathKind, StepKind};
 
 impl Reader<'_> {
-    /// The dwell of a block is one of some time, and its words can stand in a block of their own: the move of the block before ends
+    /// The dwell of a block is one of some time, and its words can stand in a separate block: the move of the block before ends
     /// exactly.
     ///
     /// `dwell = ["N" number] "G4" ("P" | "X" | "U" | "F" | "S") number`

@@ -1,4 +1,4 @@
-//! A point whose numbers stand nowhere in the program as they are: they are put together into an aggregate of its own.
+//! A point whose numbers stand nowhere in the program as they are: they are put together into an separate aggregate.
 
 use super::aggregate::{Aggregate, aggregate, axis_name};
 use super::lex::tokens;

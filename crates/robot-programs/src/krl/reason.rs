@@ -222,7 +222,7 @@ pub enum Uncertain {
         at: Where,
     },
     /// `IMPORT ... IS`.
-    #[error("another module has a name of its own for it ({0})")]
+    #[error("another module has its own name for it ({0})")]
     OtherName(Where),
     /// Its list is public, and this file cannot be read.
     #[error("its value is not certain: its data list is public, and {0} cannot be read")]

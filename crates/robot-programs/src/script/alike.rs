@@ -73,7 +73,7 @@ impl Head {
     }
 }
 
-/// A byte beside which a number begins as a word of its own.
+/// A byte beside which a number begins as a separate word.
 fn parts_before(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b',' | b'[' | b'(' | b'{' | b'=')
 }

@@ -145,7 +145,7 @@ impl<'a> EditRequest<'a> {
     }
 }
 
-/// A writer of programs of one text, in which each move has a place of its own.
+/// A writer of programs of one text, in which each move has a separate place.
 pub trait OneText {
     /// Where a move stands, and what of it is written.
     type Site;

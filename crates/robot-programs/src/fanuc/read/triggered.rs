@@ -1,4 +1,4 @@
-//! What a motion runs near its end, as if it stood on a line of its own after the motion; and where the program reads where the robot
+//! What a motion runs near its end, as if it stood on a separate line after the motion; and where the program reads where the robot
 //! stands.
 
 use super::{Parsed, Reader};

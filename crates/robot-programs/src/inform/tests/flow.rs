@@ -107,7 +107,7 @@ fn a_move_before_imov_stays_and_its_position_too() {
     let script = script_of(&Inform, &job("2,0,0,0,0,0", list, lines), &robot());
     let fixed: Vec<bool> = moves(&script).iter().map(|m| m.1.fixed.is_some()).collect();
     assert_eq!(fixed, [false, false, true, false]);
-    // the other move to that position gets a line of its own
+    // the other move to that position gets a separate line
     let text = written(&job("2,0,0,0,0,0", list, lines), &[(1, Some([990.0, 0.0, 0.0, 0.0, 0.0, 0.0]), vec![])]);
     assert!(text.contains("C00001=1000,0,0,0,0,0") && text.contains("C00002=990,0,0,0,0,0"), "{text}");
     assert!(text.contains("MOVJ C00002 VJ=5.00") && text.contains("MOVJ C00001 VJ=5.00\r\nTIMER"), "{text}");

@@ -90,7 +90,7 @@ fn a_position_without_a_header_that_others_have_is_not_copied() {
     let steps = moves(&script);
     assert!(steps[0].1.closed.as_ref().is_some_and(|why| why.to_string().contains("no ///TOOL")), "{:?}", steps[0]);
     assert_eq!(steps[1].1.closed, None);
-    // one of two moves to a position: it needs a line of its own
+    // one of two moves to a position: it needs a separate line
     let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
     let goal = values(&script, steps[2].0).iter().map(|v| v + 0.0004).collect();
     edits.steps.insert(steps[2].0, Edit { goal: Some(goal), ..Edit::default() });

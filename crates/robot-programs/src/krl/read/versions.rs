@@ -1,7 +1,7 @@
 //! Frames that a program asks for by what computes them, where that may change: `BASE_DATA[N]` is another frame after `N` has been
 //! assigned.
 //!
-//! Each assignment of anything in such an expression makes it another one, which is asked for by a name of its own, with a number, where
+//! Each assignment of anything in such an expression makes it another one, which is asked for by its own name, with a number, where
 //! the program uses several. Names of variables count wherever they are declared: two local ones of one name are one here.
 
 use super::in_force::{ASSIGNED, Setting};

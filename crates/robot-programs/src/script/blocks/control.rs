@@ -11,7 +11,7 @@ impl<S> Steps<S> {
         self.joins.extend(std::mem::take(&mut self.labels).joins());
     }
 
-    /// The routine that starts, or goes on after another one in its text, by a number of its own and its name.
+    /// The routine that starts, or goes on after another one in its text, by its own number and its name.
     pub fn routine(&mut self, id: usize, name: String) {
         let at = self.next();
         self.routines.start(id, name, at);

@@ -82,7 +82,7 @@ impl Writer<'_> {
             return Ok(Patch::new(0, at..at, bytes));
         }
         if !brackets {
-            return Err(self.refused(p, "the point does not begin on a line of its own; no point can be put before it"));
+            return Err(self.refused(p, "the point does not begin on a separate line; no point can be put before it"));
         }
         let blank = gap.get(comma..).unwrap_or_default();
         for copy in copies {
