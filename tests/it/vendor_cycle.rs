@@ -59,6 +59,10 @@ fn the_first_target_of_main_stays_behind_loops_and_many_ends_too() {
     let around = format!("FOR i FROM 1 TO 3 DO\n{}{}{}ENDFOR\n", to(0), to(10), to(-5));
     assert_eq!(rewritten(&desk, &program(&format!("{around}{}", to(20)))).0[0], 1);
     assert_eq!(rewritten(&desk, &cycle(&format!("{around}{}", to(20)))).0[0], 0);
+    // out of a loop to the end of main, where nothing moves any more
+    let out = |last: i32| format!("{first}WHILE TRUE DO\n{}IF di1=1 GOTO out;\nENDWHILE\nout:\n", to(last));
+    assert_eq!(rewritten(&desk, &cycle(&out(15))).0[0], 0);
+    assert_eq!(rewritten(&desk, &cycle(&out(-15))).0[0], 1);
     for n in [3, 9, 12, 70] {
         let ends: String = (0..n).map(|k| format!("IF di{k}=1 RETURN;\n{}", to(20 + k % 2))).collect();
         let (by, said) = rewritten(&desk, &cycle(&format!("{first}{ends}")));
@@ -135,11 +139,20 @@ PTP {A1 60,A2 -90,A3 90,A4 0,A5 30,A6 0}\nm()\nEND\n";
         )
     };
     let looped = "end\nwhile True:\n  prog()\nend\n";
+    // out of a loop to the end, where nothing moves any more
+    let broken =
+        format!("  while True:\n    if get_digital_in(1):\n      break\n    end\n    sleep(0.1)\n  end\n{looped}");
+    let left = krl.replace(
+        "m()\nEND",
+        "LOOP\nPTP {A1 50,A2 -90,A3 90,A4 0,A5 30,A6 0}\nIF $IN[1] THEN\nEXIT\nENDIF\nENDLOOP\nm()\nEND",
+    );
     for (robot, joint, name, text, first, stays) in [
         ("kuka-kr120-r2500-pro", "A1", "m.src", krl.to_string(), "{A1 80,", true),
         ("kuka-kr120-r2500-pro", "A1", "m.src", krl.replace("m()\nEND", "END"), "{A1 80,", false),
         ("universal-robots-ur10e", "base", "p.script", urscript("end\nprog()\nprog()\n"), "movej([1.2,", true),
+        ("kuka-kr120-r2500-pro", "A1", "m.src", left, "{A1 80,", true),
         ("universal-robots-ur10e", "base", "p.script", urscript(looped), "movej([1.2,", true),
+        ("universal-robots-ur10e", "base", "p.script", urscript(&broken), "movej([1.2,", true),
         ("universal-robots-ur10e", "base", "p.script", urscript("  prog()\nend\nprog()\n"), "movej([1.2,", true),
         ("universal-robots-ur10e", "base", "p.script", urscript("end\nprog()\n"), "movej([1.2,", false),
         ("motoman-ar2010", "S", "A.JBI", inform("JUMP JOB:A"), "C00000=80.0000,", true),

@@ -2,7 +2,7 @@
 
 use super::task::Task;
 use crate::program::script::pose::Quantity;
-use crate::program::script::{Script, TargetRef, Value};
+use crate::program::script::{Script, TargetRef};
 use crate::rewrite::deadband;
 
 /// Smallest dead band of a program with Cartesian targets, as a share of the smallest half gap: where straight TCP moves meet at a
@@ -11,19 +11,24 @@ const DEADBAND_SHARE_TCP: f64 = 0.5;
 /// Distance of a TCP from a joint at which the digits of its position count, m.
 pub(super) const LEVER_M: f64 = 0.5;
 
-/// What was asked for, else 1.5 of the coarsest last digits with which the axis is written and a share of its smallest half gap.
+/// What was asked for, else 1.5 of the last digits with which the axis is written and a share of its smallest half gap. Zeros at the end
+/// are often left out: the finest number tells how exact they all are.
 pub(super) fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
-    let poses = || script.targets.iter().filter(|t| t.pose.is_some());
-    let of_pose = poses().map(pose_noise).fold(0.0, f64::max);
-    let mut coarsest = vec![of_pose; task.robot.dof()];
-    for target in script.targets.iter().filter(|t| t.pose.is_none()) {
-        for (coarsest, weights) in coarsest.iter_mut().zip(target.values.weights()) {
-            *coarsest = weights.map_or(*coarsest, |[digit, _]| coarsest.max(digit));
+    let mut poses = PoseDigits::default();
+    let mut finest = vec![f64::INFINITY; task.robot.dof()];
+    for target in script.targets.iter() {
+        if target.pose.is_some() {
+            poses.see(target);
+            continue;
+        }
+        for (finest, weights) in finest.iter_mut().zip(target.values.weights()) {
+            *finest = weights.map_or(*finest, |[digit, _]| finest.min(digit));
         }
     }
-    let of_axis = |a: usize| coarsest.get(a).copied().unwrap_or(of_pose);
+    let of_pose = poses.noise();
+    let of_axis = |a: usize| finest.get(a).filter(|digit| digit.is_finite()).map_or(of_pose, |d| d.max(of_pose));
     let mut all = deadband::deadbands(task.deadband, task.compensator, task.robot.dof(), of_axis);
-    if poses().next().is_some() {
+    if poses.any {
         for (a, band) in all.iter_mut().enumerate().filter(|(a, _)| task.deadband.get(*a).is_none_or(Option::is_none)) {
             let least = task.compensator.on(a).and_then(deadband::smallest).map_or(0.0, |gap| DEADBAND_SHARE_TCP * gap);
             *band = band.max(least);
@@ -32,15 +37,41 @@ pub(super) fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
     all
 }
 
-/// What the last digits of a pose make of a joint, rad: of its angles, and of its lengths at [`LEVER_M`].
-fn pose_noise(target: TargetRef) -> f64 {
-    let of = |(k, v): (usize, Option<Value>)| {
-        let digit = v?.digit;
-        Some(match target.pose?.quantity(k) {
-            Quantity::Length => digit / LEVER_M,
-            Quantity::Angle => digit,
-            Quantity::Ratio => 2.0 * digit,
-        })
-    };
-    target.values.iter().enumerate().filter_map(of).fold(0.0, f64::max)
+/// Digits of the poses of a program, number by number.
+#[derive(Default)]
+struct PoseDigits {
+    any: bool,
+    /// What the last digit of each number makes of a joint, rad, where it is finest; the first value; whether others differ from it.
+    numbers: Vec<(f64, f64, bool)>,
+}
+
+impl PoseDigits {
+    fn see(&mut self, target: TargetRef) {
+        self.any = true;
+        for (k, value) in target.values.iter().enumerate() {
+            let (Some(value), Some(pose)) = (value, target.pose) else { continue };
+            let noise = noise_rad(pose.quantity(k), value.digit);
+            if self.numbers.len() <= k {
+                self.numbers.resize(k + 1, (f64::INFINITY, f64::NAN, false));
+            }
+            let (finest, first, differs) = &mut self.numbers[k];
+            *finest = finest.min(noise);
+            *differs |= *first != value.si && !first.is_nan();
+            *first = if first.is_nan() { value.si } else { *first };
+        }
+    }
+
+    /// What the digits make of a joint, rad. A number that is the same in all poses is no less exact for few digits.
+    fn noise(&self) -> f64 {
+        self.numbers.iter().filter(|n| n.2).map(|n| n.0).fold(0.0, f64::max)
+    }
+}
+
+/// What the last digit of a number of a pose makes of a joint, rad: of an angle, and of a length at [`LEVER_M`].
+fn noise_rad(quantity: Quantity, digit: f64) -> f64 {
+    match quantity {
+        Quantity::Length => digit / LEVER_M,
+        Quantity::Angle => digit,
+        Quantity::Ratio => 2.0 * digit,
+    }
 }

@@ -4,6 +4,7 @@ use super::super::Slot;
 use super::parser::Parser;
 use super::piece::{Piece, State};
 use super::same::SameRows;
+use super::slot::SLACK;
 
 /// Units of the last written digit by which a number may miss what was meant: a half by rounding, a whole one where a limit is near and
 /// the number is rounded inwards.
@@ -102,13 +103,13 @@ impl Again {
         let (block, slots) = (&self.piece.block, &self.parser.header.slots);
         let Some(tokens) = block.tokens.get(i * slots.len()..(i + 1) * slots.len()) else { return false };
         slots.iter().zip(tokens).all(|(slot, token)| {
-            let (is, meant, unit) = match *slot {
-                Slot::Axis(a) => (block.q[i * meant.axes + a], meant.q[i * meant.axes + a], self.parser.si[a]),
-                Slot::Time(_) => (block.t_s[i], meant.t_s[i], self.parser.time_s),
+            let (is, meant, unit, slack) = match *slot {
+                Slot::Axis(a) => (block.q[i * meant.axes + a], meant.q[i * meant.axes + a], self.parser.si[a], SLACK),
+                Slot::Time(_) => (block.t_s[i], meant.t_s[i], self.parser.time_s, 0.0),
                 Slot::Duration => return true,
             };
-            let digit = 10f64.powi(-i32::from(token.decimals)) * unit;
-            (is - meant).abs() <= LAST_DIGITS * digit + ARITHMETIC * meant.abs()
+            let digit = 10f64.powi(-i32::from(token.decimals));
+            (is - meant).abs() <= (LAST_DIGITS * digit + slack) * unit + ARITHMETIC * meant.abs()
         })
     }
 }
@@ -136,6 +137,13 @@ mod tests {
         assert_eq!(difference("1.235,10\n-2.50,0.1\n# a word\n3e0,+250.0\n\n\"4\",-1.5000\n", &deg, &[]), None);
         let times = [0.5, 1.0, 1.25, 2.0];
         assert_eq!(difference("0.5,1.2346,10\n1,-2.5,.13\r\n1.250,3,250\r\n2,4,-1.5", &deg, &times), None);
+    }
+
+    #[test]
+    fn a_value_as_far_beyond_a_limit_as_limits_are_exact_is_the_limit() {
+        // written with more decimals than that
+        assert_eq!(difference("180.000000000000,10\n", &[[180.000_000_000_9, 10.0]], &[]), None);
+        assert_eq!(difference("180.000000000000,10\n", &[[180.000_000_003, 10.0]], &[]), Some(0));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::decimal::read::Packed;
 pub(super) const MOST: usize = 15;
 pub(super) const NONE: u8 = u8::MAX;
 /// deg or mm: a limit itself must not be taken for beyond it.
-const SLACK: f64 = 1e-9;
+pub(super) const SLACK: f64 = 1e-9;
 
 /// Decimals of the time of an added row, where its column has fewer (trailing zeros are dropped): 1 us.
 pub const TIME_LEAST: u8 = 6;

@@ -47,8 +47,8 @@ pub(super) struct Standing {
     by_program: bool,
 }
 
-/// Where the robot stands before a step.
-pub(super) type Places = BTreeMap<usize, Standing>;
+/// Where the robot may stand before a step: a place for each way that leads there.
+pub(super) type Places = BTreeMap<usize, Vec<Standing>>;
 
 /// Steps before which it has to be known where the robot stands.
 pub(super) fn places(script: &Script) -> BTreeSet<usize> {
@@ -114,12 +114,22 @@ impl Cutter<'_> {
     /// The same of one break; `true`: it is done with.
     fn joined(&mut self, script: &Script, join: &Join, wanted: &BTreeSet<usize>, places: &mut Places) -> bool {
         let segment = segment(script, join.at);
-        if first_move(script, &segment).is_none() {
+        let moves = first_move(script, &segment).is_some();
+        if !moves && !wanted.contains(&segment.end) {
             return true;
         }
         let Some(ways) = join.from.iter().map(|k| places.get(k).cloned()).collect::<Option<Vec<_>>>() else {
             return false;
         };
+        let ways = ways.concat();
+        if ways.len() > if moves { WAYS } else { ENDS } {
+            return true;
+        }
+        if !moves {
+            let ends = self.ends_at_rest(script, &ways, &segment);
+            places.extend(ends.map(|ends| (segment.end, ends)));
+            return true;
+        }
         let before = std::mem::take(&mut self.out);
         let (over, missing) = (self.over.len(), self.poses.missing.clone());
         let mut found: Vec<Run> = Vec::new();
@@ -141,8 +151,16 @@ impl Cutter<'_> {
         }
         // of several ways none is certain
         let end = end.map(|end| if ways.len() > 1 { self.without_way(end, &segment) } else { end });
-        places.extend(end.map(|end| (segment.end, end)));
+        places.extend(end.map(|end| (segment.end, vec![end])));
         true
+    }
+
+    /// Where the robot stands after a stretch without moves, by each of the ways to it; `None`: not known of one of them.
+    fn ends_at_rest(&mut self, script: &Script, ways: &[Standing], segment: &Range<usize>) -> Option<Vec<Standing>> {
+        let before = std::mem::take(&mut self.out);
+        let ends = ways.iter().map(|way| self.seeded(script, way, segment, false).1).collect();
+        self.out = before;
+        ends
     }
 
     /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places of
@@ -152,7 +170,7 @@ impl Cutter<'_> {
     /// From each the first move comes on another way than at the first start, so that no point may be on its way.
     pub(super) fn run_again(&mut self, script: &Script, places: &Places) -> bool {
         let Some(again) = &script.again else { return true };
-        let ways: Vec<&Standing> = again.from.iter().filter_map(|k| places.get(k)).collect();
+        let ways: Vec<&Standing> = again.from.iter().filter_map(|k| places.get(k)).flatten().collect();
         let begins = |run: &&Run| run.entry && !run.own().is_empty();
         if ways.is_empty() || !self.out.runs.iter().any(|run| begins(&run)) {
             return true;
