@@ -11,6 +11,7 @@ use super::order::Entry;
 use super::read::Reader;
 use super::reason::After;
 use super::survey::Survey;
+use crate::script::AxisSet;
 
 /// What a block calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,6 +113,7 @@ impl Reader<'_> {
         if callee == Callee::Here {
             // what is called ends where it ends
             self.carried.fill(Carried::Anywhere);
+            self.named = AxisSet::default();
         }
     }
 }

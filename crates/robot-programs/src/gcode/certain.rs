@@ -107,9 +107,9 @@ impl Reader<'_> {
     /// here.
     pub(super) fn carry(&mut self, axes: AxisSet) {
         let Some(step) = self.last else { return };
-        for a in axes.axes().filter(|a| self.position.get(*a).is_some_and(Option::is_some)) {
-            self.carried[a] = Carried::After(step);
-        }
+        let known: AxisSet = axes.axes().filter(|a| self.position.get(*a).is_some_and(Option::is_some)).collect();
+        known.axes().for_each(|a| self.carried[a] = Carried::After(step));
+        self.named = self.named.without(known);
     }
 
     /// A block whose words are or may be relative: moves from which they count, and of which that is known only now, end where they always
@@ -137,7 +137,7 @@ impl Reader<'_> {
 
     pub(super) fn anchor_at(&mut self, step: usize, why: After) {
         let Some(StepKind::Move(m)) = self.script.steps.get_mut(step).map(|s| &mut s.kind) else { return };
-        m.fixed.get_or_insert_with(|| Reason::Stays(why).into());
+        m.fixed.get_or_insert_with(|| Reason::kept(why).into());
         let Goal::Joints(t) = m.goal else { return };
         let Some(s) = self.statements.get(step, self.text, self.letters) else { return };
         // axes without a word may need one, to take back what was changed before
@@ -164,6 +164,7 @@ impl Reader<'_> {
         self.end(k, kind, why);
         self.leave(last, why);
         self.carried.fill(Carried::Anywhere);
+        self.named = AxisSet::default();
         self.motion = None;
         if matches!(kind, Break::Start | Break::Call) {
             self.variables.forget();

@@ -1,11 +1,10 @@
 //! Where a block leads: frames, arcs, and why it cannot be determined.
 
 use super::arc::{Arc, Centre, NoArc};
-use super::certain::opaque;
 use super::codes::{AXES, SPLINES};
 use super::lex::{Block, Word};
 use super::read::Reader;
-use super::reason::{After, Elsewhere, Reason};
+use super::reason::{Elsewhere, Reason};
 use super::statements::{Statement, axis_words, canonical, most, motion_word};
 use crate::axes::JointKind;
 use crate::error::Result;
@@ -117,6 +116,7 @@ impl Reader<'_> {
     ) -> Result<()> {
         self.refer(&block);
         self.keep_before_relative(&block);
+        self.keep_before_half_turn(&block);
         let unclear = unclear.or_else(|| self.unclear(&block));
         if unclear.is_none() && self.leaves_across(k, &block) {
             return Ok(());
@@ -136,7 +136,7 @@ impl Reader<'_> {
             return self.drills(k, block, codes, exact, hole);
         }
         let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
-            return self.opaque(k, unclear.unwrap_or(Reason::NoMotion));
+            return self.leaves(k, &block, unclear.unwrap_or(Reason::NoMotion));
         };
         self.rolls_over(k, &block);
         let absolute = self.absolute == Some(true);
@@ -146,11 +146,7 @@ impl Reader<'_> {
         let arc = match motion {
             20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
                 Ok(arc) => Some(arc),
-                Err(why) => {
-                    // from another start it might be one
-                    self.anchor(After::NoArc);
-                    return self.opaque(k, why.into());
-                }
+                Err(why) => return self.leaves(k, &block, why.into()),
             },
             _ => None,
         };
@@ -237,12 +233,6 @@ impl Reader<'_> {
         (self.last, self.settled) = (Some(step), false);
         self.step(k, StepKind::Move(m), None);
         step
-    }
-
-    pub(super) fn opaque(&mut self, k: usize, why: Reason) -> Result<()> {
-        self.lose(After::Unclear);
-        self.step(k, StepKind::Move(opaque(why)), None);
-        Ok(())
     }
 
     pub(super) fn note(&mut self, k: usize) {

@@ -52,6 +52,9 @@ impl Reader<'_> {
             return false;
         }
         self.script.diameter_unstated = true;
+        if arc {
+            self.keep_start_of_arc(After::Arc);
+        }
         let straight = matches!(self.motion, Some(0 | 10)) && self.absolute == Some(true);
         let axes = self.axes_named(block).filter(|_| straight);
         self.goes_elsewhere(k, axes, Elsewhere::Across);

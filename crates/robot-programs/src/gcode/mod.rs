@@ -4,7 +4,7 @@
 //! text -> lex: blocks of words -> survey, whole, read, words: modal state (frame: what moves their meaning; certain: what ends it)
 //!      -> goal: positions, steps (statements: what is kept of them); lathe: X as a diameter; places: who reads where the machine
 //!      stands; labels, callee, calls: what is called; programs, order, routes: from where control comes; cycles: holes; waits: dwells;
-//!      rotary: which way an axis turns; reason: why a block stays
+//!      rotary: which way an axis turns; starts: where arcs that stay begin; reason: why a block stays
 //! edits -> write: blocks; leg: words; pieces: arcs -> patches
 //! ```
 //!
@@ -51,6 +51,7 @@ pub(crate) mod reason;
 mod rotary;
 mod routes;
 mod signs;
+mod starts;
 mod statements;
 mod survey;
 #[cfg(test)]

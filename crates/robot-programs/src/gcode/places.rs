@@ -55,12 +55,15 @@ impl Reader<'_> {
         self.anchor(why);
         let lost = |a: &usize| self.position.get(*a).is_some_and(Option::is_none);
         let ways: Vec<Carried> = (0..self.letters.len()).filter(lost).map(|a| self.carried[a]).collect();
-        for way in ways {
-            match way {
-                Carried::Nothing => {}
-                Carried::After(step) => self.anchor_at(step, why),
-                Carried::Anywhere => self.keep_leaving(why),
-            }
+        ways.into_iter().for_each(|way| self.keep_way(way, why));
+    }
+
+    /// What counts from where an axis stands, of which this is known, counts from where it always stood.
+    pub(super) fn keep_way(&mut self, way: Carried, why: After) {
+        match way {
+            Carried::Nothing => {}
+            Carried::After(step) => self.anchor_at(step, why),
+            Carried::Anywhere => self.keep_leaving(why),
         }
     }
 

@@ -81,6 +81,8 @@ pub(super) struct Reader<'a> {
     pub(super) last: Option<usize>,
     /// By axis whose position is not known.
     pub(super) carried: Vec<Carried>,
+    /// Of them those that a move which stays took to the place of its own word: no offset is in it.
+    pub(super) named: AxisSet,
     /// The last moves before labels, jumps, loops and calls.
     pub(super) leaving: Vec<usize>,
     /// Relative words may count from any of them.
@@ -151,6 +153,7 @@ impl<'a> Reader<'a> {
             relative: false,
             last: None,
             carried: vec![Carried::Nothing; dof],
+            named: AxisSet::default(),
             leaving: Vec::new(),
             counts_anywhere: false,
             settled: false,

@@ -19,6 +19,14 @@ pub enum Reason {
     /// Relative words count from its end.
     #[error("a change would stay in all that follows {0}")]
     Stays(After),
+    /// An arc that stays may start at its end.
+    #[error("an arc that stays may start here, and its centre or radius would not fit")]
+    StartOfArc,
+    /// The way of a rotary axis from its end is about half a turn.
+    #[error(
+        "a rotary axis turns by about 180 deg from here: with an offset a control with rollover may turn the other way"
+    )]
+    StartOfHalfTurn,
     /// `G5 X10`.
     #[error("spline {}", code_text(*.0))]
     Spline(u32),
@@ -150,6 +158,17 @@ pub enum Reason {
     DigitsTooCoarse,
 }
 
+impl Reason {
+    /// Why a move ends where it always did.
+    pub(super) fn kept(why: After) -> Self {
+        match why {
+            After::Arc => Self::StartOfArc,
+            After::HalfTurn => Self::StartOfHalfTurn,
+            _ => Self::Stays(why),
+        }
+    }
+}
+
 /// A place that the program does not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Elsewhere {
@@ -266,6 +285,12 @@ pub enum After {
     /// From another start it might be one.
     #[error("an arc that is none")]
     NoArc,
+    /// Its centre counts from its start, and its radius stands.
+    #[error("an arc that stays")]
+    Arc,
+    /// With an offset it might be one to the other side.
+    #[error("a turn by about half a turn, where a control with rollover takes the shorter way")]
+    HalfTurn,
     /// A place that the program does not contain.
     #[error(transparent)]
     Elsewhere(#[from] Elsewhere),

@@ -4,6 +4,7 @@
 //! setting 162). Below 180 deg both are the same. An axis that cannot turn once around has one way alone. Relative words go as they are
 //! written.
 
+use super::certain::Carried;
 use super::lex::Block;
 use super::read::Reader;
 use super::reason::After;
@@ -14,6 +15,8 @@ use std::f64::consts::TAU;
 /// From this on the shorter way may be the other one, deg. The rest is for offsets: none turns a way that is shorter into one that is
 /// longer.
 const HALF_TURN: f64 = 179.0;
+/// Ways so near to half a turn may be shorter to the other side with an offset, deg.
+const NEAR_HALF: f64 = 1.0;
 
 impl Reader<'_> {
     /// A way of an axis from and to these places, deg, may be another one on a control with rollover.
@@ -24,6 +27,32 @@ impl Reader<'_> {
             && (to - from).abs() >= HALF_TURN
             && !self.robot.control.no_rollover
             && around()
+    }
+
+    /// A turn by about half a turn starts where it always did: with an offset the other way might be the shorter one.
+    pub(super) fn keep_before_half_turn(&mut self, block: &Block) {
+        if self.absolute == Some(false) {
+            return;
+        }
+        let near = |from: f64, to: f64| ((to - from).rem_euclid(360.0) - 180.0).abs() <= NEAR_HALF;
+        let turn = |w: &super::lex::Word| {
+            let a = self.letters.iter().position(|own| *own == w.letter)?;
+            let to = self.shift(a) + w.value?.0;
+            let half = |from: f64| near(from, to) && self.may_roll_over(a, from, to);
+            match self.position[a] {
+                Some(from) => self.last.filter(|_| half(from)),
+                // where it is not known any more, from where it was known last
+                None => match self.carried[a] {
+                    Carried::After(step) => {
+                        let places = self.statements.places_of(step, self.letters.len());
+                        Some(step).filter(|_| places.and_then(|p| p.goal.get(a).copied()).is_some_and(half))
+                    }
+                    _ => None,
+                },
+            }
+        };
+        let steps: Vec<usize> = block.words.iter().filter_map(turn).collect();
+        steps.into_iter().for_each(|step| self.anchor_at(step, After::HalfTurn));
     }
 
     /// Of axes that may take another way to where a block leads it is not known any more from which side they come.

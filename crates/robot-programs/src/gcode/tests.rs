@@ -15,6 +15,7 @@ mod random_flows;
 mod relative;
 mod rotary;
 mod small_arcs;
+mod starts;
 mod waits;
 mod words_of_makers;
 

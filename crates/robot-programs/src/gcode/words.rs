@@ -155,6 +155,8 @@ impl Reader<'_> {
             self.goes_elsewhere(k, axes, Elsewhere::Machine);
         } else if !own.taken && (block.words.iter().any(moves) || arc || drills) {
             self.movement(k, block, &codes, unclear, own.exact)?;
+        } else if !own.taken {
+            self.keep_start_of_circle(&block);
         }
         self.absolute = last.or(self.absolute);
         if changes_tool {

@@ -59,3 +59,25 @@ fn blocks_of_one_form_are_looked_at_one_by_one() {
     }
     assert_eq!(lost(&text, &table(None, &[])), [5]);
 }
+
+#[test]
+fn a_turn_by_about_half_a_turn_starts_where_it_always_did() {
+    let fixed = |text: &str, axes: &Axes| -> Vec<bool> {
+        moves(&script_of(&Gcode, text, axes)).iter().map(|m| m.1.fixed.is_some()).collect()
+    };
+    let text = |from: &str, between: &str, to: &str| {
+        format!("G21 G90\nG0 X0.0 A10.0\nG0 A{from}\nX1.0\n{between}G0 A{to}\nX2.0\nA170.0\n")
+    };
+    for (from, to) in [("0.02", "180.0"), ("0.0", "180.0"), ("0.0", "-180.0"), ("5.0", "184.5"), ("0.0", "540.0")] {
+        for between in ["", "M123\n", "/A90.0\n"] {
+            let text = text(from, between, to);
+            let found = fixed(&text, &table(None, &[]));
+            assert_eq!(found[..3], [false, false, true], "{from} {between} {to}");
+            assert!(!fixed(&text, &table(None, &["no-rollover"])).contains(&true), "{from} {between} {to}");
+        }
+    }
+    // no offset turns the shorter way of these
+    for (from, to) in [("0.0", "178.9"), ("0.0", "181.1"), ("0.0", "270.0"), ("10.0", "370.0")] {
+        assert!(!fixed(&text(from, "", to), &table(None, &[])).contains(&true), "{from} {to}");
+    }
+}
