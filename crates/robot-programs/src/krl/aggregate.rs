@@ -122,7 +122,8 @@ impl Aggregate {
     }
 
     /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
-    /// paths the controller does not look at status and turn.
+    /// paths the controller does not look at status and turn. Without angles it keeps the orientation of the position before; with one or
+    /// two of them, or one that is computed, its orientation is not known.
     pub fn pose(
         &self,
         frame: &Frame,
@@ -134,10 +135,13 @@ impl Aggregate {
         let of = |name: &str| self.component(name).and_then(|c| c.value).map(|v| v.1);
         let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
         // turns about Z, then the new Y, then the new X
-        let rotation = (|| {
-            let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
-            Some(UnitQuaternion::from_euler_angles(c, b, a))
-        })();
+        let rotation = match ["A", "B", "C"].map(|name| self.component(name)) {
+            [None, None, None] => None,
+            _ => {
+                let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
+                Some(UnitQuaternion::from_euler_angles(c, b, a))
+            }
+        };
         let placed = self.placed(own);
         let external = |c: &Component| {
             let name = c.name.as_str();
@@ -206,11 +210,18 @@ impl Aggregate {
     /// Why it is no Cartesian target; `of`: the point, `None`: the goal itself.
     pub fn incomplete(&self, of: Option<&str>) -> Reason {
         let of = of.map(Box::from);
-        let computed = ["X", "Y", "Z"].iter().find(|n| self.component(n).is_some_and(|c| c.value.is_none()));
-        match computed {
-            Some(&part) => Reason::PartComputed { part, of },
+        let computed =
+            |names: [&'static str; 3]| names.into_iter().find(|n| self.component(n).is_some_and(|c| c.value.is_none()));
+        match computed(["X", "Y", "Z"]).or_else(|| computed(["A", "B", "C"]).filter(|_| !self.lacks_parts())) {
+            Some(part) => Reason::PartComputed { part, of },
             None => Reason::PartMissing(of),
         }
+    }
+
+    /// Whether it is a Cartesian position without some of its six parts, which stay where the robot stands.
+    pub fn lacks_parts(&self) -> bool {
+        let given = ["X", "Y", "Z", "A", "B", "C"].iter().filter(|n| self.component(n).is_some()).count();
+        !self.has_axes() && (1..6).contains(&given)
     }
 
     /// The frame that the numbers are.

@@ -2,7 +2,8 @@
 //!
 //! Read this file first: the reader, folds, and which line is what. Then [`ahead`]: what the whole text tells; [`moves`]: motions;
 //! [`goals`]: where they lead; [`absolute`]: which of those that are not known count from nowhere; [`flow`]: blocks, jumps and calls;
-//! [`in_force`]: which base and tool they leave; [`last`]: which motions end where the place is read; [`triggers`]: where those read it;
+//! [`in_force`]: which base and tool they leave; [`last`]: which motions end where the place is read; [`partial`]: before which calls
+//! it is kept in parts; [`triggers`]: where the place is read on the way;
 //! [`scan`]: what each line means for base and tool; [`versions`]: frames that the program computes; [`alike`]: motions that differ in
 //! their axis values alone, read once.
 
@@ -15,6 +16,7 @@ mod goals;
 mod in_force;
 mod last;
 mod moves;
+mod partial;
 mod scan;
 mod triggers;
 mod versions;

@@ -45,7 +45,7 @@ pub enum Reason {
     /// A coordinate that is no plain number.
     #[error("{part} of {} is an expression", whose(.of))]
     PartComputed {
-        /// `X`, `Y` or `Z`.
+        /// `X`, `Y`, `Z`, `A`, `B` or `C`.
         part: &'static str,
         /// The point; `None`: the goal itself.
         of: Option<Box<str>>,

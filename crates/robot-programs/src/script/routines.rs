@@ -13,6 +13,8 @@ pub(crate) struct Routines {
     names: BTreeMap<String, BTreeSet<usize>>,
     /// Where the text of each begins.
     begins: BTreeMap<usize, usize>,
+    /// Where the text of one goes on after another that stands within it, and which.
+    goes_on: BTreeMap<usize, usize>,
     /// The places at which each is left, back to what called it.
     ends: BTreeMap<usize, Vec<usize>>,
     /// Breaks of calls, and what they call.
@@ -34,7 +36,9 @@ impl Routines {
     pub(crate) fn start(&mut self, id: usize, name: String, at: usize) {
         self.returns(at);
         self.names.entry(name).or_default().insert(id);
-        self.begins.entry(id).or_insert(at);
+        if *self.begins.entry(id).or_insert(at) != at {
+            self.goes_on.insert(at, id);
+        }
         (self.current, self.dead) = (Some(id), false);
     }
 
@@ -98,9 +102,11 @@ impl Routines {
         if self.unknown { Vec::new() } else { self.names.iter().flat_map(of).collect() }
     }
 
-    /// Calls of the routine whose text begins at a step.
+    /// Calls of the routine whose text begins at a step, or goes on there.
     pub(super) fn calls_of_start(&self, begin: usize) -> Vec<usize> {
-        let begins = |ids: &BTreeSet<usize>| ids.iter().any(|id| self.begins.get(id) == Some(&begin));
+        let own = self.goes_on.get(&begin);
+        let begins =
+            |ids: &BTreeSet<usize>| ids.iter().any(|id| self.begins.get(id) == Some(&begin) || own == Some(id));
         let called = |(_, name): &&(usize, String)| self.names.get(name).is_some_and(begins);
         self.calls.iter().filter(called).map(|(at, _)| *at).collect()
     }

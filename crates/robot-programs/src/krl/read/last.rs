@@ -6,6 +6,7 @@
 
 use super::ahead::{Ahead, passed, reads_place};
 use super::in_force::ASSIGNED;
+use super::partial::calls_partial;
 use super::scan::{Found, Moves, Scan, own_routines};
 use super::triggers::{has_trigger, triggers};
 use super::versions::Names;
@@ -62,11 +63,13 @@ pub(super) fn lines(texts: &[Text], data: &Data, declared: &NoMotion, script: &S
     found.into_iter().map(|line| line as u64 + 1).collect()
 }
 
-/// Lines, from 1, of the motions of a script that may come last before one of which the goal keeps parts of where the robot stands.
+/// Lines, from 1, of the motions of a script that may come last before one of which the goal keeps parts of where the robot stands, or
+/// before the call of a routine of another file that may begin with one.
 pub(super) fn before_partial(texts: &[Text], data: &Data, declared: &NoMotion, script: &Script) -> BTreeSet<u64> {
     let Some(text) = texts.first() else { return BTreeSet::new() };
     let partial = script.moves().filter(|(_, m)| keeps_parts(m)).filter_map(|(k, _)| script.steps.get(k));
-    let asked: BTreeSet<usize> = partial.filter(|s| s.at.file == 0).map(|s| s.at.line as usize - 1).collect();
+    let partial = partial.filter(|s| s.at.file == 0).map(|s| s.at.line as usize - 1);
+    let asked: BTreeSet<usize> = partial.chain(calls_partial(texts)).collect();
     let asked: Vec<usize> = asked.into_iter().collect();
     if asked.is_empty() {
         return BTreeSet::new();

@@ -100,3 +100,34 @@ fn the_last_move_before_a_routine_that_begins_with_a_goal_that_lacks_parts_stays
     let fixed: Vec<bool> = d.script().moves().map(|(_, m)| m.fixed.is_some()).collect();
     assert_eq!(fixed, [false, true, false, false, false]);
 }
+
+#[test]
+fn a_goal_with_some_of_its_angles_cannot_be_determined_and_the_move_before_it_stays() {
+    let whole = "LIN {X 900.0,Y 0.0,Z 800.0,A 0.0,B 90.0,C 0.0}\n";
+    let of = |angles: &str| {
+        let at = format!("{{X 900.0,Y 200.0,Z 800.0{angles}}}");
+        let [inline, declared] = [&at, "XP"].map(|goal| {
+            let src = format!("DEF a()\n{whole}{whole}LIN {goal}\n{whole}END\n");
+            let d = doc(&[src.as_bytes(), format!("DEFDAT a\nDECL POS XP={at}\nENDDAT\n").as_bytes()]);
+            let all: Vec<Move> = d.script().moves().map(|(_, m)| m.clone()).collect();
+            let why = match &all[2].goal {
+                Goal::Opaque(why) => why.to_string().replace("XP", "its position"),
+                Goal::Pose(pose) => format!("turned: {}", pose.rotation.is_some()),
+                other => format!("{other:?}"),
+            };
+            (why, all.iter().map(|m| m.fixed.is_some()).collect::<Vec<_>>())
+        });
+        if !angles.contains('n') {
+            assert_eq!(inline, declared, "{angles}");
+        }
+        (inline.0, inline.1[1])
+    };
+    let missing = ("a part of its position is not given".to_string(), true);
+    for angles in [",A 5.0", ",B 5.0", ",C 5.0", ",A 5.0,B 6.0", ",A 5.0,C 6.0", ",B 5.0,C 6.0", ",A n,B 5.0"] {
+        assert_eq!(of(angles), missing, "{angles}");
+    }
+    assert_eq!(of(""), ("turned: false".to_string(), true));
+    assert_eq!(of(",A 5.0,B 6.0,C 7.0"), ("turned: true".to_string(), false));
+    // a computed angle is not that of the position before
+    assert_eq!(of(",A n,B 6.0,C 7.0"), ("A of its position is an expression".to_string(), false));
+}

@@ -195,3 +195,42 @@ fn a_motion_after_which_the_program_reads_its_place_keeps_its_goal() {
         assert_eq!(fixed(&src, ""), kept, "{src}");
     }
 }
+
+#[test]
+fn the_last_move_before_a_routine_of_another_file_that_begins_with_a_goal_that_lacks_parts_stays() {
+    let (to, whole) = ("PTP {A1 5.0,A2 -90.0}\n", "LIN {X 900.0,Y 0.0,Z 800.0,A 0.0,B 90.0,C 0.0}\n");
+    let lacks = "LIN {X 900.0,Y 200.0,Z 800.0}\n";
+    let fixed = |first: &str, more: &str| {
+        let src = format!("DEF a()\nEXT sub2()\n{to}{to}sub2()\n{whole}{to}END\nDEF own()\n{lacks}END\n");
+        let beside = format!("DEF sub2()\n{first}{to}END\n{more}");
+        let list = "DEFDAT sub2\nDECL POS XQ={X 900.0,Y 200.0,Z 800.0}\nDECL E6POS XW={X 9.0,Y 2.0,Z 8.0,A 0.0,B 9.0,C 0.0}\nENDDAT\n";
+        let mut texts = vec![Text::new("a.src", src.into_bytes())];
+        texts.push(Text::of_context("sub2.src", beside.into_bytes()));
+        texts.push(Text::of_context("sub2.dat", list.as_bytes().to_vec()));
+        let d = Krl.parse(texts, &kr120()).unwrap();
+        d.script().moves().take(3).map(|(_, m)| m.fixed.is_some()).collect::<Vec<bool>>()
+    };
+    let (free, stays) = ([false; 3], [false, true, false]);
+    let deep = format!("DEF sub3()\n{lacks}END\n");
+    for (first, more) in [
+        (lacks, ""),
+        ("LIN XQ\n", ""),
+        ("CIRC XW,XQ\n", ""),
+        ("sub3()\n", deep.as_str()),
+        ("own()\n", ""),
+        (&format!("IF x THEN\n{whole}ENDIF\n{lacks}"), ""),
+        (&format!("IF x THEN\nGOTO L\nENDIF\n{whole}L:\n{lacks}"), ""),
+        (&format!("PTP {{A1 5.0}}\n{lacks}"), ""),
+    ] {
+        assert_eq!(fixed(first, more), stays, "{first}");
+    }
+    // what it lacks is then that of another place
+    for (first, more) in [
+        (&format!("{whole}{lacks}") as &str, ""),
+        (&format!("LIN XW\n{lacks}"), ""),
+        (&format!("{whole}sub3()\n"), deep.as_str()),
+        (whole, deep.as_str()),
+    ] {
+        assert_eq!(fixed(first, more), free, "{first}");
+    }
+}

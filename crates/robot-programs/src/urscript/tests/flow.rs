@@ -152,3 +152,28 @@ fn the_program_is_reached_from_its_other_calls_too() {
         assert_eq!(known, moves_before, "{rest}: {again:?} {:?}", script.joins);
     }
 }
+
+/// PolyScope programs define their functions and threads at the beginning of the one with which they start.
+#[test]
+fn what_calls_the_program_leads_to_its_first_move_where_functions_are_defined_before_it() {
+    let moves = format!("  movej({Q})\n  movej({Q})\nend\n");
+    for inner in [
+        format!("  def f():\n    movej({Q})\n  end\n"),
+        "  def f():\n    set_digital_out(1, True)\n  end\n".into(),
+        "  thread t():\n    while True:\n      sync()\n    end\n  end\n".into(),
+        "  x = 1\n  def f():\n    def g():\n      sync()\n    end\n  end\n  def h():\n    sync()\n  end\n".into(),
+    ] {
+        for calls in ["while True:\n  prog()\nend\n", "prog()\nprog()\n"] {
+            let source = format!("def prog():\n{inner}{moves}{calls}");
+            let doc = document(&source);
+            let script = doc.script();
+            let is_move =
+                |k: usize| matches!(script.steps.get(k).map(|s| &s.kind), Some(crate::script::StepKind::Move(_)));
+            let again = script.again.as_ref().unwrap_or_else(|| panic!("{source}"));
+            assert_eq!(Some(again.at), script.entry, "{source}");
+            // its first move follows, and its last one leads there
+            let last = script.moves().last().map(|(k, _)| k + 1);
+            assert!(is_move(again.at + 1) && again.from.iter().any(|k| Some(*k) == last), "{source}: {again:?}");
+        }
+    }
+}
