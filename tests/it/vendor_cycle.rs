@@ -62,7 +62,6 @@ fn the_first_target_of_main_stays_behind_loops_and_many_ends_too() {
     // out of a loop to the end of main, where nothing moves any more
     let out = |last: i32| format!("{first}WHILE TRUE DO\n{}IF di1=1 GOTO out;\nENDWHILE\nout:\n", to(last));
     assert_eq!(rewritten(&desk, &cycle(&out(15))).0[0], 0);
-    assert_eq!(rewritten(&desk, &cycle(&out(-15))).0[0], 1);
     for n in [3, 9, 12, 70] {
         let ends: String = (0..n).map(|k| format!("IF di{k}=1 RETURN;\n{}", to(20 + k % 2))).collect();
         let (by, said) = rewritten(&desk, &cycle(&format!("{first}{ends}")));

@@ -127,13 +127,13 @@ fn cut_once(
     let mut places = joins::Places::default();
     for k in 0..script.steps.len() {
         if wanted.contains(&k) {
-            places.extend(cutter.standing().map(|standing| (k, vec![standing])));
+            places.extend(cutter.standing().map(|standing| (k, standing)));
         }
         cutter.follow(script, k, rounds, entry);
     }
     // the last routine ends after the last step
     let last = script.steps.len();
-    places.extend(cutter.standing().filter(|_| wanted.contains(&last)).map(|standing| (last, vec![standing])));
+    places.extend(cutter.standing().filter(|_| wanted.contains(&last)).map(|standing| (last, standing)));
     cutter.end(false);
     let failed = std::mem::take(&mut cutter.failed);
     let mut starts = true;

@@ -14,7 +14,7 @@ use super::super::cause::Cause;
 use super::reach::Reach;
 use super::stretch::empty_run;
 use super::{Cut, Cutter, Joints, LastFrame, Role, Run, Vertex};
-use crate::program::script::{At, Join, Round, Script, StepKind};
+use crate::program::script::{At, Break, Join, Round, Script, StepKind};
 use crate::rewrite::script::approach::Directions;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -47,8 +47,8 @@ pub(super) struct Standing {
     by_program: bool,
 }
 
-/// Where the robot may stand before a step: a place for each way that leads there.
-pub(super) type Places = BTreeMap<usize, Vec<Standing>>;
+/// Where the robot stands before a step.
+pub(super) type Places = BTreeMap<usize, Standing>;
 
 /// Steps before which it has to be known where the robot stands.
 pub(super) fn places(script: &Script) -> BTreeSet<usize> {
@@ -114,22 +114,12 @@ impl Cutter<'_> {
     /// The same of one break; `true`: it is done with.
     fn joined(&mut self, script: &Script, join: &Join, wanted: &BTreeSet<usize>, places: &mut Places) -> bool {
         let segment = segment(script, join.at);
-        let moves = first_move(script, &segment).is_some();
-        if !moves && !wanted.contains(&segment.end) {
+        if first_move(script, &segment).is_none() {
             return true;
         }
         let Some(ways) = join.from.iter().map(|k| places.get(k).cloned()).collect::<Option<Vec<_>>>() else {
             return false;
         };
-        let ways = ways.concat();
-        if ways.len() > if moves { WAYS } else { ENDS } {
-            return true;
-        }
-        if !moves {
-            let ends = self.ends_at_rest(script, &ways, &segment);
-            places.extend(ends.map(|ends| (segment.end, ends)));
-            return true;
-        }
         let before = std::mem::take(&mut self.out);
         let (over, missing) = (self.over.len(), self.poses.missing.clone());
         let mut found: Vec<Run> = Vec::new();
@@ -151,27 +141,22 @@ impl Cutter<'_> {
         }
         // of several ways none is certain
         let end = end.map(|end| if ways.len() > 1 { self.without_way(end, &segment) } else { end });
-        places.extend(end.map(|end| (segment.end, vec![end])));
+        places.extend(end.map(|end| (segment.end, end)));
         true
     }
 
-    /// Where the robot stands after a stretch without moves, by each of the ways to it; `None`: not known of one of them.
-    fn ends_at_rest(&mut self, script: &Script, ways: &[Standing], segment: &Range<usize>) -> Option<Vec<Standing>> {
-        let before = std::mem::take(&mut self.out);
-        let ends = ways.iter().map(|way| self.seeded(script, way, segment, false).1).collect();
-        self.out = before;
-        ends
-    }
-
-    /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places of
-    /// which nothing is known count for nothing. `false`: from one that is known it cannot be gone through in the same way, so that what
-    /// comes out cannot be compared.
+    /// Goes through the first moves of a program that runs again from its start once more, from the places at which it ends. Places after
+    /// something of which nothing is known count for nothing. `false`: from one that is known it cannot be gone through in the same way, so
+    /// that what comes out cannot be compared; or one is the end of a loop or of branches to which several ways lead.
     ///
     /// From each the first move comes on another way than at the first start, so that no point may be on its way.
     pub(super) fn run_again(&mut self, script: &Script, places: &Places) -> bool {
         let Some(again) = &script.again else { return true };
-        let ways: Vec<&Standing> = again.from.iter().filter_map(|k| places.get(k)).flatten().collect();
+        let ways: Vec<&Standing> = again.from.iter().filter_map(|k| places.get(k)).collect();
         let begins = |run: &&Run| run.entry && !run.own().is_empty();
+        if again.from.iter().any(|k| !places.contains_key(k) && is_end_of_block(script, *k)) {
+            return false;
+        }
         if ways.is_empty() || !self.out.runs.iter().any(|run| begins(&run)) {
             return true;
         }
@@ -289,6 +274,13 @@ fn segment(script: &Script, at: usize) -> Range<usize> {
     let from = at + 1;
     let next = script.steps.iter().skip(from).position(|s| matches!(s.kind, StepKind::Break(_)));
     from..next.map_or(script.steps.len(), |n| from + n)
+}
+
+/// Whether nothing moves between a place and the loop, the branch or the label before it.
+fn is_end_of_block(script: &Script, place: usize) -> bool {
+    let before = script.steps.iter().take(place).rev();
+    let last = before.map(|s| &s.kind).find(|kind| matches!(kind, StepKind::Move(_) | StepKind::Break(_)));
+    matches!(last, Some(StepKind::Break(Break::Loop | Break::Jump)))
 }
 
 fn first_move(script: &Script, segment: &Range<usize>) -> Option<usize> {
