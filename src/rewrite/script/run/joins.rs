@@ -154,10 +154,13 @@ impl Cutter<'_> {
         let Some(again) = &script.again else { return true };
         let ways: Vec<&Standing> = again.from.iter().filter_map(|k| places.get(k)).collect();
         let begins = |run: &&Run| run.entry && !run.own().is_empty();
+        if !self.out.runs.iter().any(|run| begins(&run)) {
+            return true;
+        }
         if again.from.iter().any(|k| !places.contains_key(k) && is_end_of_block(script, *k)) {
             return false;
         }
-        if ways.is_empty() || !self.out.runs.iter().any(|run| begins(&run)) {
+        if ways.is_empty() {
             return true;
         }
         let segment = segment(script, again.at);
