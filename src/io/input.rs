@@ -24,7 +24,7 @@ pub struct Input {
 pub const LARGEST: u64 = 2 << 30;
 /// A gzip file unpacks to at most so many times its size: logs and programs reach some 30 times.
 const MOST_RATIO: u64 = 100;
-/// Up to this size, bytes, it unpacks whatever that is of its own.
+/// Up to this size, bytes, it unpacks whatever the ratio is.
 const ANY_RATIO: u64 = 256 << 20;
 /// Bytes of memory that a byte of an input takes, at least, once it is read.
 const PER_BYTE: u64 = 2;
@@ -94,7 +94,7 @@ fn largest_unpacked(packed: u64) -> u64 {
     packed.saturating_mul(MOST_RATIO).clamp(ANY_RATIO, LARGEST)
 }
 
-/// The content of a gzip file. What is large is counted before it is held, so that a small file that unpacks to too much takes no memory.
+/// The content of a gzip file. What is large is counted before it is held, so that a small file that unpacks to too much does not fill the memory.
 fn unpacked(name: &str, packed: &[u8], most: u64) -> Result<Vec<u8>> {
     let failed = |e| Error::io_of(name, "unpack", e);
     let mut stream = MultiGzDecoder::new(packed);

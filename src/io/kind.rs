@@ -231,7 +231,7 @@ mod tests {
         ] {
             assert!(!ours.replaces(&there, src), "{ours:?} {there:?}");
         }
-        // what the first bytes do not tell is told by the ending, where only programs have it
+        // where the first bytes do not tell, the ending does, where only programs have it
         assert!(
             krl.replaces(&Kind::Text, src) && Kind::Text.replaces(&krl, src) && Kind::Text.replaces(&Kind::Text, src)
         );

@@ -23,6 +23,7 @@ mod cloud;
 mod configurations;
 mod control_cycles;
 mod creep;
+mod dead_bands;
 mod diagnose_cli;
 mod diagnose_doubtful;
 mod diagnose_forms;

@@ -234,7 +234,7 @@ pub(super) enum PathError {
 impl Proof {
     /// For standard error.
     ///
-    /// `vendor`: the program is none of joint rows, so its path is not made denser. `clocked`: its cycle time is told already.
+    /// `vendor`: the program is none of joint rows, so its path is not made denser. `clocked`: its cycle time stands in the summary already.
     pub(super) fn words(&self, of_model: bool, vendor: bool, clocked: bool) -> String {
         let machine = machine(of_model);
         match self {

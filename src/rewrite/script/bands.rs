@@ -75,3 +75,37 @@ fn noise_rad(quantity: Quantity, digit: f64) -> f64 {
         Quantity::Ratio => 2.0 * digit,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::script::{Format, Text};
+    use crate::robot::Robot;
+    use robot_programs::krl::Krl;
+
+    fn noise_rad(poses: [&str; 2]) -> f64 {
+        let robot = Robot::parse("robot", include_str!("../../../configs/kuka-kr120-r2500-pro.yaml")).unwrap();
+        let moves = poses.map(|pose| format!("LIN {{{pose}}}\n")).concat();
+        let text = Text::new("m.src", format!("DEF m( )\n{moves}END\n").into_bytes());
+        let document = Krl.parse(vec![text], robot.axes()).unwrap();
+        let mut digits = PoseDigits::default();
+        document.script().targets.iter().for_each(|target| digits.see(target));
+        assert_eq!(digits.numbers.len(), 6);
+        digits.noise()
+    }
+
+    #[test]
+    fn numbers_that_are_the_same_in_all_poses_and_zeros_that_are_left_out_do_not_count() {
+        // 0.001 mm at half a metre
+        let of_length = 1e-6 / LEVER_M;
+        let near = |is: f64, want: f64| assert!((is - want).abs() < 1e-12, "{is} for {want}");
+        near(
+            noise_rad(["X 1500.000,Y 0,Z 1000.000,A 0,B 90,C 0", "X 1400.000,Y 0,Z 1000.000,A 0,B 90,C 0"]),
+            of_length,
+        );
+        near(noise_rad(["X 1500.125,Y 0,Z 1000.5,A 0,B 90,C 0", "X 1400,Y 0,Z 1000.125,A 0,B 90,C 0"]), of_length);
+        // an angle that turns in whole degrees
+        let turned = ["X 1500.125,Y 0,Z 1000.5,A 0,B 90,C 0", "X 1400,Y 0,Z 1000.125,A 0,B 90,C 4"];
+        near(noise_rad(turned), 1f64.to_radians());
+    }
+}

@@ -10,7 +10,7 @@ pub struct Unplaced {
     pub points: u64,
     /// Lines of these moves.
     pub lines: Vec<u64>,
-    /// Why a move takes no point, where the format says so, and the lines.
+    /// Why no point is added to a move, where the format says so, and the lines.
     pub why: Vec<(Reason, Vec<u64>)>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,

@@ -1,7 +1,7 @@
 //! Arcs that stay begin where they always did: the moves before them end at their own places.
 //!
 //! I, J and K count from the start of an arc, and an arc by its radius goes through its start, so an offset there would move the centre
-//! or make the radii of start and end differ, which controls refuse (Fanuc alarm 3410).
+//! or make the radii of start and end differ, which controls refuse.
 
 use super::arc::NoArc;
 use super::certain::{Carried, opaque};

@@ -273,7 +273,7 @@ impl Cutter<'_> {
     /// The first point of a run, after a point from which its joints come to it from known sides.
     pub(super) fn start_over(&mut self, step: usize, at: At, m: &Move, reached: Reached) {
         let Reached { q, named, mut editable, tooled, .. } = reached;
-        // where the robot stands it takes no step
+        // a move to where the robot stands gets no step
         editable &= m.speed != Speed::Seconds(0.0);
         let approach = &self.choice.approach;
         let open = m.is_open_to_goal() && !self.run.entered.contains(&step) && self.free.is_empty();
